@@ -1,0 +1,31 @@
+# Every third-party library backbend links, found once. All install from Debian 12 and 13 packages.
+find_package(Threads REQUIRED)
+find_package(glm REQUIRED CONFIG)
+find_package(TBB REQUIRED CONFIG)
+find_package(tomlplusplus REQUIRED CONFIG)
+find_package(nlohmann_json REQUIRED CONFIG)
+find_package(TinyGLTF REQUIRED CONFIG)
+find_package(CLI11 REQUIRED CONFIG)
+find_package(spdlog REQUIRED CONFIG)
+find_package(Imath REQUIRED CONFIG)
+find_package(OpenEXR REQUIRED CONFIG)
+find_package(OpenImageIO REQUIRED CONFIG)
+
+# Debian's OpenImageIO target lists an OpenCV include folder that its packages do not install.
+get_target_property(oiio_includes OpenImageIO::OpenImageIO INTERFACE_INCLUDE_DIRECTORIES)
+set(oiio_present "")
+foreach(dir ${oiio_includes})
+  if(IS_DIRECTORY ${dir})
+    list(APPEND oiio_present ${dir})
+  endif()
+endforeach()
+set_target_properties(OpenImageIO::OpenImageIO PROPERTIES INTERFACE_INCLUDE_DIRECTORIES "${oiio_present}")
+
+# Embree 4 (Debian 13) is preferred where it exists; 3.13 is Debian 12's.
+find_package(embree 4 QUIET CONFIG)
+if(NOT embree_FOUND)
+  find_package(embree 3.13 REQUIRED CONFIG)
+endif()
+
+find_path(BACKBEND_XXHASH_INCLUDE xxhash.h REQUIRED)
+find_library(BACKBEND_XXHASH_LIBRARY xxhash REQUIRED)

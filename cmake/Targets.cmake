@@ -1,0 +1,28 @@
+# What every target of ours shares.
+
+# x86-64-v3 (AVX2, FMA) is required of every machine: the C library then picks one and the same
+# variant of each mathematical function everywhere, which bit-identical results rest on.
+# -Wrestrict is off: g++ 12 raises it falsely on string concatenation (its bug 105651).
+add_library(backbend_options INTERFACE)
+target_compile_options(backbend_options INTERFACE
+  -Wall -Wextra -Wno-restrict $<$<BOOL:${BACKBEND_WERROR}>:-Werror>
+  -march=x86-64-v3 -mtune=generic -ffp-contract=off -fno-math-errno -fvisibility=hidden)
+if(BACKBEND_SANITIZE)
+  # Sanitizers' code makes g++ 12 believe that std::regex uses what it never set.
+  target_compile_options(backbend_options INTERFACE -fsanitize=${BACKBEND_SANITIZE}
+    -Wno-maybe-uninitialized -fno-omit-frame-pointer -fno-sanitize-recover=all)
+  target_link_options(backbend_options INTERFACE -fsanitize=${BACKBEND_SANITIZE})
+endif()
+target_include_directories(backbend_options INTERFACE ${PROJECT_SOURCE_DIR})
+target_compile_definitions(backbend_options INTERFACE GLM_ENABLE_EXPERIMENTAL
+  BACKBEND_VERSION="${PROJECT_VERSION}")
+
+# backbend_layer(NAME uses... ): one layer of the program, from every source file in its folder.
+function(backbend_layer name)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
+  add_library(backbend_${name} STATIC ${sources})
+  set_target_properties(backbend_${name} PROPERTIES LINKER_LANGUAGE CXX)
+  add_library(backbend::${name} ALIAS backbend_${name})
+  target_link_libraries(backbend_${name} PUBLIC glm::glm PRIVATE backbend_options)
+  target_include_directories(backbend_${name} PUBLIC ${PROJECT_SOURCE_DIR})
+endfunction()
