@@ -1,0 +1,75 @@
+#include "solver/fk_bones.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "solver/fast_trigonometry.h"
+#include "solver/rotation.h"
+#include "solver/system_base.h"
+
+namespace backbend::solver {
+namespace {
+
+constexpr int kChannels = 9;
+
+/// from_euler_xyz() of the three controls, nine sines and cosines at a time.
+std::array<glm::dquat, 3> euler_turns(std::span<const double> control) {
+  double half[kChannels], s[kChannels], c[kChannels];
+  bool fast = true;
+  for (int i = 0; i < kChannels; ++i) {
+    half[i] = 0.5 * control[i];
+    fast = fast && std::abs(half[i]) <= kFastTrigonometryReach;
+  }
+  std::array<glm::dquat, 3> turn;
+  if (!fast) {
+    for (int k = 0; k < 3; ++k) {
+      turn[k] = from_euler_xyz(control[3 * k], control[3 * k + 1], control[3 * k + 2]);
+    }
+    return turn;
+  }
+  sin_cos_block<kChannels>(half, s, c);
+  for (int k = 0; k < 3; ++k) turn[k] = from_half_angles(s + 3 * k, c + 3 * k);
+  return turn;
+}
+
+}  // namespace
+
+FkBones::FkBones(const RestChain& chain, const std::string& system) {
+  check_chain(chain, system, 2);
+  const std::vector<glm::dvec3> joint = three_bones_of(chain);
+  for (int k = 0; k < 4; ++k) rest.joint[k] = joint[k];
+  for (int k = 0; k < 3; ++k) {
+    axes[k] = rest_axes(joint[k + 1] - joint[k], chain.left);
+    rest.turn[k] = kNoTurn;
+  }
+}
+
+FkBones::Pose FkBones::pose(std::span<const double> control) const {
+  assert(control.size() >= kChannels);
+  const auto own = control.first(kChannels);
+  if (std::all_of(own.begin(), own.end(), [](double c) { return c == 0.0; })) return rest;
+  Pose p;
+  p.joint[0] = rest.joint[0];
+  const std::array<glm::dquat, 3> euler = euler_turns(own);
+  for (int k = 0; k < 3; ++k) {
+    // A control turns in its rest frame, and the bones below carry the result.
+    const glm::dquat turn = euler_turn(axes[k], euler[k]);
+    p.turn[k] = k == 0 ? turn : p.turn[k - 1] * turn;
+    p.joint[k + 1] = p.joint[k] + p.turn[k] * (rest.joint[k + 1] - rest.joint[k]);
+  }
+  return p;
+}
+
+std::array<glm::dvec3, 5> FkBones::five_points(const Pose& pose) {
+  const auto& j = pose.joint;
+  return {j[0], 0.5 * (j[0] + j[1]), 0.5 * (j[1] + j[2]), 0.5 * (j[2] + j[3]), j[3]};
+}
+
+std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping) {
+  const double rx = body.twist, ry = -body.side, rz = body.flexion - body.extension;
+  if (mapping == Mapping::chest) return {0, 0, 0, 0, 0, 0, rx, ry, rz};
+  return {0, 0, 0, 0.5 * rx, 0.5 * ry, 0.5 * rz, 0.5 * rx, 0.5 * ry, 0.5 * rz};
+}
+
+}  // namespace backbend::solver

@@ -1,0 +1,46 @@
+#pragma once
+#include <array>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+#include <span>
+
+#include "solver/spine_system.h"
+
+namespace backbend::solver {
+
+/// The three bones of the traditional spine under their zero nulls: Lower carries Middle carries
+/// Top; each control turns its bone about the bone's own start, in its own rest frame.
+///
+/// Everything is in rig space. Controls ride on the joints: bone k's control stands at joint[k].
+struct FkBones {
+  struct Pose {
+    std::array<glm::dvec3, 4> joint;  // the last is the tip
+    std::array<glm::dquat, 3> frame;  // of bone and control: X along the bone
+    std::array<glm::dquat, 3> turn;   // from rest
+  };
+
+  /// The bones of a chain (cut at thirds of its arc unless it has four joints). Throws RigError for
+  /// a chain that check_chain() refuses.
+  FkBones(const RestChain& chain, const std::string& system);
+
+  /// `control` holds lower, middle, top x (RX, RY, RZ), radians. All zero is `rest` to the last
+  /// bit.
+  Pose pose(std::span<const double> control) const;
+
+  /// root, the three bone centres, tip: the points that the thesis draws its curve on, riding on
+  /// their bones (R21, R24).
+  static std::array<glm::dvec3, 5> five_points(const Pose& pose);
+
+  /// Axis `i` (0 along the bone, 1 forward, 2 left) of bone `k` in a pose.
+  glm::dvec3 axis(const Pose& pose, int k, int i) const { return pose.turn[k] * axes[k][i]; }
+
+  Pose rest;
+  std::array<glm::dmat3, 3> axes;  // of bone and control at rest, in columns
+};
+
+/// The nine control values of a body pose: chest puts all of it on Top, spread half on Middle and
+/// half on Top. Channels add and never wrap.
+std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping);
+
+}  // namespace backbend::solver

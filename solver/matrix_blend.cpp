@@ -1,0 +1,186 @@
+#include "solver/matrix_blend.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "solver/chain_measures.h"
+#include "solver/curve.h"
+#include "solver/hip_chest.h"
+#include "solver/option_reader.h"
+#include "solver/rotation.h"
+#include "solver/system_base.h"
+
+namespace backbend::solver {
+namespace {
+
+using glm::dquat;
+using glm::dvec3;
+
+enum class Style { rigify, mgear };
+
+class MatrixBlend final : public SystemBase {
+ public:
+  MatrixBlend(const SystemSpec& spec, const RestChain& chain)
+      : MatrixBlend(spec, chain, OptionReader(spec)) {}
+
+  SpinePose solve(std::span<const double> control) const override {
+    SpinePose pose;
+    solve_into(control, Detail::all, pose);
+    return pose;
+  }
+
+  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
+    assert(control.size() == channels_.size());
+    if (is_at_rest(control)) {
+      pose = rest_;
+      return;
+    }
+    fill(control, detail, pose);
+  }
+
+  std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
+    std::vector<double> control(channels_.size(), 0.0);
+    hip_chest_.set_body(body, mapping, control);
+    // Rigify's chest control bends the chain and is carried by it: nothing is to be moved.
+    if (style_ == Style::rigify) std::fill(control.begin() + 6, control.begin() + 12, 0.0);
+    return control;
+  }
+
+  std::vector<dvec3> intended_curve(std::span<const double> control,
+                                    std::size_t count) const override {
+    const HipChest::Ends ends = hip_chest_.ends(control);
+    if (style_ == Style::mgear) return equal_arc_points(Curve::bezier(ends.cv), count);
+    // The chain with its bones cut ever finer: the turn grows evenly along it.
+    std::vector<dvec3> point;
+    bend(ends, int(count) - 1, point, nullptr);
+    return point;
+  }
+
+ private:
+  MatrixBlend(const SystemSpec& spec, const RestChain& chain, OptionReader read)
+      : bones_(read.integer("bones", 10, 1, 200)),
+        style_(read.choice<Style>("style", {"rigify", "mgear"})),
+        hip_chest_(chain, spec.system, {1.0 / 3.0, 1.0 / 3.0}) {
+    name_ = spec.system;
+    options_ = read.finish();
+    add_rotation("hip");
+    add_rotation("chest");
+    add_translation("hip_move");
+    add_translation("chest_move");
+    std::vector<std::string> names;
+    for (int k = 0; k < bones_; ++k) names.push_back("bone_" + std::to_string(k + 1));
+    names.push_back("tip");
+    name_chain(std::move(names));
+    build_rest();
+  }
+
+  /// Rigify's chain of `bones` bones: bone k has (k + 1) / bones of the turn, and of chest's move.
+  void bend(const HipChest::Ends& ends, int bones, std::vector<dvec3>& joint,
+            std::vector<dquat>* turn) const {
+    const std::array<dvec3, 4>& rest = hip_chest_.rest_cv();
+    const dvec3 bone = (rest[3] - rest[0]) / double(bones);
+    const dvec3 move = (ends.cv[3] - rest[3]) - (ends.cv[0] - rest[0]);
+    joint.resize(bones + 1);
+    joint[0] = ends.cv[0];
+    for (int k = 0; k < bones; ++k) {
+      const dquat q = slerp_short(ends.hip_turn, ends.chest_turn, (k + 1.0) / bones);
+      joint[k + 1] = joint[k] + q * bone + move / double(bones);
+      if (turn) (*turn)[k] = q;
+    }
+  }
+
+  void build_rest() {
+    const dvec3 hip = hip_chest_.rest_cv()[0], chest = hip_chest_.rest_cv()[3];
+    SpinePose rest;
+    fill(std::vector<double>(channels_.size(), 0.0), Detail::all, rest);
+    for (int k = 0; k <= bones_; ++k) {
+      arc_fraction_.push_back(double(k) / bones_);
+      rest.position[k] = k == bones_ ? chest : hip + arc_fraction_[k] * (chest - hip);
+      rest.turn[k] = kNoTurn;
+    }
+    rest.hip = {kNoTurn, hip, hip};
+    rest.chest = rest.arms = {kNoTurn, chest, chest};
+    rest_ = std::move(rest);
+  }
+
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+    const HipChest::Ends ends = hip_chest_.ends(control);
+    pose.turn.resize(bones_ + 1);
+    pose.flip_margin.resize(bones_ + 1);
+    const double to_half_turn = kPi - angle_between(ends.hip_turn, ends.chest_turn);
+    bool upless = false;
+    if (style_ == Style::rigify) {
+      bend(ends, bones_, pose.position, &pose.turn);
+      for (int k = 0; k < bones_; ++k) {
+        pose.turn[k] = glm::normalize(pose.turn[k]);
+        pose.flip_margin[k] = k + 1 < bones_ ? to_half_turn : kPi;
+      }
+      pose.turn[bones_] = pose.turn[bones_ - 1];
+      pose.flip_margin[bones_] = kPi;
+    } else {
+      upless = ride_curve(ends, to_half_turn, pose);
+    }
+
+    const dvec3 hip = hip_chest_.rest_cv()[0], chest = hip_chest_.rest_cv()[3];
+    pose.hip = {ends.hip_turn, hip, ends.cv[0]};
+    pose.chest = {ends.chest_turn, chest,
+                  style_ == Style::rigify ? pose.position.back() : ends.cv[3]};
+    pose.arms = {pose.turn.back(), chest, pose.position.back()};
+    pose.flags.clear();
+    if (upless)
+      pose.flags.emplace_back(
+          "an up vector lies along the curve: the shortest arc takes its place");
+    if (to_half_turn < 1e-9)
+      pose.flags.emplace_back("hip and chest are half a turn apart: either way round is as short");
+    MeasureWriter measures(pose);
+    if (detail == Detail::joints) return;
+    add_chain_measures(pose.position, measures);
+    measures.add("tip_gap", glm::length(pose.position.back() - pose.chest.posed_origin));
+    measures.add("chest_gap_deg", degrees(angle_between(pose.turn.back(), ends.chest_turn)));
+    measures.add("flip_margin_deg",
+                 degrees(*std::min_element(pose.flip_margin.begin(), pose.flip_margin.end())));
+  }
+
+  /// mGear's joints on the curve. True where an up vector had to be replaced.
+  bool ride_curve(const HipChest::Ends& ends, double to_half_turn, SpinePose& pose) const {
+    const Curve curve = Curve::bezier(ends.cv);
+    const dquat back = glm::conjugate(hip_chest_.rest_frame());
+    bool upless = false;
+    pose.position.resize(bones_ + 1);
+    for (int k = 0; k <= bones_; ++k) {
+      const double t = double(k) / bones_;
+      const CurvePoint place = curve.at_fraction(t);
+      const dquat q = slerp_short(ends.hip, ends.chest, t);
+      // The blend's side axis stays the side; X is aimed along the curve.
+      const dvec3 across = glm::cross(z_axis(q), place.tangent);
+      const double sine = glm::length(across);
+      dquat frame = q;
+      if (sine > 1e-12) {
+        const dvec3 y = across / sine;
+        frame = glm::quat_cast(glm::dmat3(place.tangent, y, glm::cross(place.tangent, y)));
+      } else if (place.tangent != dvec3(0.0)) {
+        frame = transport(q, place.tangent);
+        upless = true;
+      }
+      pose.position[k] = place.position;
+      pose.turn[k] = glm::normalize(frame * back);
+      const double margin = std::asin(std::min(1.0, sine));
+      pose.flip_margin[k] = k > 0 && k < bones_ ? std::min(margin, to_half_turn) : margin;
+    }
+    return upless;
+  }
+
+  int bones_;
+  Style style_;
+  HipChest hip_chest_;
+};
+
+}  // namespace
+
+std::unique_ptr<SpineSystem> build_matrix_blend(const SystemSpec& spec, const RestChain& chain) {
+  return std::make_unique<MatrixBlend>(spec, chain);
+}
+
+}  // namespace backbend::solver

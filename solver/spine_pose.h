@@ -1,0 +1,46 @@
+#pragma once
+#include <glm/gtc/quaternion.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+namespace backbend::solver {
+
+/// How something that hangs from the spine moves from rest to pose: a rigid motion in rig space.
+///
+/// `turn` is the world rotation from rest to pose (unit), `rest_origin` the point that it turns
+/// about, as it stood at rest, and `posed_origin` where that point stands now.
+struct RigidMotion {
+  glm::dquat turn{1.0, 0.0, 0.0, 0.0};
+  glm::dvec3 rest_origin{0.0};
+  glm::dvec3 posed_origin{0.0};
+
+  glm::dvec3 apply(const glm::dvec3& at_rest) const {
+    return posed_origin + turn * (at_rest - rest_origin);
+  }
+};
+
+/// A number that a system reports about one pose; angles in degrees where the name ends in _deg.
+struct Measure {
+  std::string name;
+  double value = 0.0;
+};
+
+/// A solved spine. Every array but `stretch` holds joint_count() entries, hips first (neck and
+/// snake: in the order of their source, see SpineSystem::joint_names()).
+///
+/// Rig space is right-handed; lengths in the unit of the rest chain.
+struct SpinePose {
+  std::vector<glm::dvec3> position;  // joint origins
+  std::vector<glm::dquat> turn;      // world rotation from rest to pose, unit
+  std::vector<double> flip_margin;   // radians to the nearest singular pose; empty: none exists
+  RigidMotion hip;                   // what pelvis and legs follow
+  RigidMotion chest;                 // the chest control's own motion: what the animator asked for
+  RigidMotion arms;                  // what the arm roots follow in this system
+  std::vector<Measure> measures;     // in a fixed order for each system
+  std::vector<std::string> flags;    // documented fallbacks that this pose needed
+
+  std::size_t joint_count() const { return position.size(); }
+};
+
+}  // namespace backbend::solver
