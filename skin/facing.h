@@ -1,0 +1,14 @@
+#pragma once
+#include "skin/anatomy.h"
+#include "skin/skeleton_shape.h"
+
+namespace backbend::skin {
+
+/// Sets up, left and forward of an anatomy whose spine and limbs stand already, and says why.
+///
+/// Up: away from the feet; +Y (the standard's) without legs. Left: by names, else by forward.
+/// Forward: by left, else where the soles lie before the ankles or the head of a level body before
+/// the hips, else +Z (the standard's). Directions within 30 degrees of a world axis are that axis.
+void find_facing(const Character& character, const SkeletonShape& shape, Anatomy& anatomy);
+
+}  // namespace backbend::skin

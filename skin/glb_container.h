@@ -1,0 +1,20 @@
+#pragma once
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace backbend::skin {
+
+/// What a .glb or .gltf file holds: the JSON text, and the binary chunk of a .glb.
+struct GltfContainer {
+  std::string json_text;
+  std::optional<std::vector<std::uint8_t>> binary;
+};
+
+/// Splits a GLB into its chunks; bytes that do not start as a GLB are JSON text as they stand.
+/// Refuses text whose brackets nest deeper than any honest file's, before a parser sees it. Throws
+/// CharacterError headed by `file`. Source: glTF 2.0 specification, chapter 4.
+GltfContainer open_gltf_container(const std::string& file, const std::vector<std::uint8_t>& bytes);
+
+}  // namespace backbend::skin

@@ -1,0 +1,111 @@
+#include "skin/gltf_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_inverse.hpp>
+
+#include "skin/gltf_document.h"
+#include "skin/gltf_geometry.h"
+#include "skin/gltf_materials.h"
+#include "skin/gltf_skeleton.h"
+#include "skin/matrix_facts.h"
+#include "skin/rest_pose.h"
+#include "skin/skinning.h"
+#include "skin/weld.h"
+
+namespace backbend::skin {
+namespace {
+
+/// Vertices that no joint moves would collapse into the origin: they stay where they were bound,
+/// on the topmost node above their skin.
+void hold_unweighted(Character& character, const GltfGeometry& geometry) {
+  std::size_t held = 0, first = 0;
+  std::vector<int> anchor(geometry.skins.size(), -1);  // into Character::joints
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    Influences& influences = character.influences[v];
+    if (influences.weight[0] > 0.0f) continue;
+    const auto s = static_cast<std::size_t>(geometry.vertex_skin[v]);
+    if (anchor[s] < 0) {
+      int top = geometry.skins[s].node.front();
+      while (character.nodes[static_cast<std::size_t>(top)].parent >= 0)
+        top = character.nodes[static_cast<std::size_t>(top)].parent;
+      const glm::dmat4& world = character.nodes[static_cast<std::size_t>(top)].world_from_node;
+      if (!is_invertible(world) || character.joints.size() > 65535)
+        throw CharacterError(character.file_name + ": vertex " + std::to_string(v) +
+                             " has no weights and its skeleton no usable root");
+      anchor[s] = static_cast<int>(character.joints.size());
+      character.joints.push_back(
+          {top, glm::affineInverse(world) * geometry.skins[s].world_from_mesh});
+    }
+    influences.joint[0] = static_cast<std::uint16_t>(anchor[s]);
+    influences.weight[0] = 1.0f;
+    character.unweighted.push_back(static_cast<std::uint32_t>(v));
+    if (held++ == 0) first = v;
+  }
+  if (held > 0)
+    character.warnings.push_back(
+        {"vertices_unweighted", std::to_string(held) + " of " +
+                                    std::to_string(character.vertex_count()) +
+                                    " vertices have no weight (first: vertex " +
+                                    std::to_string(first) + "): they stay at their rest place"});
+}
+
+/// Where each vertex stands with the skin at bind, in the world: one point for all the vertices of
+/// a place, whatever their weights.
+std::vector<glm::vec3> bind_points(const Character& character, const GltfGeometry& geometry) {
+  std::vector<glm::vec3> out(character.vertex_count());
+  for (std::size_t v = 0; v < out.size(); ++v) {
+    const int skin = geometry.vertex_skin[v];
+    const auto& joint = character.joints[character.influences[v].joint[0]];
+    const glm::dmat4 place =
+        skin >= 0 ? geometry.skins[static_cast<std::size_t>(skin)].world_from_mesh
+                  : character.nodes[static_cast<std::size_t>(joint.node)].world_from_node;
+    out[v] = glm::vec3(place * glm::dvec4(glm::dvec3(character.bind_position[v]), 1.0));
+  }
+  return out;
+}
+
+/// Numbers that are finite each may still leave the range of float together.
+void check_finite(const std::string& file, const Character& character) {
+  const PosedMesh rest = rest_mesh(character);
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    const glm::vec3& p = rest.position[v];
+    if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z))
+      throw CharacterError(file + ": vertex " + std::to_string(v) +
+                           " does not stand at a finite place at rest");
+  }
+}
+
+}  // namespace
+
+Character read_character(const std::filesystem::path& file) {
+  GltfDocument document = load_gltf(file);
+  Character character;
+  character.name = file.stem().string();
+  character.file_name = file.filename().string();
+  character.content_hash_low = document.content_hash_low;
+  character.content_hash_high = document.content_hash_high;
+  character.images = std::move(document.images);
+  character.warnings = std::move(document.warnings);
+  character.materials = read_materials(*document.model, character.images.size());
+  GltfNodes nodes = read_nodes(*document.model, document.file);
+  character.nodes = std::move(nodes.nodes);
+
+  const GltfGeometry geometry =
+      read_geometry(*document.model, document.file, nodes.index_of_file_node, character);
+  if (character.triangles.empty()) throw CharacterError(document.file + ": no triangles to judge");
+  if (std::all_of(geometry.vertex_skin.begin(), geometry.vertex_skin.end(),
+                  [](int skin) { return skin < 0; }))
+    throw CharacterError(document.file + ": no mesh with a skin: nothing follows a skeleton");
+
+  for (Warning& warning : settle_rest_pose(character, geometry.skins, geometry.vertex_skin))
+    character.warnings.push_back(std::move(warning));
+  hold_unweighted(character, geometry);
+  check_finite(document.file, character);
+  Places places = weld(bind_points(character, geometry));
+  character.place = std::move(places.place);
+  character.place_count = places.count;
+  return character;
+}
+
+}  // namespace backbend::skin

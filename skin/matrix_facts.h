@@ -1,0 +1,38 @@
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat4x4.hpp>
+
+namespace backbend::skin {
+
+/// Whether every element is a finite number.
+inline bool is_finite(const glm::dmat4& matrix) {
+  for (int c = 0; c < 4; ++c)
+    for (int r = 0; r < 4; ++r)
+      if (!std::isfinite(matrix[c][r])) return false;
+  return true;
+}
+
+/// Whether the 3x3 part can be inverted without losing everything: its volume against the cube of
+/// its longest axis, so that scale does not matter.
+inline bool is_invertible(const glm::dmat4& matrix) {
+  const glm::dmat3 axes(matrix);
+  const double longest =
+      std::max({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+  return std::isfinite(longest) && longest > 0.0 &&
+         std::abs(glm::determinant(axes)) > 1e-9 * longest * longest * longest;
+}
+
+/// The origin of a frame in the space that its matrix leads to.
+inline glm::dvec3 origin(const glm::dmat4& matrix) { return glm::dvec3(matrix[3]); }
+
+/// The rigid motion `turn` about `rest_origin`, which goes to `posed_origin`, as a matrix.
+inline glm::dmat4 rigid_matrix(const glm::dquat& turn, const glm::dvec3& rest_origin,
+                               const glm::dvec3& posed_origin) {
+  glm::dmat4 matrix(glm::mat3_cast(turn));
+  matrix[3] = glm::dvec4(posed_origin - glm::dmat3(matrix) * rest_origin, 1.0);
+  return matrix;
+}
+
+}  // namespace backbend::skin

@@ -1,0 +1,133 @@
+#include "skin/skeleton_shape.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "skin/matrix_facts.h"
+#include "skin/skinning.h"
+
+namespace backbend::skin {
+namespace {
+
+constexpr double kMirrorReach = 0.1;   // two mirrored branches reach equally far, relative
+constexpr double kMirrorAngle = 0.94;  // cosine: their ends lie across one world axis
+constexpr double kApart = 0.02;        // ... and this much of the size apart
+constexpr std::size_t kMostSiblings = 256;
+
+void measure_weights(const Character& character, SkeletonShape& shape) {
+  for (const Influences& influences : character.influences)
+    for (std::size_t k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+      shape.weight[static_cast<std::size_t>(character.joints[influences.joint[k]].node)] +=
+          influences.weight[k];
+  shape.weight_below = shape.weight;
+  for (std::size_t n = character.nodes.size(); n-- > 0;)
+    if (const int parent = character.nodes[n].parent; parent >= 0)
+      shape.weight_below[static_cast<std::size_t>(parent)] += shape.weight_below[n];
+}
+
+void measure_reach(const Character& character, SkeletonShape& shape) {
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    shape.farthest[n] = static_cast<int>(n);
+    if (!shape.is_joint[n]) continue;
+    for (int above = character.nodes[n].parent; above >= 0;
+         above = character.nodes[static_cast<std::size_t>(above)].parent) {
+      const auto a = static_cast<std::size_t>(above);
+      const double distance = glm::distance(shape.position[a], shape.position[n]);
+      if (distance > shape.reach[a]) {
+        shape.reach[a] = distance;
+        shape.farthest[a] = static_cast<int>(n);
+      }
+    }
+  }
+}
+
+bool named_pair(const NameFacts& a, const NameFacts& b) {
+  return a.side != Side::none && b.side != Side::none && a.side != b.side &&
+         a.without_side == b.without_side;
+}
+
+/// Whether the ends of two branches lie across one of the world's axes.
+bool mirrors(const SkeletonShape& shape, std::size_t a, std::size_t b) {
+  const double reach = std::max(shape.reach[a], shape.reach[b]);
+  if (std::abs(shape.reach[a] - shape.reach[b]) > kMirrorReach * reach) return false;
+  const glm::dvec3 across = shape.position[static_cast<std::size_t>(shape.farthest[a])] -
+                            shape.position[static_cast<std::size_t>(shape.farthest[b])];
+  const double length = glm::length(across);
+  const double along = std::max({std::abs(across.x), std::abs(across.y), std::abs(across.z)});
+  return length > kApart * shape.size && along > kMirrorAngle * length;
+}
+
+void find_pairs(const Character& character, SkeletonShape& shape) {
+  for (std::size_t parent = 0; parent < character.nodes.size(); ++parent) {
+    const auto& children = shape.children[parent];
+    if (children.size() > kMostSiblings) continue;  // a crowd, not a body
+    for (std::size_t i = 0; i < children.size(); ++i)
+      for (std::size_t k = i + 1; k < children.size(); ++k) {
+        const auto a = static_cast<std::size_t>(children[i]);
+        const auto b = static_cast<std::size_t>(children[k]);
+        if (!shape.is_joint[a] || !shape.is_joint[b]) continue;
+        const bool named = named_pair(shape.name[a], shape.name[b]);
+        const bool sided = shape.name[a].side != Side::none || shape.name[b].side != Side::none;
+        const bool alike = shape.name[a].part == shape.name[b].part;
+        if (!named && (sided || !alike || !mirrors(shape, a, b))) continue;
+        const bool swap = named && shape.name[a].side == Side::right;
+        shape.pairs.push_back(
+            {static_cast<int>(parent), children[swap ? k : i], children[swap ? i : k], named});
+      }
+  }
+}
+
+}  // namespace
+
+bool SkeletonShape::is_ancestor(const Character& character, int above, int below) const {
+  while (below >= 0 && below != above)
+    below = character.nodes[static_cast<std::size_t>(below)].parent;
+  return below == above && above >= 0;
+}
+
+SkeletonShape measure_skeleton(const Character& character) {
+  if (character.joints.empty()) throw CharacterError(character.file_name + ": no joints");
+  const std::size_t count = character.nodes.size();
+  SkeletonShape shape;
+  shape.children.resize(count);
+  shape.is_joint.assign(count, false);
+  shape.weight.assign(count, 0.0);
+  shape.farthest.assign(count, -1);
+  shape.reach.assign(count, 0.0);
+  for (const SkinJoint& joint : character.joints)
+    shape.is_joint[static_cast<std::size_t>(joint.node)] = true;
+  for (std::size_t n = 0; n < count; ++n) {
+    shape.name.push_back(read_joint_name(character.nodes[n].name));
+    shape.position.push_back(origin(character.nodes[n].world_from_node));
+    if (character.nodes[n].parent >= 0)
+      shape.children[static_cast<std::size_t>(character.nodes[n].parent)].push_back(
+          static_cast<int>(n));
+  }
+  shape.rest = rest_mesh(character).position;
+  shape.low = shape.high = shape.rest.empty() ? glm::dvec3(0.0) : glm::dvec3(shape.rest[0]);
+  for (const glm::vec3& p : shape.rest) {
+    shape.low = glm::min(shape.low, glm::dvec3(p));
+    shape.high = glm::max(shape.high, glm::dvec3(p));
+  }
+  const glm::dvec3 sides = shape.high - shape.low;
+  shape.size = std::max({sides.x, sides.y, sides.z});
+  measure_weights(character, shape);
+  measure_reach(character, shape);
+  find_pairs(character, shape);
+  return shape;
+}
+
+std::vector<int> path_down(const Character& character, int top, int bottom) {
+  std::vector<int> path;
+  for (int n = bottom; n >= 0; n = character.nodes[static_cast<std::size_t>(n)].parent) {
+    path.push_back(n);
+    if (n == top) {
+      std::reverse(path.begin(), path.end());
+      return path;
+    }
+  }
+  return {};
+}
+
+}  // namespace backbend::skin

@@ -1,0 +1,463 @@
+// The anatomy of skeletons under the names of the common rigs, what hints do, and when it refuses.
+#include "skin/anatomy.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+
+#include "skin/joint_names.h"
+#include "tests/skin/stick_figure.h"
+
+namespace backbend::skin {
+namespace {
+
+using Names = std::vector<std::string>;
+
+Names names_of(const Character& character, const std::vector<int>& nodes) {
+  Names out;
+  for (const int node : nodes) out.push_back(character.nodes[static_cast<std::size_t>(node)].name);
+  return out;
+}
+
+/// The stick figure with its joints called as in some rig.
+Character renamed(const std::map<std::string, std::string>& names) {
+  Character character = stick_figure();
+  for (Node& node : character.nodes)
+    if (const auto found = names.find(node.name); found != names.end()) node.name = found->second;
+  return character;
+}
+
+struct Convention {
+  const char* rig;
+  std::map<std::string, std::string> names;  // from the stick figure's
+};
+
+const Convention kConventions[] = {
+    {"Mixamo",
+     {{"hips", "mixamorig:Hips"},
+      {"spine_1", "mixamorig:Spine"},
+      {"spine_2", "mixamorig:Spine2"},
+      {"neck", "mixamorig:Neck"},
+      {"head", "mixamorig:Head"},
+      {"clavicle.L", "mixamorig:LeftShoulder"},
+      {"arm.L", "mixamorig:LeftArm"},
+      {"hand.L", "mixamorig:LeftHand"},
+      {"clavicle.R", "mixamorig:RightShoulder"},
+      {"arm.R", "mixamorig:RightArm"},
+      {"hand.R", "mixamorig:RightHand"},
+      {"thigh.L", "mixamorig:LeftUpLeg"},
+      {"shin.L", "mixamorig:LeftLeg"},
+      {"foot.L", "mixamorig:LeftFoot"},
+      {"thigh.R", "mixamorig:RightUpLeg"},
+      {"shin.R", "mixamorig:RightLeg"},
+      {"foot.R", "mixamorig:RightFoot"}}},
+    {"Unreal",
+     {{"scene", "root"},
+      {"hips", "pelvis"},
+      {"spine_1", "spine_01"},
+      {"spine_2", "spine_02"},
+      {"neck", "neck_01"},
+      {"clavicle.L", "clavicle_l"},
+      {"arm.L", "upperarm_l"},
+      {"hand.L", "hand_l"},
+      {"clavicle.R", "clavicle_r"},
+      {"arm.R", "upperarm_r"},
+      {"hand.R", "hand_r"},
+      {"thigh.L", "thigh_l"},
+      {"shin.L", "calf_l"},
+      {"foot.L", "foot_l"},
+      {"thigh.R", "thigh_r"},
+      {"shin.R", "calf_r"},
+      {"foot.R", "foot_r"}}},
+    {"Biped",
+     {{"scene", "Bip01"},
+      {"hips", "Bip01 Pelvis"},
+      {"spine_1", "Bip01 Spine"},
+      {"spine_2", "Bip01 Spine1"},
+      {"neck", "Bip01 Neck"},
+      {"head", "Bip01 Head"},
+      {"clavicle.L", "Bip01 L Clavicle"},
+      {"arm.L", "Bip01 L UpperArm"},
+      {"hand.L", "Bip01 L Hand"},
+      {"clavicle.R", "Bip01 R Clavicle"},
+      {"arm.R", "Bip01 R UpperArm"},
+      {"hand.R", "Bip01 R Hand"},
+      {"thigh.L", "Bip01 L Thigh"},
+      {"shin.L", "Bip01 L Calf"},
+      {"foot.L", "Bip01 L Foot"},
+      {"thigh.R", "Bip01 R Thigh"},
+      {"shin.R", "Bip01 R Calf"},
+      {"foot.R", "Bip01 R Foot"}}},
+    {"Vrm",
+     {{"hips", "J_Bip_C_Hips"},
+      {"spine_1", "J_Bip_C_Spine"},
+      {"spine_2", "J_Bip_C_UpperChest"},
+      {"neck", "J_Bip_C_Neck"},
+      {"head", "J_Bip_C_Head"},
+      {"clavicle.L", "J_Bip_L_Shoulder"},
+      {"arm.L", "J_Bip_L_UpperArm"},
+      {"hand.L", "J_Bip_L_Hand"},
+      {"clavicle.R", "J_Bip_R_Shoulder"},
+      {"arm.R", "J_Bip_R_UpperArm"},
+      {"hand.R", "J_Bip_R_Hand"},
+      {"thigh.L", "J_Bip_L_UpperLeg"},
+      {"shin.L", "J_Bip_L_LowerLeg"},
+      {"foot.L", "J_Bip_L_Foot"},
+      {"thigh.R", "J_Bip_R_UpperLeg"},
+      {"shin.R", "J_Bip_R_LowerLeg"},
+      {"foot.R", "J_Bip_R_Foot"}}},
+    {"AdvancedSkeleton",
+     {{"hips", "Root_M"},
+      {"spine_1", "Spine1_M"},
+      {"spine_2", "Chest_M"},
+      {"neck", "Neck_M"},
+      {"head", "Head_M"},
+      {"clavicle.L", "Scapula_L"},
+      {"arm.L", "Shoulder_L"},
+      {"hand.L", "Wrist_L"},
+      {"clavicle.R", "Scapula_R"},
+      {"arm.R", "Shoulder_R"},
+      {"hand.R", "Wrist_R"},
+      {"thigh.L", "Hip_L"},
+      {"shin.L", "Knee_L"},
+      {"foot.L", "Ankle_L"},
+      {"thigh.R", "Hip_R"},
+      {"shin.R", "Knee_R"},
+      {"foot.R", "Ankle_R"}}},
+    {"Rigify",
+     {{"scene", "rig"},
+      {"hips", "DEF-spine"},
+      {"spine_1", "DEF-spine.001"},
+      {"spine_2", "DEF-spine.003"},
+      {"neck", "DEF-spine.004"},
+      {"head", "DEF-spine.006"},
+      {"clavicle.L", "DEF-shoulder.L"},
+      {"arm.L", "DEF-upper_arm.L"},
+      {"hand.L", "DEF-hand.L"},
+      {"clavicle.R", "DEF-shoulder.R"},
+      {"arm.R", "DEF-upper_arm.R"},
+      {"hand.R", "DEF-hand.R"},
+      {"thigh.L", "DEF-thigh.L"},
+      {"shin.L", "DEF-shin.L"},
+      {"foot.L", "DEF-foot.L"},
+      {"thigh.R", "DEF-thigh.R"},
+      {"shin.R", "DEF-shin.R"},
+      {"foot.R", "DEF-foot.R"}}},
+    {"Daz",
+     {{"hips", "hip"},
+      {"spine_1", "abdomenLower"},
+      {"spine_2", "chestUpper"},
+      {"neck", "neckLower"},
+      {"clavicle.L", "lCollar"},
+      {"arm.L", "lShldrBend"},
+      {"hand.L", "lHand"},
+      {"clavicle.R", "rCollar"},
+      {"arm.R", "rShldrBend"},
+      {"hand.R", "rHand"},
+      {"thigh.L", "lThighBend"},
+      {"shin.L", "lShin"},
+      {"foot.L", "lFoot"},
+      {"thigh.R", "rThighBend"},
+      {"shin.R", "rShin"},
+      {"foot.R", "rFoot"}}},
+    {"NoNamesAtAll",
+     {{"hips", "#1"},
+      {"spine_1", "#2"},
+      {"spine_2", "#3"},
+      {"neck", "#4"},
+      {"head", "#5"},
+      {"clavicle.L", "#6"},
+      {"arm.L", "#7"},
+      {"hand.L", "#8"},
+      {"thigh.L", "#9"},
+      {"shin.L", "#10"},
+      {"foot.L", "#11"},
+      {"clavicle.R", "#12"},
+      {"arm.R", "#13"},
+      {"hand.R", "#14"},
+      {"thigh.R", "#15"},
+      {"shin.R", "#16"},
+      {"foot.R", "#17"}}},
+};
+
+class NamedAs : public ::testing::TestWithParam<Convention> {};
+
+TEST_P(NamedAs, TheSameFigureHasTheSameAnatomy) {
+  const Character plain = stick_figure();
+  const Anatomy expected = find_anatomy(plain);
+  const Character character = renamed(GetParam().names);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.spine, expected.spine);
+  EXPECT_EQ(anatomy.chest_index, expected.chest_index);
+  EXPECT_EQ(anatomy.left_arm, expected.left_arm);
+  EXPECT_EQ(anatomy.right_arm, expected.right_arm);
+  EXPECT_EQ(anatomy.left_leg, expected.left_leg);
+  EXPECT_EQ(anatomy.right_leg, expected.right_leg);
+  EXPECT_EQ(anatomy.forward, expected.forward);
+}
+
+INSTANTIATE_TEST_SUITE_P(Anatomy, NamedAs, ::testing::ValuesIn(kConventions),
+                         [](const auto& test) { return test.param.rig; });
+
+TEST(Anatomy, OfTheStickFigureIsAsDrawn) {
+  const Character character = stick_figure();
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(names_of(character, anatomy.spine),
+            (Names{"hips", "spine_1", "spine_2", "neck", "head"}));
+  EXPECT_EQ(anatomy.chest_index, 3u);
+  EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
+  EXPECT_EQ(names_of(character, anatomy.right_leg), (Names{"thigh.R", "shin.R", "foot.R"}));
+  EXPECT_EQ(anatomy.up, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(anatomy.left, glm::dvec3(1, 0, 0));
+  EXPECT_NEAR(anatomy.spine_length, 0.5, 1e-12);
+  EXPECT_FALSE(anatomy.reasons.empty());
+}
+
+TEST(Anatomy, TurnsWithTheCharacter) {
+  // Z-up data, facing -Y, as a file with odd axes has it.
+  Character character = stick_figure();
+  const glm::dmat4 turn =
+      glm::rotate(glm::dmat4(1.0), 1.5707963267948966, glm::dvec3(1.0, 0.0, 0.0));
+  for (Node& node : character.nodes) node.world_from_node = turn * node.world_from_node;
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.up, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(anatomy.forward, glm::dvec3(0, -1, 0));
+  EXPECT_EQ(anatomy.left, glm::dvec3(1, 0, 0));
+}
+
+TEST(Anatomy, KnowsSomeoneWhoSitsFromSomeoneWhoLies) {
+  Character character = stick_figure();
+  for (Node& node : character.nodes)
+    if (node.name.rfind("shin", 0) == 0 || node.name.rfind("foot", 0) == 0)
+      node.world_from_node =  // thighs forward
+          glm::translate(glm::dmat4(1.0), glm::dvec3(node.world_from_node[3].x, 0.88,
+                                                     0.88 - node.world_from_node[3].y));
+  EXPECT_EQ(find_anatomy(character).up, glm::dvec3(0, 1, 0));
+}
+
+TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
+  Character character = stick_figure();
+  for (Node& node : character.nodes)
+    if (node.name.rfind("clavicle", 0) == 0) node.parent = stick_node(character, "neck");
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
+  EXPECT_EQ(anatomy.spine[anatomy.chest_index], stick_node(character, "neck"));
+  const SpineDriver driver(character, anatomy);
+  EXPECT_TRUE(driver.arms_follow_chest());
+}
+
+TEST(Anatomy, IsOverriddenByHints) {
+  const Character character = stick_figure();
+  AnatomyHints hints;
+  hints.hip = "spine_1";
+  hints.chest = "spine_2";
+  const Anatomy anatomy = find_anatomy(character, hints);
+  EXPECT_EQ(names_of(character, anatomy.spine), (Names{"spine_1", "spine_2", "neck", "head"}));
+  EXPECT_EQ(anatomy.chest_index, 1u);
+
+  AnatomyHints spine;
+  spine.spine = {"hips", "spine_2", "head"};
+  spine.left_arm = {"arm.L"};
+  spine.right_arm = {"arm.R", "hand.R"};
+  const Anatomy given = find_anatomy(character, spine);
+  EXPECT_EQ(names_of(character, given.spine), (Names{"hips", "spine_2", "head"}));
+  EXPECT_EQ(names_of(character, given.left_arm), (Names{"arm.L"}));
+  EXPECT_EQ(names_of(character, given.right_arm), (Names{"arm.R", "hand.R"}));
+}
+
+AnatomyHints between(const std::string& hip, const std::string& chest) {
+  AnatomyHints hints;
+  hints.hip = hip;
+  hints.chest = chest;
+  return hints;
+}
+AnatomyHints along(const Names& spine) {
+  AnatomyHints hints;
+  hints.spine = spine;
+  return hints;
+}
+
+std::string refusal(const Character& character, const AnatomyHints& hints = {}) {
+  try {
+    find_anatomy(character, hints);
+    return "";
+  } catch (const CharacterError& error) {
+    return error.what();
+  }
+}
+
+TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
+  const Character character = stick_figure();
+  EXPECT_NE(refusal(character, between("hip", ""))
+                .find("no joint is called 'hip'; the nearest is 'hips'"),
+            std::string::npos);
+  EXPECT_NE(refusal(character, along({"neck", "hips"})).find("does not hang from"),
+            std::string::npos);
+  EXPECT_NE(refusal(character, along({"neck"})).find("no chain"), std::string::npos);
+  EXPECT_NE(refusal(character, between("spine_2", "hips")).find("is not above"), std::string::npos);
+  EXPECT_NE(refusal(character, between("foot.L", "")).find("does not hang from the hips"),
+            std::string::npos);
+  Character twins = stick_figure();
+  twins.nodes[3].name = "spine_1";
+  EXPECT_NE(refusal(twins, between("spine_1", "")).find("several joints"), std::string::npos);
+}
+
+/// Joints without names or symmetry: a table with odd legs.
+Character furniture() {
+  Character character;
+  character.file_name = "table.glb";
+  const auto add = [&](int parent, const glm::dvec3& at) {
+    Node node;
+    node.name = std::string("#").append(std::to_string(character.nodes.size()));
+    node.parent = parent;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+    character.nodes.push_back(node);
+    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+  };
+  add(-1, {0, 1, 0});
+  add(0, {1, 0.2, 0.3});
+  add(0, {-0.4, 0.1, 1.3});
+  add(0, {-1.2, 0.6, -0.2});
+  return character;
+}
+
+TEST(Anatomy, RefusesToGuessAndAsksForNames) {
+  const std::string error = refusal(furniture());
+  EXPECT_NE(error.find("table.glb: cannot tell the spine"), std::string::npos) << error;
+  EXPECT_NE(error.find("--hip and --chest"), std::string::npos) << error;
+  EXPECT_EQ(refusal(furniture(), between("#0", "#2")), "");
+}
+
+TEST(Anatomy, ReadsASkeletonWithoutAForkFromEndToEnd) {
+  Character character;
+  character.file_name = "rope.glb";
+  for (int k = 0; k < 6; ++k) {
+    Node node;
+    node.name = "#" + std::string(1, static_cast<char>('0' + k));
+    node.parent = k - 1;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.2 * k, 0.0));
+    character.nodes.push_back(node);
+    stick_vertex(character, k);
+  }
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(anatomy.chest_index, 5u);
+  EXPECT_TRUE(anatomy.left_arm.empty());
+}
+
+/// A snake along +Z, its head at the end of +Z, built from the head or from the tail; a jaw hangs
+/// from the head.
+Character snake(bool from_head) {
+  const Names names = {"Tail", "Body3", "Body2", "Body1", "Neck", "Head"};
+  Character character;
+  character.file_name = "snake.glb";
+  const auto add = [&](const std::string& name, int parent, double z) {
+    Node node;
+    node.name = name;
+    node.parent = parent;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.1, z));
+    character.nodes.push_back(node);
+    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+  };
+  for (int k = 0; k < 6; ++k) {
+    const int at = from_head ? 5 - k : k;
+    add(names[static_cast<std::size_t>(at)], k - 1, 0.4 * at);
+  }
+  add("Jaw", from_head ? 0 : 5, 2.1);
+  return character;
+}
+
+TEST(Anatomy, OfASnakeIsTheSameWhicheverEndItIsBuiltFrom) {
+  const Names expected = {"Tail", "Body3", "Body2", "Body1", "Neck", "Head"};
+  for (const bool from_head : {false, true}) {
+    const Character character = snake(from_head);
+    const Anatomy anatomy = find_anatomy(character);
+    EXPECT_EQ(names_of(character, anatomy.spine), expected);
+    EXPECT_EQ(names_of(character, {anatomy.spine[anatomy.chest_index]}), Names{"Neck"});
+    EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
+    EXPECT_TRUE(anatomy.followers.empty());
+    // Driven, the jaw stays on the head, and the head goes with the end of the chain.
+    const SpineDriver driver(character, anatomy);
+    const auto system = solver::build_system({"even", {}}, driver.rest_chain());
+    const auto pose =
+        system->solve(system->controls_for({.extension = 1.0}, solver::Mapping::chest));
+    const auto world = driver.drive(*system, pose);
+    const auto at = [&](const char* name) {
+      return glm::dvec3(world[static_cast<std::size_t>(stick_node(character, name))][3]);
+    };
+    EXPECT_NEAR(glm::distance(at("Neck"), pose.position.back()), 0.0, 1e-9);
+    EXPECT_NEAR(glm::distance(at("Head"), at("Jaw")), 0.1, 1e-9);
+    EXPECT_NEAR(glm::distance(at("Head"), at("Neck")), 0.4, 1e-9);
+  }
+}
+
+TEST(Anatomy, IgnoresControlsAndEndMarkers) {
+  Character character = stick_figure();
+  const auto add = [&](const char* name, int parent, const glm::dvec3& at) {
+    Node node;
+    node.name = name;
+    node.parent = parent;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+    character.nodes.push_back(node);
+    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+  };
+  add("ik_foot.L", 0, {0.1, 0.05, 0.0});
+  add("ik_foot.R", 0, {-0.1, 0.05, 0.0});
+  add("head_end", stick_node(character, "head"), {0.0, 1.7, 0.0});
+  add("head_ctrl", 0, {0.0, 1.9, 0.0});
+  add("twist.L", stick_node(character, "arm.L"), {0.4, 1.35, 0.0});
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(names_of(character, anatomy.spine),
+            (Names{"hips", "spine_1", "spine_2", "neck", "head"}));
+  EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
+}
+
+TEST(JointNames, AreReadWhateverTheirDialect) {
+  const auto part = [](const char* name) { return read_joint_name(name).part; };
+  const auto side = [](const char* name) { return read_joint_name(name).side; };
+  EXPECT_EQ(part("mixamorig:LeftUpLeg"), BodyPart::leg);
+  EXPECT_EQ(side("mixamorig:LeftUpLeg"), Side::left);
+  EXPECT_EQ(part("Bip01 R Clavicle"), BodyPart::clavicle);
+  EXPECT_EQ(side("Bip01 R Clavicle"), Side::right);
+  EXPECT_EQ(part("LHipJoint"), BodyPart::leg);  // a hip with a side is a leg's
+  EXPECT_EQ(side("LHipJoint"), Side::left);
+  EXPECT_EQ(part("pelvis"), BodyPart::hip);
+  EXPECT_EQ(part("Lefthand"), BodyPart::hand);
+  EXPECT_EQ(side("Lefthand"), Side::left);
+  EXPECT_EQ(part("lowerback"), BodyPart::spine);
+  EXPECT_EQ(part("Armature"), BodyPart::root);
+  EXPECT_EQ(part("J_Bip_C_UpperChest"), BodyPart::spine);
+  EXPECT_EQ(part("Spine_Middle"), BodyPart::spine);
+  EXPECT_EQ(part("middle_01_l"), BodyPart::finger);
+  EXPECT_EQ(part("#12"), BodyPart::none);
+  EXPECT_TRUE(read_joint_name("HeadTop_End").end);
+  EXPECT_TRUE(read_joint_name("IKFrontLeg.L").control);
+  EXPECT_TRUE(read_joint_name("BackLeg.R").back);
+  EXPECT_EQ(read_joint_name("hand_l").without_side, read_joint_name("hand_r").without_side);
+  EXPECT_NE(read_joint_name("leg01.L").without_side, read_joint_name("leg02.R").without_side);
+}
+
+TEST(VertexRegions, FollowTheJointWithTheLargestWeight) {
+  const Character character = stick_figure();
+  const Anatomy anatomy = find_anatomy(character);
+  const auto regions = vertex_regions(character, anatomy);
+  const auto of = [&](const char* name) {  // three vertices a joint, `scene` has none
+    return regions[static_cast<std::size_t>(3 * (stick_node(character, name) - 1))];
+  };
+  EXPECT_EQ(of("hips"), Region::torso);
+  EXPECT_EQ(of("spine_2"), Region::torso);
+  EXPECT_EQ(of("neck"), Region::head);
+  EXPECT_EQ(of("head"), Region::head);
+  EXPECT_EQ(of("hand.L"), Region::arm_left);
+  EXPECT_EQ(of("clavicle.R"), Region::arm_right);
+  EXPECT_EQ(of("foot.L"), Region::leg_left);
+  EXPECT_EQ(of("thigh.R"), Region::leg_right);
+  EXPECT_EQ(region_name(Region::arm_left), "arm_L");
+  EXPECT_EQ(region_name(Region::other), "other");
+}
+
+}  // namespace
+}  // namespace backbend::skin

@@ -1,0 +1,259 @@
+#include "skin/skinning.h"
+
+#include <gtest/gtest.h>
+#include <tbb/global_control.h>
+
+#include <cmath>
+#include <glm/gtc/constants.hpp>
+#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
+
+#include "skin/matrix_facts.h"
+#include "skin/skinning_plan.h"
+
+namespace backbend::skin {
+namespace {
+
+constexpr double kPi = 3.14159265358979323846;
+
+/// `joints` nodes on one root, all at the origin, and vertices with `influences` random joints
+/// each.
+Character random_character(std::size_t vertices, int joints, int influences, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<float> unit(-1.0f, 1.0f), positive(0.05f, 1.0f);
+  Character character;
+  for (int j = 0; j < joints; ++j) {
+    character.nodes.push_back({.name = "joint", .parent = j == 0 ? -1 : 0, .file_node = j});
+    character.joints.push_back({.node = j});
+  }
+  for (std::size_t v = 0; v < vertices; ++v) {
+    character.bind_position.emplace_back(unit(rng), 2.0f * unit(rng), unit(rng));
+    character.bind_normal.push_back(
+        glm::normalize(glm::vec3(unit(rng), unit(rng), unit(rng) + 2.0f)));
+    Influences set;
+    float sum = 0.0f;
+    const auto first = static_cast<unsigned>(rng() % static_cast<unsigned>(joints));
+    for (int k = 0; k < influences; ++k) {
+      const auto slot = static_cast<std::size_t>(k);
+      set.joint[slot] = static_cast<std::uint16_t>((first + static_cast<unsigned>(k)) %
+                                                   static_cast<unsigned>(joints));
+      set.weight[slot] = positive(rng);
+      sum += set.weight[slot];
+    }
+    for (float& weight : set.weight) weight /= sum;
+    std::sort(set.weight.begin(), set.weight.end(), std::greater<>());
+    character.influences.push_back(set);
+  }
+  return character;
+}
+
+glm::dmat4 random_motion(std::mt19937& rng) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const glm::dquat turn =
+      glm::normalize(glm::dquat(unit(rng), unit(rng), unit(rng), unit(rng) + 1e-3));
+  return rigid_matrix(turn, {unit(rng), unit(rng), unit(rng)}, {unit(rng), unit(rng), unit(rng)});
+}
+
+std::vector<glm::dmat4> random_motions(std::size_t count, unsigned seed) {
+  std::mt19937 rng(seed);
+  std::vector<glm::dmat4> out;
+  for (std::size_t k = 0; k < count; ++k) out.push_back(random_motion(rng));
+  return out;
+}
+
+/// The definition, in double precision.
+glm::dvec3 reference(const Character& character, const std::vector<glm::dmat4>& world,
+                     std::size_t v) {
+  glm::dvec3 out(0.0);
+  for (std::size_t k = 0; k < kMaxInfluences; ++k) {
+    const auto& joint = character.joints[character.influences[v].joint[k]];
+    out += static_cast<double>(character.influences[v].weight[k]) *
+           glm::dvec3(world[static_cast<std::size_t>(joint.node)] * joint.joint_from_mesh *
+                      glm::dvec4(glm::dvec3(character.bind_position[v]), 1.0));
+  }
+  return out;
+}
+
+class WithInfluences : public ::testing::TestWithParam<int> {};
+
+TEST_P(WithInfluences, SkinningIsTheWeightedSumOfTheJointsMotions) {
+  const Character character = random_character(3001, 9, GetParam(), 1);
+  const auto world = random_motions(character.nodes.size(), 2);
+  const PosedMesh posed = skin(character, world);
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    // Coordinates up to 4: a dozen float operations, each off by at most 2^-24 of that.
+    ASSERT_NEAR(glm::distance(glm::dvec3(posed.position[v]), reference(character, world, v)), 0.0,
+                2e-6)
+        << v;
+    ASSERT_NEAR(glm::length(posed.normal[v]), 1.0f, 1e-6f) << v;
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, WithInfluences, ::testing::Values(1, 2, 3, 4, 5, 8));
+
+TEST_P(WithInfluences, APlanGivesTheSameBits) {
+  for (const std::size_t vertices : {1u, 7u, 8u, 100u, 5003u}) {
+    const Character character = random_character(vertices, 9, GetParam(), 21);
+    const SkinningPlan plan(character);
+    PosedMesh posed;
+    for (const bool uneven : {false, true}) {
+      auto world = random_motions(character.nodes.size(), 22);
+      if (uneven) world[1] = glm::scale(world[1], glm::dvec3(1.0, 2.0, 0.5));
+      plan.skin(world, posed);
+      const PosedMesh plain = skin(character, world);
+      EXPECT_EQ(posed.position, plain.position);
+      EXPECT_EQ(posed.normal, plain.normal);
+    }
+  }
+}
+
+TEST(SkinningPlan, WastesLittleWhereManyVerticesShareTheirJoints) {
+  const Character character = random_character(8000, 10, 4, 23);
+  const SkinningPlan plan(character);
+  // Ten sets of joints: each wastes at most seven lanes or leaves two vertices over.
+  EXPECT_LE(plan.padded_share(), 70.0 / 8000.0);
+  EXPECT_LE(plan.single_share(), 20.0 / 8000.0);
+}
+
+TEST(SkinningPlan, IsTheSameOnOneThreadAndOnMany) {
+  const Character character = random_character(20011, 40, 4, 24);
+  const auto world = random_motions(character.nodes.size(), 25);
+  const SkinningPlan plan(character);
+  PosedMesh one, many;
+  {
+    const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+    plan.skin(world, one);
+  }
+  plan.skin(world, many);
+  EXPECT_EQ(one.position, many.position);
+  EXPECT_EQ(one.normal, many.normal);
+}
+
+TEST(Skinning, GivesTheMeshBackBitForBitUnderIdentities) {
+  const Character character = random_character(500, 3, 1, 3);
+  EXPECT_EQ(rest_mesh(character).position, character.bind_position);
+}
+
+TEST(Skinning, KeepsEveryLengthWhenAllJointsMoveAsOne) {
+  const Character character = random_character(400, 5, 4, 4);
+  std::mt19937 rng(5);
+  const glm::dmat4 motion = random_motion(rng);
+  for (const auto method : {SkinningMethod::linear, SkinningMethod::dual_quaternion}) {
+    const PosedMesh posed = skin(character, std::vector<glm::dmat4>(5, motion), method);
+    for (std::size_t v = 1; v < character.vertex_count(); ++v) {
+      EXPECT_NEAR(glm::distance(posed.position[v], posed.position[v - 1]),
+                  glm::distance(character.bind_position[v], character.bind_position[v - 1]), 4e-6f);
+      const glm::vec3 turned = glm::mat3(motion) * character.bind_normal[v];
+      EXPECT_NEAR(glm::distance(posed.normal[v], turned), 0.0f, 2e-6f);
+    }
+  }
+}
+
+TEST(Skinning, IsTheSameOnOneThreadAndOnMany) {
+  const Character character = random_character(20011, 40, 4, 6);
+  const auto world = random_motions(character.nodes.size(), 7);
+  for (const auto method : {SkinningMethod::linear, SkinningMethod::dual_quaternion}) {
+    PosedMesh one;
+    {
+      const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+      one = skin(character, world, method);
+    }
+    const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+    const PosedMesh other = skin(character, world, method);
+    EXPECT_EQ(one.position, other.position);
+    EXPECT_EQ(one.normal, other.normal);
+  }
+}
+
+TEST(Skinning, IsTheSameForReorderedVertices) {
+  const Character character = random_character(777, 12, 4, 8);
+  Character reversed = character;
+  std::reverse(reversed.bind_position.begin(), reversed.bind_position.end());
+  std::reverse(reversed.bind_normal.begin(), reversed.bind_normal.end());
+  std::reverse(reversed.influences.begin(), reversed.influences.end());
+  const auto world = random_motions(character.nodes.size(), 9);
+  PosedMesh a = skin(character, world);
+  const PosedMesh b = skin(reversed, world);
+  std::reverse(a.position.begin(), a.position.end());
+  std::reverse(a.normal.begin(), a.normal.end());
+  EXPECT_EQ(a.position, b.position);
+  EXPECT_EQ(a.normal, b.normal);
+}
+
+TEST(Skinning, TurnsNormalsByTheInverseTransposeUnderUnevenScale) {
+  Character character = random_character(1, 1, 1, 10);
+  character.bind_normal[0] = glm::normalize(glm::vec3(1.0f, 1.0f, 0.0f));
+  const auto world = std::vector{glm::scale(glm::dmat4(1.0), glm::dvec3(2.0, 1.0, 1.0))};
+  // A plane x + y = c becomes x/2 + y = c.
+  const glm::vec3 expected = glm::normalize(glm::vec3(0.5f, 1.0f, 0.0f));
+  EXPECT_NEAR(glm::distance(skin(character, world).normal[0], expected), 0.0f, 1e-6f);
+}
+
+TEST(Skinning, KeepsNormalsOutwardUnderAMirror) {
+  Character character = random_character(1, 1, 1, 11);
+  character.bind_normal[0] = {1.0f, 0.0f, 0.0f};
+  const auto world = std::vector{glm::scale(glm::dmat4(1.0), glm::dvec3(-1.0, 1.0, 1.0))};
+  EXPECT_EQ(skin(character, world).normal[0], glm::vec3(-1.0f, 0.0f, 0.0f));
+}
+
+/// A vertex at radius 1 about Y, half on each of two joints, the second twisted by `angle`.
+float twisted_radius(double angle, SkinningMethod method) {
+  Character character = random_character(1, 2, 2, 12);
+  character.bind_position[0] = {1.0f, 0.0f, 0.0f};
+  character.influences[0].joint = {0, 1};
+  character.influences[0].weight = {0.5f, 0.5f};
+  const std::vector world = {glm::dmat4(1.0),
+                             glm::rotate(glm::dmat4(1.0), angle, glm::dvec3(0.0, 1.0, 0.0))};
+  return glm::length(skin(character, world, method).position[0]);
+}
+
+TEST(Skinning, CollapsesUnderTwistAsTheTheoryOfLinearBlendingSays) {
+  // Two unit vectors `angle` apart have a mean of length cos(angle / 2): Kavan 2014, part I.
+  for (int degrees = 0; degrees <= 170; degrees += 10) {
+    const double angle = degrees * kPi / 180.0;
+    EXPECT_NEAR(twisted_radius(angle, SkinningMethod::linear), std::cos(angle / 2.0), 1e-6);
+    EXPECT_NEAR(twisted_radius(angle, SkinningMethod::dual_quaternion), 1.0, 1e-6);
+  }
+}
+
+TEST(DualQuaternionSkinning, DoesNotCareForTheSignOfAQuaternion) {
+  // Rotations near a full turn have quaternions near -1; blended with +1 they would cancel.
+  const double angle = 358.0 * kPi / 180.0;
+  EXPECT_NEAR(twisted_radius(angle, SkinningMethod::dual_quaternion), 1.0, 1e-6);
+}
+
+TEST(DualQuaternionSkinning, IsTheRestMeshAtRest) {
+  Character character = random_character(300, 6, 4, 13);
+  std::mt19937 rng(14);
+  for (Node& node : character.nodes) node.world_from_node = random_motion(rng);
+  for (std::size_t j = 0; j < character.joints.size(); ++j)
+    character.joints[j].joint_from_mesh = glm::affineInverse(character.nodes[j].world_from_node);
+  std::vector<glm::dmat4> rest;
+  for (const Node& node : character.nodes) rest.push_back(node.world_from_node);
+  EXPECT_EQ(skin(character, rest, SkinningMethod::dual_quaternion).position,
+            rest_mesh(character).position);
+}
+
+TEST(DualQuaternionSkinning, CarriesEvenScaleOfAJoint) {
+  Character character = random_character(50, 1, 1, 15);
+  const std::vector world = {glm::scale(glm::dmat4(1.0), glm::dvec3(3.0))};
+  const PosedMesh posed = skin(character, world, SkinningMethod::dual_quaternion);
+  for (std::size_t v = 0; v < 50; ++v)
+    EXPECT_NEAR(glm::distance(posed.position[v], 3.0f * character.bind_position[v]), 0.0f, 2e-6f);
+}
+
+TEST(Skinning, IsFiniteForAJointThatCollapsed) {
+  const Character character = random_character(20, 2, 2, 16);
+  const std::vector world = {glm::dmat4(1.0), glm::scale(glm::dmat4(1.0), glm::dvec3(0.0))};
+  for (const auto method : {SkinningMethod::linear, SkinningMethod::dual_quaternion}) {
+    const PosedMesh posed = skin(character, world, method);
+    for (std::size_t v = 0; v < 20; ++v) {
+      EXPECT_TRUE(std::isfinite(posed.position[v].x + posed.normal[v].x)) << v;
+      EXPECT_NEAR(glm::length(posed.normal[v]), 1.0f, 1e-5f) << v;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace backbend::skin
