@@ -1,0 +1,36 @@
+#pragma once
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "render/scene.h"
+
+namespace backbend::render {
+
+/// A latitude-longitude picture as a light, sampled in proportion to its brightness.
+/// The upper edge is +Y; the middle column is +Z and the right-hand quarter is -X, so that the
+/// picture is seen as it hangs when looking along +Z.
+class EnvironmentMap {
+ public:
+  struct Sample {
+    glm::vec3 direction;  // unit
+    glm::vec3 radiance;
+    float pdf;  // per steradian, > 0
+  };
+
+  /// Throws RenderError for an empty picture, a negative or non-finite texel, or one that is black.
+  explicit EnvironmentMap(Texture picture);
+
+  glm::vec3 radiance(const glm::vec3& direction) const;
+  float pdf(const glm::vec3& direction) const;
+  Sample sample(glm::vec2 random) const;
+
+ private:
+  std::size_t texel_of(const glm::vec3& direction) const;
+
+  Texture picture_;
+  std::vector<float> row_cdf_;     // [height + 1], ends with 1
+  std::vector<float> column_cdf_;  // [height][width + 1], each row ends with 1
+};
+
+}  // namespace backbend::render

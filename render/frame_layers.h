@@ -1,0 +1,53 @@
+#pragma once
+#include <optional>
+#include <vector>
+
+#include "render/projection.h"
+#include "render/scene_view.h"
+
+namespace backbend::render {
+
+/// Depth written where a ray meets nothing; infinity upsets viewers, and Blender writes the same.
+inline constexpr float kBackgroundDepth = 1e10f;
+
+/// Where the layers of one frame lie in Frame::layers; -1: not asked for.
+struct FrameLayers {
+  int beauty = -1, depth = -1, normal = -1, object_matte = -1, region_matte = -1;
+  int position = -1, albedo = -1, rest_position = -1, motion = -1, object_id = -1, triangle_id = -1;
+  int variance = -1, heat = -1;
+};
+
+/// Adds every layer that `settings` asks for to `frame`, filled with what background pixels hold.
+FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& settings);
+
+/// Adds only what lines are drawn from: depth, normal and region.
+FrameLayers add_geometry_layers(Frame& frame);
+
+/// A rectangle of pixels that a tile covers: at most 16 x 16, clipped to the frame.
+struct PixelRect {
+  int x0, y0, x1, y1;
+};
+
+/// Writes the geometry layers of a rectangle from one ray through each pixel's centre: unfiltered,
+/// so that no pixel mixes two surfaces.
+void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
+                           const PixelRect& rect, const FrameLayers& at, Frame& frame);
+
+/// The same for rays that were already traced through the centres of the tile's 256 pixels, in
+/// blocks of 4 x 2.
+void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
+                           const PixelRect& rect, const RayBatch& rays, const HitBatch& hits,
+                           const FrameLayers& at, Frame& frame);
+
+inline constexpr int kTileSize = 16;  // pixels; 256 camera rays a sample
+inline constexpr std::size_t kTilePixels = kTileSize * kTileSize;
+
+/// Where lane `lane` of packet `packet` of a tile lies in it: packets are blocks of 4 x 2 pixels.
+constexpr int tile_x(std::size_t packet, unsigned lane) {
+  return static_cast<int>(packet % (kTileSize / 4) * 4 + lane % 4);
+}
+constexpr int tile_y(std::size_t packet, unsigned lane) {
+  return static_cast<int>(packet / (kTileSize / 4) * 2 + lane / 4);
+}
+
+}  // namespace backbend::render

@@ -1,0 +1,14 @@
+#include "render/half_layers.h"
+
+#include <half.h>
+
+namespace backbend::render {
+
+void round_half_layers(Frame& frame) {
+  for (Layer& layer : frame.layers) {
+    if (!layer.half) continue;
+    for (float& value : layer.data) value = static_cast<float>(half(value));
+  }
+}
+
+}  // namespace backbend::render

@@ -1,0 +1,243 @@
+#include "render/ray_device.h"
+
+#if BACKBEND_EMBREE == 4
+#include <embree4/rtcore.h>
+#else
+#include <embree3/rtcore.h>
+#endif
+#include <immintrin.h>
+
+#include <cstring>
+#include <string>
+#include <type_traits>
+
+#include "render/scene.h"
+
+namespace backbend::render {
+namespace {
+
+template <auto release>
+struct Release {
+  template <class T>
+  void operator()(T* handle) const {
+    release(handle);
+  }
+};
+using Device = std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release<rtcReleaseDevice>>;
+using EmbreeScene = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release<rtcReleaseScene>>;
+using Geometry = std::unique_ptr<std::remove_pointer_t<RTCGeometry>, Release<rtcReleaseGeometry>>;
+
+// One device for the process. The instruction set is pinned: another one may round hits otherwise.
+// Threads are those of TBB, and of the arena that calls.
+RTCDevice device() {
+  static const Device instance(rtcNewDevice("isa=avx2,threads=0"));
+  if (!instance) throw RenderError("the ray device did not start: this program needs AVX2");
+  return instance.get();
+}
+
+void expect_no_error(const char* doing) {
+  const RTCError error = rtcGetDeviceError(device());
+  if (error == RTC_ERROR_NONE) return;
+  const char* reason = error == RTC_ERROR_OUT_OF_MEMORY     ? "out of memory"
+                       : error == RTC_ERROR_UNSUPPORTED_CPU ? "this CPU is not supported"
+                                                            : "the device reports an error";
+  throw RenderError(std::string("ray device, ") + doing + ": " + reason + " (code " +
+                    std::to_string(static_cast<int>(error)) + ")");
+}
+
+// What the eight rays of a packet have met so far. Embree keeps whichever of two equally distant
+// hits it visits last, which depends on the tree; this keeps the lowest triangle.
+#if BACKBEND_EMBREE == 4
+struct NearestContext {
+  RTCRayQueryContext embree;
+  float distance[8];
+  std::uint32_t triangle[8];
+};
+#else
+struct NearestContext {
+  RTCIntersectContext embree;
+  float distance[8];
+  std::uint32_t triangle[8];
+};
+#endif
+
+void keep_lowest_triangle(const RTCFilterFunctionNArguments* args) {
+  auto* context = reinterpret_cast<NearestContext*>(args->context);
+  const unsigned n = args->N;
+  for (unsigned lane = 0; lane < n; ++lane) {
+    if (args->valid[lane] == 0) continue;
+    const unsigned ray = RTCRayN_id(args->ray, n, lane);
+    const float distance = RTCRayN_tfar(args->ray, n, lane);
+    const std::uint32_t triangle = RTCHitN_primID(args->hit, n, lane);
+    const bool has_hit = context->triangle[ray] != RTC_INVALID_GEOMETRY_ID;
+    if (has_hit && (distance > context->distance[ray] ||
+                    (distance == context->distance[ray] && triangle > context->triangle[ray]))) {
+      args->valid[lane] = 0;
+      continue;
+    }
+    context->distance[ray] = distance;
+    context->triangle[ray] = triangle;
+    // Boxes that begin at this very distance may round to just beyond it; they must still be looked
+    // into, so the ray stays a little longer than its hit.
+    RTCRayN_tfar(args->ray, n, lane) = distance * (1.0f + 4e-6f);
+  }
+}
+
+void load_lane(float (&lane)[8], const RayBatch::Column& column, std::size_t first) {
+  store(lane, load(column.data() + first));
+}
+
+void load_rays(RTCRay8& packet, const RayBatch& rays, std::size_t first) {
+  load_lane(packet.org_x, rays.origin_x, first);
+  load_lane(packet.org_y, rays.origin_y, first);
+  load_lane(packet.org_z, rays.origin_z, first);
+  load_lane(packet.dir_x, rays.direction_x, first);
+  load_lane(packet.dir_y, rays.direction_y, first);
+  load_lane(packet.dir_z, rays.direction_z, first);
+  load_lane(packet.tfar, rays.far, first);
+  for (unsigned lane = 0; lane < 8; ++lane) {
+    packet.tnear[lane] = 0.0f;
+    packet.time[lane] = 0.0f;
+    packet.mask[lane] = ~0u;
+    packet.id[lane] = lane;
+    packet.flags[lane] = 0;
+  }
+}
+
+// -1 for the lanes that hold a ray, as Embree wants them.
+void set_valid(int (&valid)[8], std::size_t remaining) {
+  for (std::size_t lane = 0; lane < 8; ++lane) valid[lane] = lane < remaining ? -1 : 0;
+}
+
+}  // namespace
+
+struct RayScene::Impl {
+  EmbreeScene scene;
+  Geometry geometry;
+  glm::vec3* vertex = nullptr;  // owned by the geometry
+  std::size_t vertex_count = 0;
+};
+
+RayScene::RayScene(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> rest_position)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->scene.reset(rtcNewScene(device()));
+  impl_->geometry.reset(rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE));
+  RTCGeometry geometry = impl_->geometry.get();
+  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
+  impl_->vertex_count = rest_position.size();
+  impl_->vertex = static_cast<glm::vec3*>(
+      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                              sizeof(glm::vec3), rest_position.size()));
+  void* index = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                        sizeof(glm::uvec3), triangle.size());
+  expect_no_error("taking the mesh");
+  std::memcpy(impl_->vertex, rest_position.data(), rest_position.size_bytes());
+  std::memcpy(index, triangle.data(), triangle.size_bytes());
+#if BACKBEND_EMBREE == 4
+  rtcSetGeometryEnableFilterFunctionFromArguments(geometry, true);
+#endif
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(impl_->scene.get(), geometry, 0);
+  // A refitted geometry needs a scene that expects change; its own tree is built at MEDIUM quality.
+  rtcSetSceneFlags(impl_->scene.get(), static_cast<RTCSceneFlags>(
+#if BACKBEND_EMBREE == 4
+                                           RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS |
+#else
+                                           RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+#endif
+                                           RTC_SCENE_FLAG_DYNAMIC));
+  rtcSetSceneBuildQuality(impl_->scene.get(), RTC_BUILD_QUALITY_LOW);
+  rtcCommitScene(impl_->scene.get());
+  expect_no_error("building the tree");
+}
+
+RayScene::~RayScene() = default;
+RayScene::RayScene(RayScene&&) noexcept = default;
+RayScene& RayScene::operator=(RayScene&&) noexcept = default;
+
+void RayScene::refit(std::span<const glm::vec3> position) {
+  if (position.size() != impl_->vertex_count)
+    throw RenderError("a pose has " + std::to_string(position.size()) + " positions, the mesh " +
+                      std::to_string(impl_->vertex_count));
+  std::memcpy(impl_->vertex, position.data(), position.size_bytes());
+  rtcUpdateGeometryBuffer(impl_->geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(impl_->geometry.get());
+  rtcCommitScene(impl_->scene.get());
+  expect_no_error("refitting the tree");
+}
+
+void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence coherence,
+                       HitBatch& hits) const {
+  NearestContext context;
+#if BACKBEND_EMBREE == 4
+  rtcInitRayQueryContext(&context.embree);
+  RTCIntersectArguments arguments;
+  rtcInitIntersectArguments(&arguments);
+  arguments.flags = static_cast<RTCRayQueryFlags>((coherence == Coherence::camera
+                                                       ? RTC_RAY_QUERY_FLAG_COHERENT
+                                                       : RTC_RAY_QUERY_FLAG_INCOHERENT) |
+                                                  RTC_RAY_QUERY_FLAG_INVOKE_ARGUMENT_FILTER);
+  arguments.context = &context.embree;
+  arguments.filter = keep_lowest_triangle;
+#else
+  rtcInitIntersectContext(&context.embree);
+  context.embree.flags = coherence == Coherence::camera ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT
+                                                        : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  context.embree.filter = keep_lowest_triangle;
+#endif
+  alignas(32) int valid[8];
+  RTCRayHit8 packet;
+  for (std::size_t first = 0; first < count; first += 8) {
+    load_rays(packet.ray, rays, first);
+    for (unsigned lane = 0; lane < 8; ++lane) {
+      packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.primID[lane] = RTC_INVALID_GEOMETRY_ID;
+      packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+      context.distance[lane] = -1.0f;
+      context.triangle[lane] = RTC_INVALID_GEOMETRY_ID;
+    }
+    set_valid(valid, count - first);
+#if BACKBEND_EMBREE == 4
+    rtcIntersect8(valid, impl_->scene.get(), &packet, &arguments);
+#else
+    rtcIntersect8(valid, impl_->scene.get(), &context.embree, &packet);
+#endif
+    std::memcpy(hits.triangle.data() + first, packet.hit.primID, sizeof packet.hit.primID);
+  }
+}
+
+void RayScene::occluded(const RayBatch& rays, std::size_t count, std::uint8_t* blocked) const {
+#if BACKBEND_EMBREE == 4
+  RTCRayQueryContext context;
+  rtcInitRayQueryContext(&context);
+  RTCOccludedArguments arguments;
+  rtcInitOccludedArguments(&arguments);
+  arguments.flags = RTC_RAY_QUERY_FLAG_INCOHERENT;
+  arguments.context = &context;
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+#endif
+  alignas(32) int valid[8];
+  RTCRay8 packet;
+  for (std::size_t first = 0; first < count; first += 8) {
+    load_rays(packet, rays, first);
+    set_valid(valid, count - first);
+#if BACKBEND_EMBREE == 4
+    rtcOccluded8(valid, impl_->scene.get(), &packet, &arguments);
+#else
+    rtcOccluded8(valid, impl_->scene.get(), &context, &packet);
+#endif
+    for (std::size_t lane = 0; lane < 8; ++lane)
+      blocked[first + lane] = packet.tfar[lane] < 0.0f ? 1 : 0;
+  }
+}
+
+FlushDenormals::FlushDenormals() : saved_(_mm_getcsr()) {
+  constexpr unsigned kFlushToZero = 0x8000, kDenormalsAreZero = 0x0040;
+  _mm_setcsr(saved_ | kFlushToZero | kDenormalsAreZero);
+}
+FlushDenormals::~FlushDenormals() { _mm_setcsr(saved_); }
+
+}  // namespace backbend::render

@@ -1,0 +1,279 @@
+#include "render/scene.h"
+
+#include <tbb/blocked_range.h>
+#include <tbb/enumerable_thread_specific.h>
+#include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
+
+#include <array>
+#include <cmath>
+#include <fstream>
+#include <glm/geometric.hpp>
+
+#include "render/contour.h"
+#include "render/cryptomatte.h"
+#include "render/overlay.h"
+#include "render/png.h"
+#include "render/tile_renderer.h"
+#include "render/video.h"
+
+namespace backbend::render {
+namespace {
+
+bool is_finite(const glm::vec3& v) {
+  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+[[noreturn]] void refuse(const std::string& what) { throw RenderError("render: " + what); }
+
+void expect_finite(std::span<const glm::vec3> values, const char* what) {
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (!is_finite(values[i]))
+      refuse(std::string(what) + " of vertex " + std::to_string(i) + " is not finite");
+}
+
+void check_textures(const MeshTopology& mesh) {
+  const auto known = [&](int texture) {
+    return texture >= -1 && texture < static_cast<int>(mesh.textures.size());
+  };
+  for (const Material& m : mesh.materials)
+    if (!known(m.base_color_texture) || !known(m.roughness_metallic_texture) ||
+        !known(m.normal_texture))
+      refuse("a material names a texture that is not there");
+  for (const Texture& t : mesh.textures)
+    if (t.width < 1 || t.height < 1 ||
+        t.texel.size() != static_cast<std::size_t>(t.width) * t.height)
+      refuse("a texture's size and its texels disagree");
+}
+
+void check_topology(const MeshTopology& mesh) {
+  const std::size_t vertices = mesh.rest_position.size();
+  if (mesh.triangle.empty() || vertices == 0) refuse("the mesh has no triangles");
+  if (mesh.vertex_region.size() != vertices || mesh.region_name.empty() ||
+      mesh.region_name.size() > 256)
+    refuse("the mesh needs one region per vertex and 1 to 256 region names");
+  if (!mesh.uv.empty() && mesh.uv.size() != vertices)
+    refuse("texture coordinates are not one per vertex");
+  if (!mesh.triangle_material.empty() && mesh.triangle_material.size() != mesh.triangle.size())
+    refuse("materials are not one per triangle");
+  for (const glm::uvec3& t : mesh.triangle)
+    if (t.x >= vertices || t.y >= vertices || t.z >= vertices)
+      refuse("a triangle names a vertex past the last of " + std::to_string(vertices));
+  for (const std::uint16_t material : mesh.triangle_material)
+    if (material >= mesh.materials.size()) refuse("a triangle names a material that is not there");
+  for (const std::uint8_t region : mesh.vertex_region)
+    if (region >= mesh.region_name.size()) refuse("a vertex names a region that is not there");
+  check_textures(mesh);
+  expect_finite(mesh.rest_position, "the rest position");
+}
+
+template <class Body>
+void for_each_tile(int width, int height, const Settings& settings, const Body& body) {
+  const int columns = (width + kTileSize - 1) / kTileSize;
+  const int rows = (height + kTileSize - 1) / kTileSize;
+  tbb::task_arena arena(settings.threads > 0 ? settings.threads
+                                             : static_cast<int>(tbb::task_arena::automatic));
+  arena.execute([&] {
+    tbb::parallel_for(tbb::blocked_range<int>(0, columns * rows, 1),
+                      [&](const tbb::blocked_range<int>& tiles) {
+                        const FlushDenormals flush;
+                        for (int tile = tiles.begin(); tile != tiles.end(); ++tile) {
+                          if (settings.stop != nullptr && settings.stop()) return;
+                          body(tile % columns * kTileSize, tile / columns * kTileSize);
+                        }
+                      });
+  });
+}
+
+// Line drawing from a geometry pass at twice the size: edges are found there and averaged down.
+void draw_contours(const SceneView& scene, const Camera& camera, const Settings& settings,
+                   const FrameLayers& at, Frame& frame) {
+  constexpr int kScale = 2;
+  Settings fine = settings;
+  fine.width *= kScale;
+  fine.height *= kScale;
+  fine.all_layers = true;
+  const Projection projection = project_camera(camera, fine.width, fine.height);
+  Frame lines;
+  lines.width = fine.width;
+  lines.height = fine.height;
+  const FrameLayers fine_at = add_geometry_layers(lines);
+  for_each_tile(fine.width, fine.height, settings, [&](int x, int y) {
+    const PixelRect rect{x, y, std::min(x + kTileSize, fine.width),
+                         std::min(y + kTileSize, fine.height)};
+    write_geometry_layers(scene, projection, Mode::contour, rect, fine_at, lines);
+  });
+  ContourInput in{fine.width,
+                  fine.height,
+                  std::move(lines.layers[fine_at.depth].data),
+                  {},
+                  std::move(lines.layers[fine_at.object_id].data)};
+  const std::vector<float>& normal = lines.layers[fine_at.normal].data;
+  for (std::size_t i = 0; i < normal.size(); i += 3)
+    in.normal.emplace_back(normal[i], normal[i + 1], normal[i + 2]);
+  const std::vector<float> ink = find_contours(in);
+  std::vector<float>& beauty = frame.layers[at.beauty].data;
+  for (int y = 0; y < frame.height; ++y) {
+    for (int x = 0; x < frame.width; ++x) {
+      float sum = 0.0f;
+      for (int i = 0; i < kScale * kScale; ++i)
+        sum += ink[static_cast<std::size_t>(y * kScale + i / kScale) * fine.width + x * kScale +
+                   i % kScale];
+      const float cover = sum / (kScale * kScale);
+      float* pixel = beauty.data() + (static_cast<std::size_t>(y) * frame.width + x) * 4;
+      for (int c = 0; c < 3; ++c) pixel[c] += (0.012f - pixel[c]) * cover;
+      pixel[3] += (1.0f - pixel[3]) * cover;
+    }
+  }
+}
+
+constexpr std::size_t kMaxEnvironmentBytes = std::size_t{1} << 30;
+
+Texture read_environment(const std::string& file) {
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw RenderError(file + ": the environment picture cannot be opened");
+  std::vector<std::uint8_t> bytes;
+  std::array<char, 65536> block;
+  while (stream.read(block.data(), block.size()) || stream.gcount() > 0) {
+    bytes.insert(bytes.end(), block.data(), block.data() + stream.gcount());
+    if (bytes.size() > kMaxEnvironmentBytes)
+      throw RenderError(file + ": the environment picture is larger than 1 GiB");
+  }
+  try {
+    return decode_texture(bytes, Encoding::srgb);
+  } catch (const RenderError& error) {
+    throw RenderError(file + ": " + error.what());
+  }
+}
+
+void add_matte_attributes(const MeshTopology& mesh, Frame& frame) {
+  const auto add = [&](const char* layer, std::span<const std::string> names) {
+    for (Attribute& attribute : cryptomatte_attributes(layer, names))
+      frame.attributes.push_back(std::move(attribute));
+  };
+  add("CryptoAsset", {&mesh.object_name, 1});
+  add("CryptoObject", mesh.region_name);
+}
+
+const char* mode_name(Mode mode) {
+  switch (mode) {
+    case Mode::beauty:
+      return "beauty";
+    case Mode::clay:
+      return "clay";
+    case Mode::ao:
+      return "ao";
+    case Mode::matcap:
+      return "matcap";
+    case Mode::wireframe:
+      return "wireframe";
+    case Mode::heat:
+      return "heat";
+    case Mode::xray:
+      return "xray";
+    case Mode::contour:
+      return "contour";
+    case Mode::primary:
+      return "primary";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
+struct Scene::Impl {
+  std::shared_ptr<const MeshTopology> mesh;
+  RayScene rays;
+  SceneView view;
+  mutable tbb::enumerable_thread_specific<TileRenderer>
+      renderer;  // scratch memory, kept over frames
+
+  explicit Impl(std::shared_ptr<const MeshTopology> topology)
+      : mesh(std::move(topology)), rays(mesh->triangle, mesh->rest_position) {
+    glm::vec3 low = mesh->rest_position[0], high = low;
+    for (const glm::vec3& p : mesh->rest_position) low = glm::min(low, p), high = glm::max(high, p);
+    view = {mesh.get(), &rays, {}, 0.5f * (low + high), 0.5f * glm::length(high - low), low.y};
+    if (!(view.rest_radius > 0.0f) || !std::isfinite(view.rest_radius))
+      refuse("the mesh has no extent");
+  }
+};
+
+Scene::Scene(std::shared_ptr<const MeshTopology> topology) {
+  if (!topology) refuse("no mesh");
+  check_topology(*topology);
+  impl_ = std::make_unique<Impl>(std::move(topology));
+}
+Scene::~Scene() = default;
+Scene::Scene(Scene&&) noexcept = default;
+Scene& Scene::operator=(Scene&&) noexcept = default;
+
+void Scene::set_pose(const PoseGeometry& pose) {
+  const std::size_t vertices = impl_->mesh->rest_position.size();
+  const auto expect_size = [&](std::size_t size, const char* what) {
+    if (size != vertices)
+      refuse(std::string("a pose has ") + std::to_string(size) + " " + what + " for " +
+             std::to_string(vertices) + " vertices");
+  };
+  expect_size(pose.position.size(), "positions");
+  expect_size(pose.normal.size(), "normals");
+  if (!pose.previous_position.empty())
+    expect_size(pose.previous_position.size(), "earlier positions");
+  if (!pose.heat.empty()) expect_size(pose.heat.size(), "heat values");
+  expect_finite(pose.position, "the position");
+  expect_finite(pose.normal, "the normal");
+  expect_finite(pose.previous_position, "the earlier position");
+  for (const OverlayLine& line : pose.overlay)
+    if (!is_finite(line.from) || !is_finite(line.to)) refuse("an overlay line is not finite");
+  impl_->rays.refit(pose.position);
+  impl_->view.pose = pose;
+}
+
+Frame Scene::render(const Camera& camera, const Settings& settings) const {
+  const SceneView& scene = impl_->view;
+  if (scene.pose.position.empty()) refuse("no pose was set");
+  if (settings.samples < 1 || settings.samples > 65535) refuse("samples must be 1 to 65535");
+  if (settings.bounces < 0 || settings.bounces > 16) refuse("bounces must be 0 to 16");
+  const Projection projection = project_camera(camera, settings.width, settings.height);
+  Studio studio = make_studio(projection, scene.rest_center, scene.rest_radius, scene.rest_floor);
+  studio.has_ground = settings.ground;
+  if (settings.environment) {
+    studio.environment.emplace(*settings.environment);
+  } else if (!settings.environment_file.empty()) {
+    studio.environment.emplace(read_environment(settings.environment_file));
+  }
+  const Sampler sampler(settings.samples, sampler_pairs(settings.bounces), settings.seed);
+  static const PixelFilter filter;
+
+  Frame frame;
+  frame.width = settings.width;
+  frame.height = settings.height;
+  frame.camera_from_world = projection.camera_from_world();
+  frame.ndc_from_world = projection.ndc_from_world();
+  FrameJob job{&scene, &projection, &studio, &sampler, &settings, &filter, {}, &frame, {}, 0.0f};
+  job.at = add_layers(frame, scene, settings);
+  for (const std::string& name : impl_->mesh->region_name)
+    job.region_id.push_back(cryptomatte_id(name));
+  job.object_id = cryptomatte_id(impl_->mesh->object_name);
+
+  for_each_tile(frame.width, frame.height, settings,
+                [&](int x, int y) { impl_->renderer.local().render(job, x, y); });
+  if (settings.stop != nullptr && settings.stop()) return frame;
+  if (settings.mode == Mode::contour) draw_contours(scene, camera, settings, job.at, frame);
+  if (settings.mode == Mode::xray || settings.overlay)
+    draw_overlay(scene.pose.overlay, projection, frame);
+
+  if (settings.mattes) add_matte_attributes(*impl_->mesh, frame);
+  frame.attributes.push_back({"framesPerSecond", frame_rate_fraction(settings.frames_per_second)});
+  frame.attributes.push_back({"backbend/mode", mode_name(settings.mode)});
+  frame.attributes.push_back({"backbend/seed", std::to_string(settings.seed)});
+  frame.attributes.push_back({"backbend/spp", std::to_string(settings.samples)});
+  return frame;
+}
+
+const Layer* Frame::find(std::string_view first_channel) const {
+  for (const Layer& layer : layers)
+    if (!layer.names.empty() && layer.names.front() == first_channel) return &layer;
+  return nullptr;
+}
+
+}  // namespace backbend::render

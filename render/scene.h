@@ -1,0 +1,140 @@
+#pragma once
+#include <cstdint>
+#include <glm/mat4x4.hpp>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <glm/vec4.hpp>
+#include <memory>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace backbend::render {
+
+/// A picture that cannot be made or read. what() is the whole line the user sees.
+struct RenderError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Linear Rec.709 texture, top row first, RGBA float.
+struct Texture {
+  int width = 0, height = 0;
+  std::vector<glm::vec4> texel;
+};
+
+struct Material {
+  glm::vec3 base_color{0.8f};  // linear Rec.709 reflectance
+  float roughness = 0.6f;
+  float metallic = 0.0f;
+  int base_color_texture = -1;  // into MeshTopology::textures
+  int roughness_metallic_texture = -1;
+  int normal_texture = -1;
+};
+
+/// What of a mesh stays the same over all poses.
+struct MeshTopology {
+  std::vector<glm::uvec3> triangle;              // vertex indices
+  std::vector<std::uint16_t> triangle_material;  // one per triangle, into materials
+  std::vector<std::uint8_t> vertex_region;       // one per vertex, into region_name
+  std::vector<std::string> region_name;          // matte names: `torso`, `arm_L`
+  std::string object_name;                       // matte name of the whole character
+  std::vector<glm::vec2> uv;                     // one per vertex, or empty
+  std::vector<glm::vec3> rest_position;          // one per vertex, world space: the Pref layer
+  std::vector<Material> materials;
+  std::vector<Texture> textures;
+};
+
+/// Lines and points drawn over a picture (x-ray mode): bones and controllers, world space.
+struct OverlayLine {
+  glm::vec3 from, to;
+  glm::vec3 color{1.0f};
+  float width_px = 1.5f;
+};
+
+/// One pose of the mesh as the renderer sees it; spans must outlive the scene's next update.
+struct PoseGeometry {
+  std::span<const glm::vec3> position;           // world space, one per vertex
+  std::span<const glm::vec3> normal;             // unit, one per vertex
+  std::span<const glm::vec3> previous_position;  // empty: no motion layer
+  std::span<const float> heat;                   // one value per vertex, or empty
+  std::span<const OverlayLine> overlay;
+};
+
+/// Perspective camera. World space, metres or the file's unit; 50 mm on a 36 mm film back by
+/// default.
+struct Camera {
+  glm::dvec3 eye{0, 1, 4};
+  glm::dvec3 target{0, 1, 0};
+  glm::dvec3 up{0, 1, 0};
+  double focal_mm = 50.0;
+  double film_width_mm = 36.0;
+};
+
+enum class Mode { beauty, clay, ao, matcap, wireframe, heat, xray, contour, primary };
+
+struct Settings {
+  int width = 640, height = 360;
+  int samples = 16;
+  std::uint32_t seed = 0;
+  Mode mode = Mode::clay;
+  bool ground = true;
+  bool all_layers = false;  // every AOV of the specification, not only the default ones
+  float heat_low = 0.0f, heat_high = 1.0f;
+  std::string environment_file;                // HDR picture; empty: the built-in studio
+  std::shared_ptr<const Texture> environment;  // the same, read once for many frames; goes first
+  double frames_per_second = 24.0;
+  int threads = 0;     // 0: all
+  bool mattes = true;  // Cryptomatte layers; a measuring pass may read objectId instead
+  bool position_and_albedo = false;  // the P and albedo layers without all the others
+  bool transparent = false;          // no backdrop: A holds the character and its shadow
+  bool overlay = false;              // overlay lines in other modes than x-ray too
+  // Asked between tiles; once it says true the frame is left unfinished and must not be used.
+  bool (*stop)() = nullptr;
+  int bounces = 2;  // beauty, clay, wireframe: path segments after the first hit
+};
+
+/// A named set of float channels, interleaved; `names` are the EXR channel names in order.
+struct Layer {
+  std::vector<std::string> names;
+  bool half = false;        // written as half float
+  std::vector<float> data;  // width * height * names.size()
+};
+
+/// Key-value strings and matrices for an EXR header, in order.
+struct Attribute {
+  std::string name;
+  std::string value;
+};
+
+struct Frame {
+  int width = 0, height = 0;
+  std::vector<Layer> layers;
+  std::vector<Attribute> attributes;
+  glm::dmat4 camera_from_world{1.0};  // our own convention: right-handed, -z forward
+  glm::dmat4 ndc_from_world{1.0};     // x, y in 0..1, upper left of the frame first, after /w
+
+  /// The layer whose first channel has this name, or nullptr.
+  const Layer* find(std::string_view first_channel) const;
+};
+
+/// Geometry in Embree: built once for a character, refitted for each pose.
+class Scene {
+ public:
+  explicit Scene(std::shared_ptr<const MeshTopology> topology);
+  ~Scene();
+  Scene(Scene&&) noexcept;
+  Scene& operator=(Scene&&) noexcept;
+
+  /// Moves the mesh. Throws RenderError for a non-finite position.
+  void set_pose(const PoseGeometry& pose);
+  /// Renders one frame. The same bytes for any thread count.
+  Frame render(const Camera& camera, const Settings& settings) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace backbend::render

@@ -1,0 +1,111 @@
+#include "render/exr.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "mesh_fixture.h"
+#include "render/cameras.h"
+
+namespace backbend::render {
+namespace {
+
+Frame rendered() {
+  const TestMesh mesh = torus(1.0f, 0.4f, 16);
+  Scene scene(mesh.topology);
+  scene.set_pose(mesh.pose());
+  Settings settings;
+  settings.width = 37;  // neither a multiple of a tile nor of a ZIP block
+  settings.height = 21;
+  settings.samples = 2;
+  settings.all_layers = true;
+  return scene.render(view_camera("front", bounds_of(mesh.position), {}, 37.0 / 21.0), settings);
+}
+
+// The nearest half to a float: 11 significant bits.
+float as_half(float value) {
+  if (value == 0.0f) return 0.0f;
+  const int exponent = std::max(std::ilogb(value), -14);
+  const float unit = std::ldexp(1.0f, exponent - 10);
+  return std::nearbyint(value / unit) * unit;
+}
+
+TEST(Exr, ReadsBackWhatItWrote) {
+  const Frame frame = rendered();
+  const Frame read = decode_exr(encode_exr(frame));
+  ASSERT_EQ(read.width, 37);
+  ASSERT_EQ(read.height, 21);
+  ASSERT_EQ(read.layers.size(), frame.layers.size());
+  for (const Layer& layer : frame.layers) {
+    const Layer* same = read.find(layer.names[0]);
+    ASSERT_NE(same, nullptr) << layer.names[0];
+    EXPECT_EQ(same->names, layer.names);
+    EXPECT_EQ(same->half, layer.half);
+    ASSERT_EQ(same->data.size(), layer.data.size());
+    for (std::size_t i = 0; i < layer.data.size(); ++i)
+      ASSERT_EQ(same->data[i], layer.half ? as_half(layer.data[i]) : layer.data[i])
+          << layer.names[0] << " value " << i;
+  }
+  EXPECT_EQ(read.attributes.size(), frame.attributes.size());
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      EXPECT_FLOAT_EQ(read.camera_from_world[i][j], frame.camera_from_world[i][j]);
+      EXPECT_FLOAT_EQ(read.ndc_from_world[i][j], frame.ndc_from_world[i][j]);
+    }
+  }
+}
+
+TEST(Exr, GivesTheSameBytesForTheSameFrame) {
+  EXPECT_EQ(encode_exr(rendered()), encode_exr(rendered()));
+}
+
+TEST(Exr, KeepsTheFrameRateAsAFraction) {
+  Frame frame = rendered();
+  for (Attribute& a : frame.attributes)
+    if (a.name == "framesPerSecond") a.value = "24000/1001";
+  const Frame read = decode_exr(encode_exr(frame));
+  bool found = false;
+  for (const Attribute& a : read.attributes)
+    found = found || (a.name == "framesPerSecond" && a.value == "24000/1001");
+  EXPECT_TRUE(found);
+  frame.attributes = {{"framesPerSecond", "24"}};
+  EXPECT_THROW(encode_exr(frame), RenderError);
+}
+
+TEST(Exr, KeepsNanAndBrightValues) {
+  Frame frame;
+  frame.width = 2;
+  frame.height = 1;
+  frame.layers = {{{"R", "G", "B", "A"}, true, {1e9f, -1e9f, 0.5f, 1.0f, 0, 0, 0, 0}},
+                  {{"heat"}, false, {std::numeric_limits<float>::quiet_NaN(), 1e20f}}};
+  const Frame read = decode_exr(encode_exr(frame));
+  EXPECT_EQ(read.find("R")->data[0], 65504.0f) << "the largest half, not an infinity";
+  EXPECT_EQ(read.find("R")->data[1], -65504.0f);
+  EXPECT_TRUE(std::isnan(read.find("heat")->data[0]));
+  EXPECT_EQ(read.find("heat")->data[1], 1e20f);
+}
+
+TEST(Exr, RefusesFramesThatAreNone) {
+  Frame frame;
+  EXPECT_THROW(encode_exr(frame), RenderError);
+  frame.width = frame.height = 2;
+  EXPECT_THROW(encode_exr(frame), RenderError) << "no channels";
+  frame.layers = {{{"Z"}, false, {1, 2, 3}}};
+  EXPECT_THROW(encode_exr(frame), RenderError) << "three values for four pixels";
+  frame.layers = {{{"Z"}, false, {1, 2, 3, 4}}, {{"Z"}, false, {1, 2, 3, 4}}};
+  EXPECT_THROW(encode_exr(frame), RenderError) << "named twice";
+}
+
+TEST(Exr, RefusesBytesThatAreNoPicture) {
+  EXPECT_THROW(decode_exr({}), RenderError);
+  const std::vector<std::uint8_t> text(100, 'x');
+  EXPECT_THROW(decode_exr(text), RenderError);
+  std::vector<std::uint8_t> cut = encode_exr(rendered());
+  cut.resize(cut.size() / 2);
+  EXPECT_THROW(decode_exr(cut), RenderError);
+}
+
+}  // namespace
+}  // namespace backbend::render
