@@ -1,0 +1,216 @@
+// The whole road on a character: solve, drive, skin, measure. The character is made here, a round
+// body with two straight arms, so that what is measured can be told beforehand.
+#include "validate/metrics/body_metrics.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "validate/metrics/torso.h"
+
+namespace backbend::validate {
+namespace {
+
+using solver::BodyPose;
+using solver::Mapping;
+
+/// A tube of radius 0.12 from hips (y 0.8) to neck (y 1.4) on six spine joints, capped by a head,
+/// with an arm to each side at y 1.3.
+struct Figure {
+  skin::Character character;
+  skin::Anatomy anatomy;
+
+  Figure() {
+    add_joint("hips", -1, {0, 0.8, 0});
+    for (int i = 1; i <= 5; ++i)
+      add_joint("spine" + std::to_string(i), i - 1, {0, 0.8 + 0.1 * i, 0});
+    add_joint("neck", 5, {0, 1.4, 0});  // 6
+    add_joint("head", 6, {0, 1.5, 0});  // 7
+    add_arm("l", 1.0);                  // 8..10
+    add_arm("r", -1.0);                 // 11..13
+    anatomy.spine = {0, 1, 2, 3, 4, 5, 6, 7};
+    anatomy.chest_index = 6;
+    anatomy.head = 7;
+    anatomy.left_arm = {8, 9, 10};
+    anatomy.right_arm = {11, 12, 13};
+    anatomy.height = 1.0;
+    anatomy.spine_length = 0.6;
+    add_tube({0, 0.7, 0}, {0, 1, 0}, 0.9, 0.12, 90, 32, [](double along) {
+      const double bone = std::clamp((along - 0.1) / 0.1 - 0.5, 0.0, 6.0);
+      const int below = std::min(static_cast<int>(bone), 5);
+      return std::tuple(below, below + 1, bone - below);
+    });
+    for (int side : {0, 1})
+      add_tube({side ? -0.12 : 0.12, 1.3, 0}, {side ? -1.0 : 1.0, 0, 0}, 0.6, 0.04, 24, 12,
+               [side](double along) {
+                 return along < 0.3 ? std::tuple(side ? 12 : 9, side ? 13 : 10, 0.0)
+                                    : std::tuple(side ? 12 : 9, side ? 13 : 10, 1.0);
+               });
+    character.place_count = static_cast<std::uint32_t>(character.bind_position.size());
+  }
+
+ private:
+  void add_joint(const std::string& name, int parent, const glm::dvec3& at) {
+    skin::Node node;
+    node.name = name;
+    node.parent = parent;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+    node.parent_from_node =
+        parent < 0 ? node.world_from_node
+                   : glm::inverse(character.nodes[parent].world_from_node) * node.world_from_node;
+    character.joints.push_back(
+        {static_cast<int>(character.nodes.size()), glm::inverse(node.world_from_node)});
+    character.nodes.push_back(node);
+  }
+  void add_arm(const std::string& side, double sign) {
+    const int chest = 5, first = static_cast<int>(character.nodes.size());
+    add_joint("clavicle_" + side, chest, {0.03 * sign, 1.3, 0});
+    add_joint("upperarm_" + side, first, {0.14 * sign, 1.3, 0});
+    add_joint("hand_" + side, first + 1, {0.6 * sign, 1.3, 0});
+  }
+  template <typename Weights>
+  void add_tube(const glm::dvec3& from, const glm::dvec3& along, double length, double radius,
+                int rings, int sides, Weights weights) {
+    const auto first = static_cast<std::uint32_t>(character.bind_position.size());
+    const glm::dvec3 a = std::abs(along.y) > 0.5 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    const glm::dvec3 b = glm::cross(along, a);
+    const auto add = [&](double at, const glm::dvec3& offset, const glm::dvec3& normal) {
+      const auto [below, above, share] = weights(at);
+      character.bind_position.push_back(glm::vec3(from + along * at + offset));
+      character.bind_normal.push_back(glm::vec3(normal));
+      character.place.push_back(static_cast<std::uint32_t>(character.place.size()));
+      skin::Influences i;
+      i.joint = {static_cast<std::uint16_t>(share > 0.5 ? above : below),
+                 static_cast<std::uint16_t>(share > 0.5 ? below : above)};
+      i.weight = {static_cast<float>(std::max(share, 1.0 - share)),
+                  static_cast<float>(std::min(share, 1.0 - share))};
+      character.influences.push_back(i);
+    };
+    for (int r = 0; r <= rings; ++r)
+      for (int k = 0; k < sides; ++k) {
+        const double angle = 2.0 * kPi * k / sides;
+        const glm::dvec3 normal = a * std::cos(angle) + b * std::sin(angle);
+        add(length * r / rings, radius * normal, normal);
+      }
+    add(0.0, glm::dvec3(0), -along);
+    add(length, glm::dvec3(0), along);
+    const auto at = [&](int r, int k) {
+      return first + static_cast<std::uint32_t>(r * sides + k % sides);
+    };
+    for (int r = 0; r < rings; ++r)
+      for (int k = 0; k < sides; ++k) {
+        character.triangles.push_back({at(r, k), at(r, k + 1), at(r + 1, k)});
+        character.triangles.push_back({at(r, k + 1), at(r + 1, k + 1), at(r + 1, k)});
+      }
+    const std::uint32_t bottom = at(rings, sides - 1) + 1;
+    for (int k = 0; k < sides; ++k) {
+      character.triangles.push_back({bottom, at(0, k + 1), at(0, k)});
+      character.triangles.push_back({bottom + 1, at(rings, k), at(rings, k + 1)});
+    }
+  }
+};
+
+struct Measured {
+  Figure figure;
+  skin::SpineDriver driver{figure.character, figure.anatomy};
+  BodyMetrics metrics{figure.character, figure.anatomy, driver};
+
+  BodyMeasures pose(const std::string& system, const BodyPose& body,
+                    std::map<std::string, solver::OptionValue> options = {}) const {
+    const auto rig = build_system({system, std::move(options)}, driver.rest_chain());
+    const std::vector<double> control = rig->controls_for(body, Mapping::chest);
+    const solver::SpinePose pose = rig->solve(control);
+    const skin::PosedMesh mesh = skin::skin(figure.character, driver.drive(*rig, pose));
+    return metrics.measure(rig_at_rest(*rig), control, pose, mesh, body.twist);
+  }
+};
+
+TEST(BodyMetrics, TakeTheArmsOffAndKeepTheTorsoWhole) {
+  const Measured m;
+  EXPECT_EQ(m.metrics.slices().measured(), 64u);
+  const std::vector<std::uint8_t> torso =
+      torso_mask(m.figure.character, m.figure.anatomy, m.figure.character.bind_position);
+  for (std::size_t v = 0; v < torso.size(); ++v) {
+    const glm::vec3& p = m.figure.character.bind_position[v];
+    if (std::abs(p.x) > 0.2f) {
+      EXPECT_FALSE(torso[v]) << v;
+    }
+    if (std::abs(p.x) < 0.121f && p.y > 0.85f && p.y < 1.35f) {
+      EXPECT_TRUE(torso[v]) << v;
+    }
+  }
+  EXPECT_NEAR(glm::length(m.metrics.rest_slices().area[20]), kPi * 0.12 * 0.12, 1e-3);
+  EXPECT_EQ(m.metrics.slice_place(0), "slice 1/64 hips..spine1");
+  EXPECT_EQ(m.metrics.slice_place(63), "slice 64/64 spine5..neck");
+}
+
+TEST(BodyMetrics, AtRestEverythingIsIdeal) {
+  const Measured m;
+  for (const char* system : {"three_bone", "curve", "isner", "even"}) {
+    const BodyMeasures b = m.pose(system, {});
+    EXPECT_LT(b.chain.kink_deg, 1e-6) << system;
+    EXPECT_LT(b.slices.kink_worst_deg, 1e-2) << system;
+    EXPECT_NEAR(b.slices.least_area_ratio, 1.0, 1e-5) << system;
+    EXPECT_NEAR(b.surface.stretch, 1.0, 1e-3) << system;
+    EXPECT_LT(b.arm_drift, 1e-6) << system;
+    EXPECT_EQ(b.surface.inverted, 0u) << system;
+  }
+}
+
+TEST(BodyMetrics, TheIdealBendComparedWithItselfIsADraw) {
+  const Measured m;
+  const BodyMeasures even = m.pose("even", {.extension = 1.2});
+  const MeshExcess excess = mesh_excess(even, even, m.metrics.window());
+  EXPECT_EQ(excess.kink_deg, 0.0);
+  EXPECT_EQ(excess.area_loss, 0.0);
+  EXPECT_EQ(excess.strain, 0.0);
+}
+
+TEST(BodyMetrics, TheOvershootingChainIsSeenOnTheMeshToo) {
+  const Measured m;
+  const BodyPose body{.extension = radians_from(90.0)};
+  const BodyMeasures ideal = m.pose("even", body);
+  const BodyMeasures bad = m.pose("curve", body, {{"length", std::string("rest")}});
+  const BodyMeasures good = m.pose("curve", body);
+  EXPECT_GT(mesh_excess(bad, ideal, m.metrics.window()).kink_deg, 20.0);
+  EXPECT_LT(mesh_excess(good, ideal, m.metrics.window()).kink_deg, 8.0);
+  EXPECT_LT(ideal.slices.kink_worst_deg, 8.0);
+}
+
+TEST(BodyMetrics, AFlippedTopWringsTheMeshAndThrowsTheArms) {
+  const Measured m;
+  const BodyMeasures before = m.pose("isner", {.extension = radians_from(99.0)});
+  const BodyMeasures after = m.pose("isner", {.extension = radians_from(120.0)});
+  EXPECT_GT(after.slices.twist_jump_worst_deg, 90.0);
+  EXPECT_LT(before.slices.twist_jump_worst_deg, 1.0);
+  EXPECT_LT(after.slices.least_area_ratio, 0.3);
+  EXPECT_GT(before.slices.least_area_ratio, 0.7);
+  EXPECT_GT(after.arm_drift, 0.5);
+}
+
+TEST(BodyMetrics, ArmsOnTheTopControlDoNotDriftAndOnTheEffectorTheyDo) {
+  const Measured m;
+  const BodyPose body{.extension = radians_from(60.0)};
+  EXPECT_LT(m.pose("even", body).arm_drift, 1e-5);
+  EXPECT_LT(m.pose("curve", body, {{"arms", std::string("top")}}).arm_drift, 1e-5);
+  EXPECT_GT(m.pose("curve", body).arm_drift, 0.003);
+}
+
+TEST(BodyMetrics, TheUsualExitsAreNotMeasuredAndNotGood) {
+  const Measured m;
+  const auto rig = build_system({"even", {}}, m.driver.rest_chain());
+  const std::vector<double> control = rig->controls_for({.side = 0.5}, Mapping::chest);
+  solver::SpinePose pose = rig->solve(control);
+  skin::PosedMesh mesh = skin::skin(m.figure.character, m.driver.drive(*rig, pose));
+  mesh.position[40].x = std::nanf("");
+  BodyMeasures b = m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, 0.0);
+  EXPECT_EQ(b.surface.not_finite, 1u);
+  EXPECT_EQ(b.slices.measured, 0u);
+  pose.position[3].y = std::nan("");
+  b = m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, 0.0);
+  EXPECT_FALSE(b.chain.finite);
+  EXPECT_TRUE(std::isnan(b.arm_drift));
+}
+
+}  // namespace
+}  // namespace backbend::validate

@@ -1,0 +1,175 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+#include "report_sample.h"
+#include "validate/report/digest.h"
+#include "validate/report/escape.h"
+#include "validate/report/names.h"
+#include "validate/report/number_text.h"
+#include "validate/report/terminal.h"
+
+namespace backbend::validate {
+namespace {
+
+constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+
+TEST(NumberText, IsTheShortestThatReadsBack) {
+  EXPECT_EQ(shortest(0.1), "0.1");
+  EXPECT_EQ(shortest(60), "60");
+  EXPECT_EQ(shortest(-0.0), "0");
+  EXPECT_EQ(shortest(114.30000000000001), "114.30000000000001");
+  EXPECT_EQ(shortest(1e-9), "1e-09");
+  EXPECT_EQ(shortest(kNotANumber), "null");
+  EXPECT_EQ(shortest(-std::numeric_limits<double>::infinity()), "null");
+}
+
+TEST(NumberText, NeverShowsAMinusZero) {
+  EXPECT_EQ(fixed(-0.04, 1), "0.0");
+  EXPECT_EQ(with_sign(-0.4, 0), "0");
+  EXPECT_EQ(with_sign(37, 0), "+37");
+  EXPECT_EQ(with_sign(-8, 0), "-8");
+  EXPECT_EQ(with_sign(kNotANumber, 0), "-");
+}
+
+TEST(NumberText, KeepsFourSignificantDigitsAndNoTrailingZeros) {
+  EXPECT_EQ(significant(171.42), "171.4");
+  EXPECT_EQ(significant(0.713), "0.713");
+  EXPECT_EQ(significant(0.5), "0.5");
+  EXPECT_EQ(significant(12345.6), "12346");
+  EXPECT_EQ(significant(-24), "-24");
+  EXPECT_EQ(significant(0), "0");
+  EXPECT_EQ(significant(1e12), "1.000e+12");
+  EXPECT_EQ(significant(kNotANumber), "-");
+}
+
+TEST(Escape, SpellsOutWhatActsAndKeepsTheRest) {
+  EXPECT_EQ(visible("spine_04.L"), "spine_04.L");
+  EXPECT_EQ(visible("\x1b[31m"), "\\x1b[31m");
+  EXPECT_EQ(visible("a\nb\tc"), "a\\nb\\tc");
+  EXPECT_EQ(visible("\u202Eevil"), "\\u202eevil");  // right-to-left override
+  EXPECT_EQ(visible("\u009b31m"), "\\u009b31m");    // the 8-bit form of escape [
+  EXPECT_EQ(visible("Rücken \u6f22"), "Rücken \u6f22");
+  EXPECT_EQ(visible("\xff"), "\\xff");
+  EXPECT_EQ(visible("\xc0\xbc"), "\\xc0\\xbc");           // an overlong <
+  EXPECT_EQ(visible("\xed\xa0\x80"), "\\xed\\xa0\\x80");  // a surrogate
+  EXPECT_EQ(visible(std::string_view("a\0b", 3)), "a\\x00b");
+}
+
+TEST(Escape, IsDoneOnce) {
+  for (const std::string& name : hostile_names()) EXPECT_EQ(visible(visible(name)), visible(name));
+}
+
+TEST(Escape, FitsEachPlace) {
+  EXPECT_EQ(markup_text("<a href='\"&\">"), "&lt;a href=&#39;&quot;&amp;&quot;&gt;");
+  EXPECT_EQ(markdown_code("x`y"), "`` x`y ``");
+  EXPECT_EQ(markdown_code("a|b"), "`a\u00a6b`");
+  EXPECT_EQ(markdown_code(""), "-");
+  EXPECT_EQ(csv_text("plain"), "plain");
+  EXPECT_EQ(csv_text("a,\"b\""), "\"a,\"\"b\"\"\"");
+  EXPECT_EQ(csv_text("=1+1"), "\"'=1+1\"");
+  EXPECT_EQ(csv_text("\uff1d1"), "\"'\uff1d1\"");  // full-width =
+  EXPECT_EQ(json_text("\"\\\n\x01"), "\"\\\"\\\\\\n\\u0001\"");
+  EXPECT_EQ(json_for_script("\"</script>&\""), "\"\\u003c/script\\u003e\\u0026\"");
+}
+
+TEST(Escape, CountsColumnsAsATerminalDoes) {
+  EXPECT_EQ(display_width("spine"), 5u);
+  EXPECT_EQ(display_width("\u6f22\u5b57"), 4u);  // two wide characters
+  EXPECT_EQ(display_width("e\u0301"), 1u);       // a combining accent takes no room
+  EXPECT_EQ(fitted("\u6f22\u5b57", 3), "\u6f22\u2026");
+  EXPECT_EQ(padded("ab", 4), "ab  ");
+  for (std::size_t width = 0; width < 12; ++width)
+    for (const std::string& name : hostile_names())
+      EXPECT_EQ(display_width(padded(visible(name), width)), width) << visible(name);
+}
+
+TEST(Names, AreReadAsTheyAreWritten) {
+  for (const Verdict v : {Verdict::pass, Verdict::fail, Verdict::waived, Verdict::stress,
+                          Verdict::not_measured, Verdict::not_applicable})
+    EXPECT_EQ(verdict_from_word(verdict_word(v)), v);
+  for (const Owner o :
+       {Owner::none, Owner::solver, Owner::weights, Owner::pose, Owner::input, Owner::tool})
+    EXPECT_EQ(owner_from_word(owner_word(o)), o);
+  for (const Role r : {Role::proposed, Role::reference, Role::canary})
+    EXPECT_EQ(role_from_word(role_word(r)), r);
+  EXPECT_FALSE(verdict_from_word("PASS"));
+}
+
+TEST(Digest, ShowsFailuresOfTheProposedRigFirstAndOneOfEachKind) {
+  Report report = sample_report();
+  // The same failure again, and the reference's flip moved to the very front.
+  report.findings.insert(report.findings.begin(), report.findings[0]);
+  std::swap(report.findings[0], report.findings[7]);
+  ASSERT_EQ(report.findings[0].code, "BB001");
+  const Digest digest(report);
+  const auto worst = digest.worst(3);
+  ASSERT_EQ(worst.size(), 3u);
+  EXPECT_EQ(worst[0]->code, "BB010");
+  EXPECT_EQ(worst[1]->code, "BB020");
+  EXPECT_EQ(worst[2]->code, "BB030");
+  EXPECT_EQ(digest.worst(100).size(), report.findings.size());
+}
+
+TEST(Digest, CountsOnlyWhatDecides) {
+  const Report report = sample_report();
+  const Digest digest(report);
+  EXPECT_EQ(digest.counts().fail, 3);
+  EXPECT_EQ(digest.counts().stress, 1);
+  EXPECT_EQ(digest.counts().waived, 1);
+  EXPECT_EQ(digest.counts().reference, 2);
+  EXPECT_EQ(digest.counts().not_measured, 10);  // two mappings of the proposed rig, 2 + 3 each
+}
+
+TEST(Digest, TakesAnUnknownRigForOneThatDecides) {
+  Report report = sample_report();
+  report.findings[6].rig = "nobody";
+  EXPECT_EQ(Digest(report).role_of(report.findings[6]), Role::proposed);
+  EXPECT_EQ(Digest(report).counts().fail, 4);
+}
+
+TEST(Digest, SaysWhichSideOfTheLimitAValueIsOn) {
+  Finding f;
+  f.value = 9.1;
+  f.limit = 8;
+  f.unit = "deg";
+  EXPECT_EQ(value_text(f), "9.1 > 8 deg");
+  f.value = 0.71;
+  f.limit = 0.75;
+  EXPECT_EQ(value_text(f), "0.71 < 0.75 deg");
+  f.limit = kNotANumber;
+  EXPECT_EQ(value_text(f), "0.71 deg");
+  f.value = kNotANumber;
+  EXPECT_EQ(value_text(f), "not measured");
+}
+
+TEST(Terminal, ShowsOneRigWithBarsAndSeveralInColumns) {
+  Report report = sample_report();
+  EXPECT_NE(terminal_summary(report).find("three_bone"), std::string::npos);
+  report.rigs.resize(1);
+  TerminalStyle ascii;
+  ascii.unicode = false;
+  const std::string text = terminal_summary(report, ascii);
+  // 56 of 180 tested is 5 of 16 cells.
+  EXPECT_NE(text.find("extension         56 deg     60       -4 X  #####..........."),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("flexion          90+ deg     90        0    beyond: not tested"),
+            std::string::npos)
+      << text;
+}
+
+TEST(Terminal, SaysWhenACanaryDidNotDoItsDuty) {
+  Report report = sample_report();
+  report.canaries[0].found = false;
+  report.canaries[1].twin_clean = false;
+  TerminalStyle wide;
+  wide.width = 120;
+  const std::string text = terminal_summary(report, wide);
+  EXPECT_NE(text.find("isner_chest: BB001 not found, expected at 114.3"), std::string::npos);
+  EXPECT_NE(text.find("its repaired twin is not clean"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace backbend::validate

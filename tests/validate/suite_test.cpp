@@ -1,0 +1,134 @@
+#include "validate/sweeps/suite.h"
+
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "validate/files/output_folder.h"
+
+namespace backbend::validate {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SuiteFile : public testing::Test {
+ protected:
+  void SetUp() override {
+    folder_ = fs::temp_directory_path() / ("backbend_suite_" + std::to_string(::getpid()));
+    fs::create_directories(folder_);
+  }
+  void TearDown() override { fs::remove_all(folder_); }
+
+  fs::path write(const std::string& text) const {
+    const fs::path file = folder_ / "suite.toml";
+    std::ofstream(file) << text;
+    return file;
+  }
+
+  std::string error_of(const std::string& text) const {
+    try {
+      read_suite(write(text));
+    } catch (const std::exception& error) {
+      return error.what();
+    }
+    return "";
+  }
+
+  fs::path folder_;
+};
+
+constexpr const char* kSmall = R"([suite]
+characters = ["human.toml"]
+mappings = ["spread"]
+envelope = "cartoon"
+
+[[rig]]
+name = "proposed"
+solver = { system = "curve", length = "rest", bones = 12 }
+
+[[sweep]]
+channel = "side"
+from = -30
+to = 30
+step = 5
+with = { twist = 0.5 }
+)";
+
+TEST_F(SuiteFile, IsReadWithEverythingItSays) {
+  const Suite suite = read_suite(write(kSmall));
+  EXPECT_EQ(suite.name, "suite");
+  EXPECT_EQ(suite.characters.front(), folder_ / "human.toml");
+  EXPECT_EQ(suite.mappings.front(), solver::Mapping::spread);
+  EXPECT_EQ(suite.envelope.name, "cartoon");
+  EXPECT_EQ(std::get<std::string>(suite.rigs.front().spec.options.at("length")), "rest");
+  EXPECT_EQ(std::get<double>(suite.rigs.front().spec.options.at("bones")), 12.0);
+  EXPECT_EQ(suite.sweeps.front().pose_count(), 13u);
+  EXPECT_EQ(suite.sweeps.front().pose_at(20).twist, 10.0);
+}
+
+TEST_F(SuiteFile, NamesLineAndNearestKeyOfAMistypedOne) {
+  std::string text = kSmall;
+  text.replace(text.find("envelope"), 8, "envelop ");
+  const std::string error = error_of(text);
+  EXPECT_NE(error.find("suite.toml:4:"), std::string::npos) << error;
+  EXPECT_NE(error.find("did you mean 'envelope'"), std::string::npos) << error;
+}
+
+TEST_F(SuiteFile, RefusesWhatItCannotRun) {
+  EXPECT_NE(error_of("[suite]\n").find("at least one [[rig]]"), std::string::npos);
+  EXPECT_NE(
+      error_of("[suite]\n[[rig]]\nsolver = { system = \"isnr\" }\n").find("did you mean 'isner'"),
+      std::string::npos);
+  EXPECT_NE(error_of("[suite]\n[[rig]]\nsolver = 3\n").find("must be a table"), std::string::npos);
+  EXPECT_NE(error_of("[suite\n").find("suite.toml:1:"), std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) +
+                     "[[rig]]\nname = \"proposed\"\nsolver = { system = \"isner\" }\n")
+                .find("two rigs"),
+            std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "[[sweep]]\nchannel = \"twist\"\nto = inf\n")
+                .find("'to' must be a number"),
+            std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) + "[[sweep]]\nchannel = \"twist\"\nto = 0\n")
+                .find("ends where it begins"),
+            std::string::npos);
+}
+
+TEST_F(SuiteFile, ACanaryNeedsADutyOnASweepThatIsThere) {
+  const std::string rig =
+      "[[rig]]\nname = \"c\"\nrole = \"canary\"\nsolver = { system = \"isner\" }\n";
+  EXPECT_NE(error_of(kSmall + rig).find("needs 'duty'"), std::string::npos);
+  EXPECT_NE(error_of(kSmall + rig +
+                     "duty = { code = \"BB001\", sweep = \"extension\", at_deg = 1, twin = { "
+                     "system = \"even\" } }\n")
+                .find("does not have"),
+            std::string::npos);
+}
+
+TEST(ReadRig, TakesOptionsInline) {
+  const RigPlan plan = read_rig("isner:vertebrae=7,depth=[0.3, 0.4],length=stretchy");
+  EXPECT_EQ(plan.spec.system, "isner");
+  EXPECT_EQ(std::get<double>(plan.spec.options.at("vertebrae")), 7.0);
+  EXPECT_EQ(std::get<std::vector<double>>(plan.spec.options.at("depth")),
+            (std::vector<double>{0.3, 0.4}));
+  EXPECT_EQ(std::get<std::string>(plan.spec.options.at("length")), "stretchy");
+}
+
+TEST(RigText, IsReadBackAsTheSameRig) {
+  const RigPlan plan = read_rig("isner:vertebrae=7,depth=[0.3, 0.4],length=stretchy");
+  EXPECT_EQ(read_rig(rig_text(plan.spec)).spec.options, plan.spec.options);
+}
+
+TEST(ReadRig, SuggestsTheNearestSystem) {
+  try {
+    read_rig("curv");
+    FAIL();
+  } catch (const SuiteError& error) {
+    EXPECT_NE(std::string(error.what()).find("did you mean 'curve'"), std::string::npos)
+        << error.what();
+  }
+  EXPECT_THROW(read_rig("curve:length"), SuiteError);
+  EXPECT_THROW(read_rig("curve:length=]["), SuiteError);
+}
+
+}  // namespace
+}  // namespace backbend::validate

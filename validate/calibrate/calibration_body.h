@@ -1,0 +1,43 @@
+#pragma once
+#include <memory>
+#include <string>
+
+#include "skin/anatomy.h"
+#include "skin/character.h"
+#include "validate/calibrate/draw.h"
+#include "validate/metrics/body_metrics.h"
+
+namespace backbend::validate {
+
+/// A character that detectors are tried on, with all that its poses need. Not movable: its parts
+/// refer to each other.
+class CalibrationBody {
+ public:
+  CalibrationBody(skin::Character character, skin::Anatomy anatomy);
+  CalibrationBody(const CalibrationBody&) = delete;
+  CalibrationBody& operator=(const CalibrationBody&) = delete;
+
+  const std::string& name() const { return character_.name; }
+  const skin::Character& character() const { return character_; }
+  const skin::Anatomy& anatomy() const { return anatomy_; }
+  const skin::SpineDriver& driver() const { return driver_; }
+  const BodyMetrics& metrics() const { return metrics_; }
+  /// Bones of the character's own spine, hips to chest.
+  int bones() const { return static_cast<int>(driver_.rest_chain().joint.size()) - 1; }
+
+ private:
+  skin::Character character_;
+  skin::Anatomy anatomy_;
+  skin::SpineDriver driver_;
+  BodyMetrics metrics_;
+};
+
+/// A round body of 1.8 with two arms on a straight spine of this many bones, smoothly weighted: on
+/// it every detector can be tried for spines that no character at hand has.
+std::unique_ptr<CalibrationBody> tube_body(int bones);
+
+/// A body pose out of a wide range: extension to 120 or flexion to 90 degrees, 45 to either side,
+/// 60 of twist to either side.
+solver::BodyPose random_pose(Draw& draw);
+
+}  // namespace backbend::validate

@@ -1,0 +1,362 @@
+#include "validate/evidence/evidence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/exr.h"
+#include "render/png.h"
+#include "render/sheet.h"
+#include "validate/evidence/video.h"
+
+namespace backbend::validate {
+namespace {
+
+/// How many findings of one rig get pictures of their own, beside its flips.
+constexpr std::size_t kPicturedProposed = 6, kPicturedOthers = 3;
+constexpr std::size_t kPicturedFlips = 6;
+/// Heat pictures show the distance between two rigs' bodies on one scale, % of height.
+constexpr float kHeatTop = 10.0f;
+/// Sweep frames are many: small, and with fewer samples.
+constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
+
+/// A name that is safe in every file system, from a name that anybody may have given.
+std::string file_word(const std::string& name) {
+  std::string word;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '_' || c == '-' || c == '.';
+    word += plain ? c : '_';
+  }
+  return word.substr(0, 80);
+}
+
+std::string rig_word(const RigRecord& rig) {
+  return file_word(rig.plan.name) + "_" + std::string(mapping_name(rig.mapping));
+}
+
+/// Everything that taking pictures of one character needs.
+struct Shooting {
+  const Stage& stage;
+  const OutputFolder& folder;
+  Photographer photographer;
+  render::Settings settings;
+  Progress& progress;
+
+  PosedCharacter posed(const RigRecord& rig, const PoseDegrees& pose) const {
+    return stage.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
+  }
+
+  /// A still as PNG and, with every layer, as EXR beside it; kept in `shot` too.
+  std::string still(const PosedCharacter& body, std::string_view view, const std::string& name,
+                    render::Picture& shot) {
+    poll_interrupt();
+    photographer.pose(body);
+    render::Settings full = settings;
+    full.all_layers = true;
+    const render::Frame frame = photographer.shoot(view, full);
+    folder.write(name + ".exr", render::encode_exr(frame));
+    shot = render::picture_from(frame);
+    folder.write(name + ".png", render::encode_png(shot));
+    progress.step();
+    return name + ".png";
+  }
+
+  std::string heat(const PosedCharacter& body, const PosedCharacter& other, std::string_view view,
+                   const std::string& name) {
+    poll_interrupt();
+    const double height = stage.anatomy().height;
+    std::vector<float> distance(body.mesh.position.size());
+    for (std::size_t v = 0; v < distance.size(); ++v) {
+      distance[v] = static_cast<float>(
+          100.0 * glm::distance(body.mesh.position[v], other.mesh.position[v]) / height);
+    }
+    photographer.pose(body, distance);
+    render::Settings heated = settings;
+    heated.mode = render::Mode::heat;
+    heated.heat_high = kHeatTop;
+    render::Picture picture = render::picture_from(photographer.shoot(view, heated));
+    render::draw_legend(picture, 0.0f, kHeatTop, "distance to the other rig, % of height");
+    folder.write(name + ".png", render::encode_png(picture));
+    progress.step();
+    return name + ".png";
+  }
+};
+
+std::string_view best_view(const Finding& finding) {
+  const auto names = render::view_names();
+  const bool known = std::find(names.begin(), names.end(), finding.image.camera) != names.end();
+  return finding.image.measured && known ? std::string_view(finding.image.camera) : names.front();
+}
+
+/// The rig that a finding's pose is shown under for comparison: the first other one of its mapping.
+const RigRecord* counterpart(const std::vector<RigRecord>& records, const RigRecord& rig) {
+  for (const RigRecord& other : records) {
+    if (&other != &rig && other.mapping == rig.mapping && other.plan.role != rig.plan.role)
+      return &other;
+  }
+  for (const RigRecord& other : records) {
+    if (&other != &rig && other.mapping == rig.mapping) return &other;
+  }
+  return nullptr;
+}
+
+const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
+  const auto found =
+      std::find_if(rig.sweeps.begin(), rig.sweeps.end(),
+                   [&](const SweepRecord& sweep) { return sweep.sweep.name == finding.sweep; });
+  return found->sweep;
+}
+
+void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
+                  const std::string& place, Report& report) {
+  const Sweep& sweep = sweep_of(rig, finding);
+  const std::string_view view = best_view(finding);
+  const PosedCharacter before =
+      shooting.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
+  const PosedCharacter after = shooting.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
+  render::Picture left, right;
+  finding.pictures.before = shooting.still(before, view, place + "/before", left);
+  finding.pictures.after = shooting.still(after, view, place + "/after", right);
+  const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
+  shooting.folder.write(place + "/pair.png",
+                        render::encode_png(render::side_by_side(
+                            left, finding.rig + ", just before " + at, right, "just after")));
+  finding.pictures.heat = shooting.heat(after, before, view, place + "/heat");
+  PicturePair pair;
+  pair.title = finding.rig + " (" + finding.mapping + "): flip of " +
+               number_text(finding.value, 1) + " deg at " + finding.pose;
+  pair.caption = finding.detail;
+  pair.a_path = finding.pictures.before;
+  pair.a_label = "just before";
+  pair.b_path = finding.pictures.after;
+  pair.b_label = "just after";
+  pair.heat_path = finding.pictures.heat;
+  report.pairs.push_back(pair);
+}
+
+void picture_finding(Shooting& shooting, const std::vector<RigRecord>& records,
+                     const RigRecord& rig, Finding& finding, const std::string& place) {
+  const std::string_view view = best_view(finding);
+  const PoseDegrees pose = sweep_of(rig, finding).pose_at(finding.control_deg);
+  const PosedCharacter here = shooting.posed(rig, pose);
+  render::Picture left, right;
+  finding.pictures.before = shooting.still(here, view, place + "/" + rig_word(rig), left);
+  const RigRecord* other = counterpart(records, rig);
+  if (other == nullptr) return;
+  const PosedCharacter there = shooting.posed(*other, pose);
+  finding.pictures.other = shooting.still(there, view, place + "/" + rig_word(*other), right);
+  shooting.folder.write(place + "/pair.png",
+                        render::encode_png(render::side_by_side(
+                            left, rig.plan.name + ", " + pose.text(), right, other->plan.name)));
+  finding.pictures.heat = shooting.heat(here, there, view, place + "/heat");
+}
+
+/// Which findings get pictures: the flips, and the worst others, one of each code.
+std::vector<std::size_t> pictured(const RigRecord& rig, const std::vector<Finding>& findings) {
+  const std::size_t most = rig.plan.role == Role::proposed ? kPicturedProposed : kPicturedOthers;
+  std::vector<std::size_t> chosen;
+  std::vector<std::string> codes;
+  std::size_t flips = 0;
+  for (std::size_t i = 0; i < findings.size(); ++i) {
+    if (findings[i].code == "BB001") {
+      if (flips++ < kPicturedFlips) chosen.push_back(i);
+    } else if (codes.size() < most &&
+               std::find(codes.begin(), codes.end(), findings[i].code) == codes.end()) {
+      codes.push_back(findings[i].code);
+      chosen.push_back(i);
+    }
+  }
+  return chosen;
+}
+
+std::size_t still_count(const std::vector<RigRecord>& records,
+                        const std::vector<std::vector<Finding>>& findings) {
+  std::size_t count = 0;
+  for (std::size_t r = 0; r < records.size(); ++r)
+    count += 3 * pictured(records[r], findings[r]).size();
+  return count;
+}
+
+/// The worst numbers of one pose, for the strip under its picture.
+std::string worst_text(const PoseRecord& pose) {
+  return "kink " + number_text(pose.at(MetricId::chain_kink).value, 1) + "  arm drift " +
+         number_text(pose.at(MetricId::arm_drift).value, 1) + " deg";
+}
+
+struct SweepFrames {
+  std::vector<std::vector<render::Picture>> picture;  // [record][pose], of one mapping
+  std::vector<const RigRecord*> rig;
+};
+
+RigResult* result_for(Report& report, const std::string& character, const RigRecord& rig) {
+  for (RigResult& result : report.rigs) {
+    if (result.character == character && result.rig == rig.plan.name &&
+        result.mapping == mapping_name(rig.mapping))
+      return &result;
+  }
+  return nullptr;
+}
+
+/// Frames of the leading sweep of every rig of one mapping, as files and in memory.
+SweepFrames shoot_sweep(Shooting& shooting, const std::vector<RigRecord>& records,
+                        solver::Mapping mapping, Report& report) {
+  SweepFrames frames;
+  render::Settings settings = shooting.settings;
+  settings.width = kFrameWidth;
+  settings.height = kFrameHeight;
+  settings.samples = std::min(kFrameSamples, settings.samples);
+  for (const RigRecord& rig : records) {
+    if (rig.mapping != mapping) continue;
+    const SweepRecord& sweep = rig.sweeps.front();
+    std::vector<render::Picture> pictures;
+    std::vector<std::string> names;
+    for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
+      poll_interrupt();
+      const PosedCharacter body = shooting.stage.pose(*rig.system, sweep.poses[i].control);
+      shooting.photographer.pose(body);
+      pictures.push_back(render::picture_from(shooting.photographer.shoot("profile", settings)));
+      names.push_back("frames/" + rig_word(rig) + "/" + sweep.sweep.name + "." +
+                      std::to_string(kFirstFrame + static_cast<int>(i)) + ".png");
+      shooting.folder.write(names.back(), render::encode_png(pictures.back()));
+      shooting.progress.step();
+    }
+    if (RigResult* result = result_for(report, shooting.stage.character().name, rig))
+      result->sweeps.front().frame = names;
+    frames.picture.push_back(std::move(pictures));
+    frames.rig.push_back(&rig);
+  }
+  return frames;
+}
+
+void write_sheet(Shooting& shooting, const SweepFrames& frames, int columns,
+                 const std::string& name, Report& report) {
+  std::vector<render::SheetCell> cells;
+  for (std::size_t r = 0; r < frames.rig.size(); ++r) {
+    const SweepRecord& sweep = frames.rig[r]->sweeps.front();
+    const std::size_t last = sweep.poses.size() - 1;
+    for (int c = 0; c < columns; ++c) {
+      const std::size_t pose =
+          columns == 1 ? last
+                       : last * static_cast<std::size_t>(c) / static_cast<std::size_t>(columns - 1);
+      cells.push_back({frames.picture[r][pose],
+                       frames.rig[r]->plan.name + "  " +
+                           number_text(sweep.poses[pose].control_deg, 1) + " deg  " +
+                           worst_text(sweep.poses[pose]),
+                       false});
+    }
+  }
+  const std::string title = shooting.stage.character().name + ": " +
+                            frames.rig.front()->sweeps.front().sweep.name + ", mapping " +
+                            std::string(mapping_name(frames.rig.front()->mapping));
+  shooting.folder.write(name, render::encode_png(render::contact_sheet(cells, columns, title)));
+  report.media.push_back({"contact_sheet", title, name});
+}
+
+void write_sweep_video(Shooting& shooting, const SweepFrames& frames, const std::string& name,
+                       Report& report) {
+  const auto count = frames.picture.front().size();
+  const int width = kFrameWidth * static_cast<int>(frames.rig.size());
+  write_video(shooting.folder, name, count, kFramesPerSecond, [&](std::size_t i) {
+    render::Picture row(width, kFrameHeight, {0, 0, 0, 255});
+    for (std::size_t r = 0; r < frames.rig.size(); ++r) {
+      render::Picture picture = frames.picture[r][i];
+      const PoseRecord& pose = frames.rig[r]->sweeps.front().poses[i];
+      render::burn_in(picture, frames.rig[r]->plan.name, number_text(pose.control_deg, 1) + " deg",
+                      "kink " + number_text(pose.at(MetricId::chain_kink).value, 1));
+      render::blit(row, picture, kFrameWidth * static_cast<int>(r), 0);
+    }
+    return row;
+  });
+  report.media.push_back({"video",
+                          "all rigs over " + frames.rig.front()->sweeps.front().sweep.name +
+                              ", mapping " + std::string(mapping_name(frames.rig.front()->mapping)),
+                          name});
+}
+
+/// The proposed rig at its worst, from all around.
+void write_turntable(Shooting& shooting, const std::vector<RigRecord>& records,
+                     const std::vector<std::vector<Finding>>& findings, int views,
+                     const std::string& prefix, Report& report) {
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    if (records[r].plan.role != Role::proposed) continue;
+    const Sweep& leading = records[r].sweeps.front().sweep;
+    const PoseDegrees pose =
+        findings[r].empty()
+            ? leading.pose_at(leading.to_deg)
+            : sweep_of(records[r], findings[r].front()).pose_at(findings[r].front().control_deg);
+    const PosedCharacter body = shooting.posed(records[r], pose);
+    shooting.photographer.pose(body);
+    const double aspect = static_cast<double>(shooting.settings.width) / shooting.settings.height;
+    const auto cameras = render::turntable(views, shooting.photographer.box(),
+                                           shooting.photographer.facing(), aspect);
+    const std::string name = prefix + "turntable_" + rig_word(records[r]) + ".mp4";
+    write_video(shooting.folder, name, cameras.size(), kFramesPerSecond, [&](std::size_t i) {
+      shooting.progress.step();
+      return render::picture_from(shooting.photographer.shoot(cameras[i], shooting.settings));
+    });
+    report.media.push_back({"turntable", records[r].plan.name + " at " + pose.text(), name});
+    return;
+  }
+}
+
+}  // namespace
+
+render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& records) {
+  render::Bounds box = render::bounds_of(stage.rest().position);
+  for (const RigRecord& record : records) {
+    for (const SweepRecord& sweep : record.sweeps) {
+      for (const PoseRecord& pose : sweep.poses) box.add(pose.bounds);
+    }
+  }
+  return box;
+}
+
+void make_evidence(const Stage& stage, const render::Bounds& box, const PicturePlan& plan,
+                   const std::vector<RigRecord>& records,
+                   std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
+                   Progress& progress, Report& report) {
+  if (records.empty()) return;
+  folder.prepare();
+  render::Settings settings;
+  settings.width = plan.width;
+  settings.height = plan.height;
+  settings.samples = plan.samples;
+  Shooting shooting{stage, folder, Photographer(stage, box), settings, progress};
+  const std::string character = file_word(stage.character().name);
+
+  std::size_t frames =
+      still_count(records, findings) + static_cast<std::size_t>(plan.turntable_views);
+  if (plan.sheet_columns > 0) {
+    for (const RigRecord& record : records) frames += record.sweeps.front().poses.size();
+  }
+  progress.start("frames", frames);
+  for (std::size_t r = 0; r < records.size(); ++r) {
+    int number = 0;
+    for (const std::size_t i : pictured(records[r], findings[r])) {
+      Finding& finding = findings[r][i];
+      const std::string place = "findings/" + character + "_" + rig_word(records[r]) + "_" +
+                                file_word(finding.sweep) + "_" + finding.code + "_" +
+                                std::to_string(++number);
+      if (finding.code == "BB001") {
+        picture_flip(shooting, records[r], finding, place, report);
+      } else {
+        picture_finding(shooting, records, records[r], finding, place);
+      }
+    }
+  }
+  if (plan.sheet_columns > 0) {
+    for (const solver::Mapping mapping : {solver::Mapping::chest, solver::Mapping::spread}) {
+      const SweepFrames sweep = shoot_sweep(shooting, records, mapping, report);
+      if (sweep.rig.empty()) continue;
+      const std::string stem = "media/" + character + "_" + std::string(mapping_name(mapping));
+      write_sheet(shooting, sweep, plan.sheet_columns, stem + "_sheet.png", report);
+      write_sweep_video(shooting, sweep, stem + "_sweep.mp4", report);
+    }
+  }
+  if (plan.turntable_views > 0) {
+    write_turntable(shooting, records, findings, plan.turntable_views, "media/" + character + "_",
+                    report);
+  }
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,26 @@
+#pragma once
+#include <vector>
+
+#include "validate/evidence/photographer.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/report.h"
+#include "validate/run/measure.h"
+
+namespace backbend::validate {
+
+/// The box that holds every measured pose of every rig, and the rest pose: one framing for all.
+render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& records);
+
+/// Renders what a reader of the report must see, into the run's folder: for each rig's worst
+/// findings the pose under this rig, the same pose under the other rig and where they differ; both
+/// sides of every flip; the leading sweep as frames, contact sheet and video with all rigs side by
+/// side; a turntable of the proposed rig at its worst. Fills the findings' pictures, the report's
+/// pairs and media and the sweeps' frames.
+///
+/// `findings` has one list for each record. Throws WriteError, Interrupted.
+void make_evidence(const Stage& stage, const render::Bounds& box, const PicturePlan& plan,
+                   const std::vector<RigRecord>& records,
+                   std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
+                   Progress& progress, Report& report);
+
+}  // namespace backbend::validate

@@ -1,0 +1,47 @@
+#pragma once
+#include <span>
+#include <string_view>
+
+#include "render/cameras.h"
+#include "render/scene.h"
+#include "solver/controllers.h"
+#include "validate/run/stage.h"
+
+namespace backbend::validate {
+
+/// Which way a character stands, as cameras take it.
+render::Facing facing_of(const skin::Anatomy& anatomy);
+
+/// Controllers as lines in three colours that every kind of colour vision tells apart.
+std::vector<render::OverlayLine> controller_lines(
+    const std::vector<solver::ControllerShape>& shapes);
+
+/// Takes pictures of one character, all framed alike. Not for use from two threads at once: a
+/// picture is made by all threads itself.
+class Photographer {
+ public:
+  /// `box` holds every pose that is to be compared.
+  Photographer(const Stage& stage, const render::Bounds& box);
+
+  /// What the next pictures show. `posed` and `heat` (one value per vertex, or empty) must outlive
+  /// them; `previous` (or null) is the pose before, for the motion layer; `controllers` are drawn
+  /// in x-ray pictures beside the bones.
+  void pose(const PosedCharacter& posed, std::span<const float> heat = {},
+            const PosedCharacter* previous = nullptr,
+            std::span<const render::OverlayLine> controllers = {});
+
+  render::Frame shoot(std::string_view view, const render::Settings& settings) const;
+  render::Frame shoot(const render::Camera& camera, const render::Settings& settings) const;
+
+  const render::Bounds& box() const { return box_; }
+  const render::Facing& facing() const { return facing_; }
+
+ private:
+  const Stage& stage_;
+  render::Bounds box_;
+  render::Facing facing_;
+  render::Scene scene_;
+  std::vector<render::OverlayLine> bones_;
+};
+
+}  // namespace backbend::validate

@@ -1,0 +1,50 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "render/scene.h"
+#include "validate/evidence/photographer.h"
+#include "validate/files/output_folder.h"
+#include "validate/run/progress.h"
+#include "validate/sweeps/suite.h"
+
+namespace backbend::validate {
+
+/// Pictures of one character under one rig that a user asks for by hand.
+struct RenderRequest {
+  std::filesystem::path character;
+  skin::AnatomyHints hints;
+  DrivenChain chain = DrivenChain::spine;
+  RigPlan rig;
+  solver::Mapping mapping = solver::Mapping::chest;
+  PoseDegrees pose;
+  std::string view = "profile";
+  render::Settings settings;
+  bool resume = false;               // keep frames that are there, whole and of the same inputs
+  std::string name;                  // of the sequence; empty: character_rig
+  std::filesystem::path export_obj;  // the posed mesh as OBJ; empty: none
+};
+
+/// What a job wrote, relative to its folder.
+struct RenderedFiles {
+  std::vector<std::filesystem::path> frames;
+  std::filesystem::path sheet, video;
+  std::size_t kept = 0;  // frames that --resume found good
+};
+
+/// One picture of the pose: NAME.exr and NAME.png.
+RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
+                          Progress& progress);
+
+/// `views` pictures around the pose, NAME.1001.exr onwards, with a contact sheet and a video.
+RenderedFiles render_turntable(const RenderRequest& request, int views, const OutputFolder& folder,
+                               Progress& progress);
+
+/// The rig at its worst: for every sweep and metric the worst pose, and both sides of every flip.
+/// Names say what is seen: NAME_extension_114.3_BB001_before.exr.
+RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sweep>& sweeps,
+                              const Envelope& envelope, const OutputFolder& folder,
+                              Progress& progress);
+
+}  // namespace backbend::validate

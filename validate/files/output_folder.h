@@ -1,0 +1,65 @@
+#pragma once
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace backbend::validate {
+
+/// A file that could not be written whole. what() is the whole line the user sees.
+struct WriteError : std::runtime_error {
+  WriteError(const std::string& message, int error_number)
+      : std::runtime_error(message), error_number(error_number) {}
+  /// Full disks and failing media may pass: a farm should retry (exit 75). The rest is exit 73.
+  bool temporary() const;
+  int error_number;
+};
+
+/// A file that could not be read. what() is the whole line the user sees.
+struct ReadError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A folder that files appear in whole or not at all.
+///
+/// Each file is written beside its place under a name of its own, flushed to the medium, read back
+/// and compared, and only then given its name: a full disk that a writer fails to report is caught
+/// here. Links planted at an output's name are replaced, never followed.
+class OutputFolder {
+ public:
+  /// Names the folder; nothing is made before prepare() or the first write.
+  explicit OutputFolder(std::filesystem::path path);
+
+  /// Makes the folder and tries that it can be written: long jobs fail early. Throws WriteError.
+  void prepare() const;
+
+  /// Writes one file at `relative` (folders are made as needed). Throws WriteError.
+  void write(const std::filesystem::path& relative, std::span<const std::uint8_t> bytes) const;
+  void write(const std::filesystem::path& relative, std::string_view text) const;
+
+  /// A name that no other process uses, in the folder of `relative`, for a program that must write
+  /// a file itself; commit() then checks and names it, or the caller removes it.
+  std::filesystem::path temporary_for(const std::filesystem::path& relative) const;
+  void commit(const std::filesystem::path& temporary, const std::filesystem::path& relative) const;
+
+  const std::filesystem::path& path() const { return path_; }
+
+ private:
+  std::filesystem::path path_;
+};
+
+/// All bytes of a regular file of at most `most_bytes`. Never waits on a pipe or device. Throws
+/// ReadError.
+std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path,
+                                     std::uintmax_t most_bytes = std::uintmax_t{1} << 32);
+std::string read_text(const std::filesystem::path& path,
+                      std::uintmax_t most_bytes = std::uintmax_t{1} << 28);
+
+/// Points `link` at `target` (a name beside it) in one step. Failing is no error: some file systems
+/// have no links.
+void point_link(const std::filesystem::path& link, const std::filesystem::path& target);
+
+}  // namespace backbend::validate

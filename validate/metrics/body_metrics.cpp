@@ -1,0 +1,154 @@
+#include "validate/metrics/body_metrics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/metrics/torso.h"
+
+namespace backbend::validate {
+namespace {
+
+constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+
+/// Vertices that nothing but the arms moves.
+std::vector<std::uint8_t> arm_vertices(const skin::Character& character,
+                                       const skin::Anatomy& anatomy) {
+  std::vector<char> arm(character.nodes.size(), 0);
+  for (const std::vector<int>* chain : {&anatomy.left_arm, &anatomy.right_arm})
+    if (!chain->empty()) arm[static_cast<std::size_t>(chain->front())] = 1;
+  for (std::size_t n = 0; n < arm.size(); ++n) {
+    const int parent = character.nodes[n].parent;
+    if (parent >= 0 && arm[static_cast<std::size_t>(parent)]) arm[n] = 1;
+  }
+  std::vector<std::uint8_t> out;
+  for (const skin::Influences& influences : character.influences) {
+    double sum = 0.0;
+    for (int k = 0; k < skin::kMaxInfluences; ++k)
+      if (arm[static_cast<std::size_t>(character.joints[influences.joint[k]].node)])
+        sum += influences.weight[k];
+    out.push_back(sum > 0.999);
+  }
+  return out;
+}
+
+}  // namespace
+
+RigAtRest rig_at_rest(const solver::SpineSystem& system) {
+  std::vector<double> control;
+  for (const solver::Channel& channel : system.channels()) control.push_back(channel.rest);
+  return {&system, system.intended_curve(control, kCurvePoints),
+          std::max(1, static_cast<int>(system.rest().position.size()) - 1)};
+}
+
+BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& anatomy,
+                         const skin::SpineDriver& driver)
+    : height_(anatomy.height) {
+  const skin::PosedMesh rest = skin::rest_mesh(character);
+  rest_position_.assign(rest.position.begin(), rest.position.end());
+  const std::vector<std::uint8_t> torso = torso_mask(character, anatomy, rest_position_);
+  const std::vector<float> share = spine_shares(character, anatomy);
+  const std::vector<glm::dvec3>& joints = driver.rest_chain().joint;
+  const RestMesh mesh{rest_position_,
+                      rest.normal,
+                      character.triangles,
+                      character.place,
+                      character.place_count,
+                      torso,
+                      share,
+                      joints};
+  const SpineLine line(joints);
+  const std::vector<float> coordinate = spine_coordinate(mesh, line);
+  slices_ = cut_slices(mesh, line, coordinate, driver.rest_chain().left, kSliceCount);
+  rest_slices_ = pose_slices(slices_, rest_position_);
+  window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
+  mesh_ = prepare_mesh(mesh, line, coordinate);
+  has_arms_ = driver.arms_follow_chest();
+  if (has_arms_) arm_ = arm_vertices(character, anatomy);
+
+  const double length = chain_length(joints);
+  double arc = 0.0;
+  for (std::size_t i = 0; i < joints.size() && i < anatomy.spine.size(); ++i) {
+    if (i > 0) arc += glm::distance(joints[i - 1], joints[i]);
+    spine_fraction_.push_back(arc / length);
+    spine_name_.push_back(character.nodes[static_cast<std::size_t>(anatomy.spine[i])].name);
+  }
+}
+
+BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
+                               const solver::SpinePose& pose, double twist) const {
+  return bend_intent(slices_, rest_slices_, {pose, curve, rig.curve, twist, 1.0 / rig.bones});
+}
+
+BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> control,
+                                  const solver::SpinePose& pose, const skin::PosedMesh& mesh,
+                                  double twist) const {
+  BodyMeasures out;
+  const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
+  out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist)});
+  out.arm_drift = kNan;
+  out.slices.planned = slices_.slice.size();
+  if (!out.chain.finite) {
+    out.surface.not_finite = mesh.position.size();
+    return out;
+  }
+  const BendIntent asked = intent(rig, curve, pose, twist);
+  out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, slices_, asked, 1.0 / rig.bones);
+  if (out.surface.not_finite > 0) return out;
+  out.slices =
+      measure_slices(slices_, rest_slices_, pose_slices(slices_, mesh.position), asked, window_);
+  if (has_arms_) {
+    const PartDrift drift = part_drift(rest_position_, mesh.position, arm_, pose.chest);
+    out.arm_drift = drift.distance / height_;
+    out.arm_drift_vertex = drift.vertex;
+  }
+  return out;
+}
+
+std::vector<float> BodyMetrics::strain_heat(const RigAtRest& rig, std::span<const double> control,
+                                            const solver::SpinePose& pose,
+                                            const skin::PosedMesh& mesh, double twist) const {
+  const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
+  return strain_map(mesh_, mesh.position, slices_, intent(rig, curve, pose, twist),
+                    1.0 / rig.bones);
+}
+
+std::string BodyMetrics::slice_place(int slice) const {
+  if (slice < 0 || slice >= static_cast<int>(slices_.slice.size())) return "";
+  std::string place =
+      "slice " + std::to_string(slice + 1) + "/" + std::to_string(slices_.slice.size());
+  const double s = slices_.slice[static_cast<std::size_t>(slice)].s;
+  const auto above = std::ranges::upper_bound(spine_fraction_, s);
+  const std::size_t i = static_cast<std::size_t>(above - spine_fraction_.begin());
+  if (i > 0 && i < spine_name_.size()) place += " " + spine_name_[i - 1] + ".." + spine_name_[i];
+  return place;
+}
+
+MeshExcess mesh_excess(const BodyMeasures& rig, const BodyMeasures& ideal, int window) {
+  MeshExcess out;
+  out.kink_deg = out.area_loss = kNan;
+  const std::vector<double> kink = paired_kink(rig.slices, ideal.slices, window);
+  for (std::size_t r = 0; r < kink.size(); ++r) {
+    // A pair also differs where the ideal has the kink and the rig has not.
+    const double worse = std::min(kink[r], rig.slices.kink_deg[r]) -
+                         std::max(0.0, ideal.slices.kink_deg[r] - rig.slices.kink_deg[r]);
+    if (!std::isnan(worse) && !(worse <= out.kink_deg)) {
+      out.kink_deg = worse;
+      out.kink_slice = static_cast<int>(r);
+    }
+  }
+  for (std::size_t r = 0; r < rig.slices.area_ratio.size(); ++r) {
+    const double loss = ideal.slices.area_ratio[r] - rig.slices.area_ratio[r];
+    if (!std::isnan(loss) && !(loss <= out.area_loss)) {
+      out.area_loss = loss;
+      out.area_slice = static_cast<int>(r);
+    }
+  }
+  out.twist_jump_deg = rig.slices.twist_jump_worst_deg - ideal.slices.twist_jump_worst_deg;
+  out.strain = rig.surface.strain_most - ideal.surface.strain_most;
+  out.inverted_area = rig.surface.inverted_area - ideal.surface.inverted_area;
+  out.folded = rig.slices.folded - ideal.slices.folded;
+  out.dihedral_deg = rig.surface.dihedral_deg - ideal.surface.dihedral_deg;
+  return out;
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,93 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "skin/anatomy.h"
+#include "skin/character.h"
+#include "skin/skinning.h"
+#include "solver/spine_system.h"
+#include "validate/metrics/chain.h"
+#include "validate/metrics/mesh.h"
+#include "validate/metrics/slice_metrics.h"
+
+namespace backbend::validate {
+
+/// Everything geometric that is measured on one pose of one rig on one character.
+struct BodyMeasures {
+  ChainMeasures chain;
+  SliceMeasures slices;
+  MeshMeasures surface;
+  double arm_drift = 0.0;  // of the arm vertices in the chest's frame, share of the height; NaN
+                           // where the character has no arms that the chest carries
+  int arm_drift_vertex = -1;
+};
+
+/// A rig's curves at rest: made once per rig and character.
+struct RigAtRest {
+  const solver::SpineSystem* system;
+  std::vector<glm::dvec3> curve;  // intended, kCurvePoints points
+  int bones;
+};
+constexpr std::size_t kCurvePoints = 257;
+RigAtRest rig_at_rest(const solver::SpineSystem& system);
+
+/// A character prepared for measuring: slices, topology and masks, made once, read by any number of
+/// threads.
+class BodyMetrics {
+ public:
+  static constexpr int kSliceCount = 64;
+  /// Keeps what it needs; the arguments may go away.
+  BodyMetrics(const skin::Character& character, const skin::Anatomy& anatomy,
+              const skin::SpineDriver& driver);
+
+  /// Measures one pose. `pose` is the solved chain for `control`, `mesh` the character skinned with
+  /// it; `twist` (radians) is what the body pose asks for between hips and chest. Where the chain
+  /// is not finite, or a vertex is not, the rest stays unmeasured (NaN, and the counts say so).
+  BodyMeasures measure(const RigAtRest& rig, std::span<const double> control,
+                       const solver::SpinePose& pose, const skin::PosedMesh& mesh,
+                       double twist) const;
+
+  /// Values per vertex for heat maps of the same pose.
+  std::vector<float> strain_heat(const RigAtRest& rig, std::span<const double> control,
+                                 const solver::SpinePose& pose, const skin::PosedMesh& mesh,
+                                 double twist) const;
+
+  const SpineSlices& slices() const { return slices_; }
+  const SlicePose& rest_slices() const { return rest_slices_; }
+  const MeshRest& mesh() const { return mesh_; }
+  double height() const { return height_; }
+  /// Slices that one turning spans, the same for every rig so that rigs can be compared: one of the
+  /// character's own spine bones, over which linear blending repeats itself.
+  int window() const { return window_; }
+  /// `slice 18/64`, with the names of the spine joints it stands between.
+  std::string slice_place(int slice) const;
+
+ private:
+  BendIntent intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
+                    const solver::SpinePose& pose, double twist) const;
+
+  double height_ = 0.0;
+  int window_ = 2;
+  std::vector<std::string> spine_name_;
+  std::vector<double> spine_fraction_;
+  std::vector<glm::vec3> rest_position_;
+  std::vector<std::uint8_t> arm_;  // vertices that an arm moves entirely
+  bool has_arms_ = false;
+  SpineSlices slices_;
+  SlicePose rest_slices_;
+  MeshRest mesh_;
+};
+
+/// How much worse a rig's mesh is than the ideal bend's in the same pose. Above 0: worse.
+struct MeshExcess {
+  double kink_deg = 0.0;  // the largest kink that the pair of them differs by
+  int kink_slice = -1;
+  double twist_jump_deg = 0.0;
+  double area_loss = 0.0;  // largest loss of slice area beyond the ideal's, share
+  int area_slice = -1;
+  double strain = 0.0, inverted_area = 0.0, folded = 0.0, dihedral_deg = 0.0;
+};
+/// `window`: BodyMetrics::window() of the character.
+MeshExcess mesh_excess(const BodyMeasures& rig, const BodyMeasures& ideal, int window);
+
+}  // namespace backbend::validate

@@ -1,0 +1,49 @@
+#include "validate/metrics/rig_probe.h"
+
+#include "validate/metrics/chain.h"
+
+namespace backbend::validate {
+
+FlipRig probe(const solver::SpineSystem& system, ControlPath path) {
+  std::vector<glm::dvec3> rest_bone;
+  const std::vector<glm::dvec3>& joint = system.rest().position;
+  for (std::size_t i = 0; i < joint.size(); ++i) {
+    const std::size_t below = std::min(i, joint.size() - 2);
+    const glm::dvec3 bone = joint[below + 1] - joint[below];
+    const double length = glm::length(bone);
+    rest_bone.push_back(length > 0.0 ? bone / length : glm::dvec3(0, 1, 0));
+  }
+  return [&system, path = std::move(path), rest_bone = std::move(rest_bone),
+          pose = solver::SpinePose()](double t, FlipSample& sample) mutable {
+    system.solve_into(path(t), solver::Detail::joints, pose);
+    sample.turn = pose.turn;
+    sample.position = pose.position;
+    sample.margin = pose.flip_margin;
+    sample.base = pose.hip.turn;
+    sample.end = pose.chest.turn;
+    sample.bone.resize(rest_bone.size());
+    for (std::size_t i = 0; i < rest_bone.size(); ++i) sample.bone[i] = pose.turn[i] * rest_bone[i];
+  };
+}
+
+FlipSettings flip_settings(const solver::SpineSystem& system, int intervals, double control_deg) {
+  FlipSettings settings;
+  settings.intervals = intervals;
+  settings.control_deg = control_deg;
+  settings.length = chain_length(system.rest().position);
+  settings.fraction = system.arc_fraction();
+  return settings;
+}
+
+ControlPath straight_path(const solver::SpineSystem& system, const solver::BodyPose& from,
+                          const solver::BodyPose& to, solver::Mapping mapping) {
+  return [&system, from, to, mapping](double t) {
+    const auto between = [t](double a, double b) { return a + (b - a) * t; };
+    return system.controls_for(
+        {between(from.extension, to.extension), between(from.flexion, to.flexion),
+         between(from.side, to.side), between(from.twist, to.twist)},
+        mapping);
+  };
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,100 @@
+#include "validate/metrics/weight_hygiene.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace backbend::validate {
+namespace {
+
+constexpr double kStrayWeight = 0.5;
+// A trace on a joint is no membership: 8-bit weights leave such crumbs everywhere.
+constexpr float kTrace = 0.004f;  // one step of 8 bits
+
+bool knows(const skin::Influences& influences, std::uint16_t joint) {
+  for (int k = 0; k < skin::kMaxInfluences; ++k)
+    if (influences.joint[k] == joint && influences.weight[k] > kTrace) return true;
+  return false;
+}
+
+bool share_a_joint(const skin::Influences& a, const skin::Influences& b) {
+  for (int k = 0; k < skin::kMaxInfluences; ++k)
+    if (a.weight[k] > kTrace && knows(b, a.joint[k])) return true;
+  return false;
+}
+
+/// Pairs of neighbouring places, both ways, sorted.
+std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbour_pairs(
+    std::span<const glm::uvec3> triangle, std::span<const std::uint32_t> place) {
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+  pairs.reserve(triangle.size() * 6);
+  for (const glm::uvec3& t : triangle)
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = place[t[i]], b = place[t[(i + 1) % 3]];
+      if (a == b) continue;
+      pairs.emplace_back(a, b);
+      pairs.emplace_back(b, a);
+    }
+  std::ranges::sort(pairs);
+  const auto repeated = std::ranges::unique(pairs);
+  pairs.erase(repeated.begin(), repeated.end());
+  return pairs;
+}
+
+}  // namespace
+
+WeightHygiene examine_weights(std::span<const skin::Influences> influences,
+                              std::span<const glm::uvec3> triangle,
+                              std::span<const std::uint32_t> place, std::uint32_t place_count) {
+  WeightHygiene out;
+  std::vector<std::uint32_t> vertex_of_place(place_count, 0);
+  for (std::size_t v = influences.size(); v-- > 0;) {
+    vertex_of_place[place[v]] = static_cast<std::uint32_t>(v);
+    double sum = 0.0;
+    for (float w : influences[v].weight) sum += w;
+    if (!(sum > 0.0)) {  // NaN counts as none
+      ++out.unweighted;
+      out.unweighted_vertex = static_cast<int>(v);
+      continue;
+    }
+    if (!(std::abs(sum - 1.0) <= out.worst_sum)) {
+      out.worst_sum = std::abs(sum - 1.0);
+      out.worst_sum_vertex = static_cast<int>(v);
+    }
+  }
+
+  const auto pairs = neighbour_pairs(triangle, place);
+  for (std::size_t first = 0; first < pairs.size();) {
+    std::size_t end = first;
+    while (end < pairs.size() && pairs[end].first == pairs[first].first) ++end;
+    const std::uint32_t vertex = vertex_of_place[pairs[first].first];
+    const auto neighbour = [&](std::size_t i) -> const skin::Influences& {
+      return influences[vertex_of_place[pairs[i].second]];
+    };
+    double foreign = 0.0;
+    for (int k = 0; k < skin::kMaxInfluences; ++k) {
+      const float weight = influences[vertex].weight[k];
+      if (!(weight > kTrace)) continue;
+      bool known = false;
+      for (std::size_t i = first; i < end && !known; ++i)
+        known = knows(neighbour(i), influences[vertex].joint[k]);
+      if (!known) foreign += weight;
+    }
+    if (foreign > kStrayWeight && end - first > 1) {
+      bool agree = true;
+      for (std::size_t i = first; i < end && agree; ++i)
+        for (std::size_t j = i + 1; j < end && agree; ++j)
+          agree = share_a_joint(neighbour(i), neighbour(j));
+      if (agree) {
+        ++out.stray;
+        if (foreign > out.stray_weight) {
+          out.stray_weight = foreign;
+          out.stray_vertex = static_cast<int>(vertex);
+        }
+      }
+    }
+    first = end;
+  }
+  return out;
+}
+
+}  // namespace backbend::validate

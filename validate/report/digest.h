@@ -1,0 +1,48 @@
+#pragma once
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "validate/report/report.h"
+
+namespace backbend::validate {
+
+/// Looks up, for the findings of one report, what the report says elsewhere. Holds a reference: the
+/// report must outlive it.
+class Digest {
+ public:
+  explicit Digest(const Report& report);
+
+  /// The role of the finding's rig; `proposed` for a rig the report does not list, so that nothing
+  /// unknown is waved through as a reference.
+  Role role_of(const Finding& finding) const;
+  /// `mesh kink` for BB011; empty for a code the report has no row for.
+  const std::string& check_name(const std::string& code) const;
+
+  struct Counts {
+    int fail = 0, waived = 0, stress = 0;      // findings of proposed rigs
+    int not_measured = 0, not_applicable = 0;  // measurements of proposed rigs, from coverage
+    int reference = 0, canary = 0;             // findings of rigs that do not decide
+  };
+  const Counts& counts() const { return counts_; }
+
+  /// At most `count` findings to show first: failures of proposed rigs, then what those rigs show
+  /// beyond the envelope or could not be measured, then reference rigs; worst first within each,
+  /// and one of each code and rig before a second of any.
+  std::vector<const Finding*> worst(std::size_t count) const;
+
+ private:
+  using RigKey = std::tuple<std::string, std::string, std::string>;  // character, rig, mapping
+  const Report& report_;
+  std::map<RigKey, Role> role_;
+  std::map<std::string, std::string> name_;
+  Counts counts_;
+};
+
+/// `vertebra_5`, `slice 18`, `spine04, vertex 1207`; empty where the finding has no place.
+std::string place_text(const Finding& finding);
+/// `171.4 > 20 deg`: the value against its limit; `not measured` where there is none.
+std::string value_text(const Finding& finding);
+
+}  // namespace backbend::validate

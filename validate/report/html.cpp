@@ -1,0 +1,145 @@
+#include "validate/report/html.h"
+
+#include <algorithm>
+#include <array>
+#include <set>
+#include <string_view>
+
+#include "validate/report/escape.h"
+#include "validate/report/names.h"
+#include "validate/report/number_text.h"
+#include "validate/report/report_json.h"
+#include "validate/report/web_files.h"
+
+namespace backbend::validate {
+namespace {
+
+std::string base64(const std::vector<std::uint8_t>& bytes) {
+  constexpr std::string_view kLetters =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string out;
+  out.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t i = 0; i < bytes.size(); i += 3) {
+    const std::size_t taken = std::min<std::size_t>(3, bytes.size() - i);
+    std::uint32_t triple = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      triple = triple << 8 | (k < taken ? bytes[i + k] : std::uint8_t{0});
+    for (std::size_t k = 0; k < 4; ++k)
+      out += k <= taken ? kLetters[triple >> (18 - 6 * k) & 63u] : '=';
+  }
+  return out;
+}
+
+/// The media type by the name's ending; empty for what the page does not show.
+std::string_view media_type(std::string_view path) {
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 6> kTypes{
+      {{".png", "image/png"},
+       {".jpg", "image/jpeg"},
+       {".jpeg", "image/jpeg"},
+       {".webp", "image/webp"},
+       {".svg", "image/svg+xml"},
+       {".mp4", "video/mp4"}}};
+  for (const auto& [ending, type] : kTypes)
+    if (path.ends_with(ending)) return type;
+  return {};
+}
+
+std::set<std::string> mesh_paths(const Report& report) {
+  std::set<std::string> paths;
+  for (const MeshView& m : report.meshes) paths.insert({m.pose_path, m.triangles_path});
+  paths.erase("");
+  return paths;
+}
+
+std::set<std::string> picture_paths(const Report& report) {
+  std::set<std::string> paths;
+  for (const Finding& f : report.findings)
+    paths.insert({f.pictures.before, f.pictures.after, f.pictures.heat, f.pictures.other});
+  for (const PicturePair& p : report.pairs) paths.insert({p.a_path, p.b_path, p.heat_path});
+  for (const MediaItem& m : report.media) paths.insert(m.path);
+  for (const RigResult& r : report.rigs)
+    for (const SweepSeries& s : r.sweeps) paths.insert(s.frame.begin(), s.frame.end());
+  paths.erase("");
+  return paths;
+}
+
+/// `{path: data URI}` of every one of `paths` that the page can use and whose bytes are known.
+std::string files_json(const std::set<std::string>& paths, const PictureBytes& bytes,
+                       std::string_view type_of_all = {}) {
+  std::string out = "{";
+  for (const std::string& path : paths) {
+    const std::string_view type = type_of_all.empty() ? media_type(path) : type_of_all;
+    if (!bytes || type.empty()) continue;
+    const auto found = bytes(path);
+    if (!found) continue;
+    if (out.size() > 1) out += ',';
+    out += json_text(path) + ":\"data:" + std::string(type) + ";base64," + base64(*found) + '"';
+  }
+  return out + '}';
+}
+
+std::string island(std::string_view id, const std::string& json) {
+  return "<script type=\"application/json\" id=\"" + std::string(id) + "\">" +
+         json_for_script(json) + "</script>\n";
+}
+
+/// What a reader sees where scripts are off: the verdict, the headroom and the worst findings.
+std::string without_script(const Report& report) {
+  std::string out = "<p>" + markup_text(report.headline) + "</p>\n<ul>\n";
+  for (const std::string& reason : report.reasons) out += "<li>" + markup_text(reason) + "</li>\n";
+  out +=
+      "</ul>\n<table><caption>Headroom, degrees</caption>\n<tr><th>rig<th>channel<th>clean "
+      "to<th>needs<th>headroom</tr>\n";
+  for (const RigResult& rig : report.rigs)
+    for (const Headroom& h : rig.headroom)
+      out += "<tr><td>" + markup_text(rig.character + " " + rig.rig + " " + rig.mapping) + "<td>" +
+             markup_text(h.channel) + "<td>" +
+             (h.measured ? fixed(h.clean_to_deg, 0) : "not measured") + "<td>" +
+             fixed(h.needs_deg, 0) + "<td>" +
+             (h.measured ? with_sign(h.headroom_deg(), 0) : "not measured") + "</tr>\n";
+  out += "</table>\n<table><caption>Worst findings</caption>\n";
+  constexpr std::size_t kShown = 50;
+  for (std::size_t i = 0; i < std::min(kShown, report.findings.size()); ++i) {
+    const Finding& f = report.findings[i];
+    out += "<tr><td>" + std::string(verdict_word(f.verdict)) + "<td>" + markup_text(f.code) +
+           "<td>" + markup_text(f.character + " " + f.rig) + "<td>" + markup_text(f.pose) + "<td>" +
+           significant(f.value) + " " + markup_text(f.unit) + "<td>" + markup_text(f.detail) +
+           "</tr>\n";
+  }
+  return out + "</table>\n";
+}
+
+std::string policy() {
+  return "default-src 'none'; script-src '" + std::string(web::page_script_hash()) +
+         "'; style-src '" + std::string(web::page_css_hash()) +
+         "'; img-src 'self' data:; media-src 'self' data:; base-uri 'none'; form-action 'none'";
+}
+
+std::string page(const Report& report, const PictureBytes& pictures, const PictureBytes& meshes) {
+  const std::string title = std::string(verdict_word(report.verdict)) + ": " + report.title;
+  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
+         "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
+         policy() +
+         "\">\n<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
+         "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
+         markup_text(title) + "</title>\n<style>" + std::string(web::page_css()) +
+         "</style>\n</head>\n<body>\n<noscript>\n<h1>" + markup_text(title) + "</h1>\n" +
+         without_script(report) + "</noscript>\n<div id=\"page\"></div>\n" +
+         island("report", report_json_compact(report)) +
+         island("pictures", files_json(picture_paths(report), pictures)) +
+         island("meshes", files_json(mesh_paths(report), meshes, "application/octet-stream")) +
+         "<script>" + std::string(web::page_script()) + "</script>\n</body>\n</html>\n";
+}
+
+}  // namespace
+
+std::string render_html_page(const Report& report, const PictureBytes& bytes) {
+  return page(report, bytes, bytes);
+}
+
+std::map<std::string, std::string> render_html(const Report& report,
+                                               const PictureBytes& mesh_bytes) {
+  return {{"index.html", page(report, {}, mesh_bytes)}};
+}
+
+}  // namespace backbend::validate

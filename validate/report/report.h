@@ -1,0 +1,120 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "validate/verdicts/finding.h"
+
+namespace backbend::validate {
+
+/// Rendered sequences start at frame 1001 (room for pre-roll) and play at 24 frames a second.
+inline constexpr int kFirstFrame = 1001;
+inline constexpr double kFramesPerSecond = 24.0;
+
+/// How far one channel is clean, and how much that leaves over what the envelope needs. Degrees.
+struct Headroom {
+  std::string channel;      // extension, flexion, side, twist
+  double clean_to_deg = 0;  // the largest tested angle with everything below it clean
+  double tested_to_deg = 0;
+  double needs_deg = 0;
+  bool measured = false;
+  double headroom_deg() const { return clean_to_deg - needs_deg; }
+};
+
+/// One sweep of one rig: a value per pose for every plotted metric.
+struct SweepSeries {
+  std::string sweep, channel, mapping;
+  std::vector<double> control_deg;                    // one per pose
+  std::map<std::string, std::vector<double>> metric;  // by name; NaN: not measured
+  std::map<std::string, std::string> metric_unit;
+  std::map<std::string, double> metric_limit;  // absent or NaN: no limit is drawn
+  std::vector<std::string> frame;              // picture per pose, relative path, empty where none
+};
+
+/// Planned, measured and not measured for one check on one rig: the sums must match.
+struct Coverage {
+  std::string code;
+  int planned = 0, measured = 0, not_measured = 0, not_applicable = 0;
+};
+
+/// One rig on one character.
+struct RigResult {
+  std::string character, rig, system, mapping;
+  Role role = Role::proposed;
+  std::map<std::string, std::string> options;
+  Verdict verdict = Verdict::not_measured;
+  std::vector<Headroom> headroom;
+  std::vector<SweepSeries> sweeps;
+  std::vector<Coverage> coverage;
+  std::map<std::string, double> summary;  // worst value per metric, by name
+};
+
+struct CharacterFacts {
+  std::string name, file, hash;
+  int meshes = 0, vertices = 0, triangles = 0, joints = 0;
+  double height = 0, spine_length = 0;
+  std::vector<std::string> spine, left_arm, right_arm;
+  bool sure = true;
+  std::string envelope;
+  std::vector<std::string> notes;
+};
+
+/// A canary's duty: exactly this finding, and none on its repaired twin.
+struct CanaryResult {
+  std::string rig, code, joint;
+  double expected_deg = 0, tolerance_deg = 0, found_deg = 0;
+  bool found = false, twin_clean = false;
+  std::string detail;
+  bool ok() const { return found && twin_clean; }
+};
+
+struct MediaItem {
+  std::string kind;  // `contact_sheet`, `video`, `turntable`
+  std::string title, path;
+};
+
+/// Side by side frames of one event, for the page's comparison view.
+struct PicturePair {
+  std::string title, caption;
+  std::string a_path, a_label, b_path, b_label, heat_path;
+  int finding = -1;  // into Report::findings: the event these frames show, -1 if none
+};
+
+/// A posed mesh that the page turns in 3D, from the files of page_mesh.h. Poses of one mesh share
+/// their triangles.
+struct MeshView {
+  std::string title;                      // `isner (chest), extension 114.3`
+  std::string pose_path, triangles_path;  // relative to the report
+  std::string heat, unit;                 // what the colours show, `moved since the frame before`
+  double heat_low = 0, heat_high = 0;     // the scale, the same for all views that are compared
+  int finding = -1;                       // into Report::findings, -1 if none
+};
+
+/// One row of the table of checks, so that a reader of the report needs no other page.
+struct CheckLegend {
+  std::string code, name;    // BB011, mesh kink
+  std::string measures;      // what is measured, one line
+  std::string unit, reason;  // reason: why the limit is where it is
+  double limit = 0;          // the default; NaN: none
+};
+
+/// Everything a report shows. report.json is this, and every other form is a function of it.
+struct Report {
+  std::string title, suite, headline;
+  std::vector<std::string> reasons;  // why the verdict is what it is, one line each
+  Verdict verdict = Verdict::not_measured;
+  int exit_code = 0;
+  std::map<std::string, std::string> provenance;  // versions, hashes; no clock, host or path
+  std::vector<CharacterFacts> characters;
+  std::vector<RigResult> rigs;
+  std::vector<Finding> findings;  // worst first
+  std::vector<CanaryResult> canaries;
+  std::vector<std::string> detectors;  // one line each: sensitivity at zero false alarms
+  std::vector<PicturePair> pairs;
+  std::vector<MediaItem> media;
+  std::vector<MeshView> meshes;
+  std::vector<std::string> next;    // commands to type next
+  std::vector<CheckLegend> checks;  // by code; every code that was planned
+};
+
+}  // namespace backbend::validate

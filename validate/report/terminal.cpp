@@ -1,0 +1,275 @@
+#include "validate/report/terminal.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/report/digest.h"
+#include "validate/report/escape.h"
+#include "validate/report/names.h"
+#include "validate/report/number_text.h"
+
+namespace backbend::validate {
+namespace {
+
+enum class Ink { plain, red, green, yellow, dim, bold };
+
+class Page {
+ public:
+  explicit Page(const TerminalStyle& style)
+      : style_(style), width_(static_cast<std::size_t>(std::max(40, style.width))) {}
+
+  std::size_t width() const { return width_; }
+  bool unicode() const { return style_.unicode; }
+
+  std::string ink(Ink ink, const std::string& text) const {
+    if (!style_.color || ink == Ink::plain) return text;
+    const char* code = ink == Ink::red      ? "31;1"
+                       : ink == Ink::green  ? "32"
+                       : ink == Ink::yellow ? "33"
+                       : ink == Ink::dim    ? "2"
+                                            : "1";
+    return std::string("\x1b[") + code + "m" + text + "\x1b[0m";
+  }
+
+  /// One line: `head` in colour, then `rest`; the rest is cut where the line is full.
+  void line(const std::string& head, const std::string& rest = {}, Ink head_ink = Ink::plain,
+            Ink rest_ink = Ink::plain) {
+    const std::string shown = fitted(head, width_);
+    const std::size_t used = display_width(shown);
+    text_ += ink(head_ink, shown) + ink(rest_ink, fitted(rest, width_ - used)) + '\n';
+  }
+  /// A line that must stay whole to be copied.
+  void whole_line(const std::string& text) { text_ += text + '\n'; }
+  /// Words of `text` over as many lines as they need, each starting with `indent` blanks.
+  void paragraph(std::size_t indent, const std::string& text, Ink ink_of = Ink::plain);
+  /// A paragraph whose first line starts with `head` instead of blanks.
+  void headed(const std::string& head, const std::string& text, Ink head_ink, Ink text_ink);
+  void blank() { text_ += '\n'; }
+  std::string take() { return std::move(text_); }
+
+ private:
+  const TerminalStyle& style_;
+  std::size_t width_;
+  std::string text_;
+};
+
+void Page::headed(const std::string& head, const std::string& text, Ink head_ink, Ink text_ink) {
+  const std::size_t start = text_.size();
+  paragraph(head.size(), text, text_ink);
+  if (text_.size() == start) text_ += std::string(head.size(), ' ') + '\n';
+  text_.replace(start, head.size(), ink(head_ink, head));
+}
+
+void Page::paragraph(std::size_t indent, const std::string& text, Ink ink_of) {
+  const std::size_t room = width_ - std::min(indent, width_ / 2);
+  std::string current;
+  const auto flush = [&] {
+    if (!current.empty()) text_ += std::string(indent, ' ') + ink(ink_of, current) + '\n';
+    current.clear();
+  };
+  for (std::size_t at = 0; at < text.size();) {
+    const std::size_t space = std::min(text.find(' ', at), text.size());
+    const std::string word = fitted(text.substr(at, space - at), room);
+    at = space + 1;
+    if (word.empty()) continue;
+    if (!current.empty() && display_width(current) + 1 + display_width(word) > room) flush();
+    current += (current.empty() ? "" : " ") + word;
+  }
+  flush();
+}
+
+std::string count_of(int n, const std::string& what) { return std::to_string(n) + ' ' + what; }
+
+/// `97`, or `120+` where nothing beyond was tested, or `?`.
+std::string clean_text(const Headroom& h) {
+  if (!h.measured || !std::isfinite(h.clean_to_deg)) return "?";
+  return fixed(h.clean_to_deg, 0) + (h.clean_to_deg >= h.tested_to_deg ? "+" : "");
+}
+
+bool falls_short(const Headroom& h) { return !h.measured || !(h.clean_to_deg >= h.needs_deg); }
+
+std::string bar(const Headroom& h, std::size_t cells, bool unicode) {
+  const double end = std::max({h.tested_to_deg, h.needs_deg, 1.0});
+  const double part = h.measured && std::isfinite(h.clean_to_deg)
+                          ? std::clamp(h.clean_to_deg / end, 0.0, 1.0)
+                          : 0.0;
+  const auto full = static_cast<std::size_t>(std::lround(part * static_cast<double>(cells)));
+  std::string text;
+  for (std::size_t i = 0; i < cells; ++i)
+    text += unicode ? (i < full ? "\xe2\x96\x88" : "\xe2\x96\x91") : (i < full ? "#" : ".");
+  return text;
+}
+
+/// One rig alone: the row of first-ten-minutes, with a bar.
+void headroom_table(Page& page, const RigResult& rig) {
+  constexpr std::size_t kName = 14;
+  page.line("  " + padded("", kName) + " clean to   needs   headroom", "", Ink::dim);
+  for (const Headroom& h : rig.headroom) {
+    const bool untested_beyond = h.measured && h.clean_to_deg >= h.tested_to_deg;
+    const std::string left =
+        h.measured ? with_sign(h.headroom_deg(), 0) + (falls_short(h) ? " X" : "  ") : "?  ";
+    std::string row = "  " + padded(visible(h.channel), kName);
+    const auto right = [](const std::string& text, std::size_t width) {
+      return std::string(width - std::min(width, text.size()), ' ') + text;
+    };
+    row += right(clean_text(h), 6) + (h.measured ? " deg" : "    ") +
+           right(fixed(h.needs_deg, 0), 7) + right(left, 11) + "  ";
+    const std::string note = !h.measured                                ? "not measured"
+                             : untested_beyond && h.headroom_deg() == 0 ? "beyond: not tested"
+                             : page.width() < display_width(row) + 16   ? ""
+                                                                      : bar(h, 16, page.unicode());
+    page.line(row, note, falls_short(h) ? Ink::red : Ink::plain,
+              falls_short(h) ? Ink::red : Ink::green);
+  }
+}
+
+/// Several rigs on one character under one mapping: a column each.
+void comparison_table(Page& page, const std::vector<const RigResult*>& rigs) {
+  std::vector<std::string> channels;
+  for (const RigResult* rig : rigs)
+    for (const Headroom& h : rig->headroom)
+      if (std::find(channels.begin(), channels.end(), h.channel) == channels.end())
+        channels.push_back(h.channel);
+  // As many rigs as fit, each as wide as its name needs.
+  std::vector<std::size_t> column;
+  std::string head = padded("", 16) + padded("needs", 8), roles = padded("", 24);
+  for (const RigResult* rig : rigs) {
+    const std::string name = visible(rig->rig);
+    const std::size_t width = std::clamp<std::size_t>(display_width(name) + 2, 11, 24);
+    if (!column.empty() && display_width(head) + width > page.width()) break;
+    column.push_back(width);
+    head += padded(fitted(name, width - 1), width);
+    roles += padded(role_word(rig->role), width);
+  }
+  const std::size_t shown = column.size();
+  page.line(head,
+            shown < rigs.size() ? count_of(static_cast<int>(rigs.size() - shown), "more") : "");
+  page.line(roles, "", Ink::dim);
+  for (const std::string& channel : channels) {
+    std::string needs = "-", cells;
+    bool proposed_short = false;
+    for (std::size_t i = 0; i < shown; ++i) {
+      std::string cell = "-";
+      for (const Headroom& h : rigs[i]->headroom)
+        if (h.channel == channel) {
+          needs = fixed(h.needs_deg, 0);
+          cell = clean_text(h);
+          if (h.measured) cell.append(1, ' ').append(with_sign(h.headroom_deg(), 0));
+          if (falls_short(h)) cell += " X";
+          proposed_short |= falls_short(h) && rigs[i]->role == Role::proposed;
+        }
+      cells += padded(cell, column[i]);
+    }
+    page.line("  " + padded(visible(channel), 14) + padded(needs, 8) + cells, "",
+              proposed_short ? Ink::red : Ink::plain);
+  }
+}
+
+void headroom(Page& page, const Report& report) {
+  std::vector<const RigResult*> rest;
+  for (const RigResult& rig : report.rigs)
+    if (rig.role != Role::canary && !rig.headroom.empty()) rest.push_back(&rig);
+  while (!rest.empty()) {
+    const RigResult& first = *rest.front();
+    std::vector<const RigResult*> group, others;
+    for (const RigResult* rig : rest)
+      (rig->character == first.character && rig->mapping == first.mapping ? group : others)
+          .push_back(rig);
+    const std::string mapping = first.mapping.empty() ? "" : ", mapping " + visible(first.mapping);
+    page.line("  " + visible(first.character) + mapping + ", degrees each channel is clean to", "",
+              Ink::bold);
+    if (group.size() == 1)
+      headroom_table(page, first);
+    else
+      comparison_table(page, group);
+    page.blank();
+    rest = others;
+  }
+}
+
+void counts(Page& page, const Report& report, const Digest& digest) {
+  const Digest::Counts& n = digest.counts();
+  std::string text = count_of(n.fail, "inside the envelope") + ", " +
+                     count_of(n.stress, "beyond it") + ", " +
+                     count_of(n.not_measured, "not measured") + ", " +
+                     count_of(n.not_applicable, "not applicable");
+  if (n.waived > 0) text += ", " + count_of(n.waived, "waived");
+  page.paragraph(2, text, report.verdict == Verdict::pass ? Ink::green : Ink::plain);
+  if (n.reference > 0)
+    page.paragraph(2, "reference rigs show " + std::to_string(n.reference) +
+                          (n.reference == 1 ? " finding; it does not decide"
+                                            : " findings; they do not decide"));
+}
+
+void finding(Page& page, const Finding& f, const Digest& digest) {
+  const Role role = digest.role_of(f);
+  const bool decides = f.verdict == Verdict::fail && role == Role::proposed;
+  std::string name = visible(f.code);
+  if (const std::string& check = digest.check_name(f.code); !check.empty())
+    name += ' ' + visible(check);
+  std::string rest = "  " + visible(f.pose);
+  if (const std::string place = visible(place_text(f)); !place.empty()) rest += "  " + place;
+  if (f.owner != Owner::none) rest += "  " + std::string(owner_word(f.owner));
+  if (role == Role::reference)
+    rest += "  reference";
+  else if (f.verdict == Verdict::stress || !f.inside_envelope)
+    rest += "  beyond envelope";
+  else if (!decides)
+    rest += "  " + visible(verdict_word(f.verdict));
+  page.line(std::string(decides ? "  X " : "  - ") + name, rest, decides ? Ink::red : Ink::yellow);
+  std::string detail = visible(f.rig) + (f.mapping.empty() ? "" : "/" + visible(f.mapping)) + ": " +
+                       visible(value_text(f));
+  if (!f.detail.empty()) detail += "; " + visible(f.detail);
+  if (!f.image.measured)
+    detail += "; image not measured";
+  else if (f.image.visible)
+    detail += "; visible: " + significant(f.image.pixels, 3) + " px " + visible(f.image.camera);
+  else
+    detail += "; not visible in pictures";
+  page.paragraph(6, detail);
+}
+
+void canaries(Page& page, const Report& report) {
+  for (const CanaryResult& c : report.canaries) {
+    const std::string found = c.found ? "found at " + significant(c.found_deg, 6) : "not found";
+    std::string text = visible(c.rig) + ": " + visible(c.code) + ' ' + found;
+    if (c.ok())
+      text += " as it must";
+    else
+      text += c.found ? "; its repaired twin is not clean"
+                      : ", expected at " + significant(c.expected_deg, 6);
+    page.headed("  canary    ", text, c.ok() ? Ink::dim : Ink::red, c.ok() ? Ink::plain : Ink::red);
+  }
+}
+
+}  // namespace
+
+std::string terminal_summary(const Report& report, const TerminalStyle& style) {
+  Page page(style);
+  const Digest digest(report);
+  std::string word(verdict_word(report.verdict));
+  for (char& c : word) c = c == '_' ? ' ' : static_cast<char>(c >= 'a' && c <= 'z' ? c - 32 : c);
+  const Ink ink = report.verdict == Verdict::pass   ? Ink::green
+                  : report.verdict == Verdict::fail ? Ink::red
+                                                    : Ink::yellow;
+  headroom(page, report);
+  page.line(word, "  " + visible(report.title), ink, Ink::bold);
+  if (!report.headline.empty()) page.paragraph(2, visible(report.headline));
+  for (const std::string& reason : report.reasons) page.paragraph(2, visible(reason));
+  counts(page, report, digest);
+  const auto shown = digest.worst(static_cast<std::size_t>(std::max(0, style.worst)));
+  for (const Finding* f : shown) finding(page, *f, digest);
+  canaries(page, report);
+  for (const std::string& detector : report.detectors)
+    page.headed("  detectors ", visible(detector), Ink::dim, Ink::plain);
+  if (!style.page.empty() || !report.next.empty()) page.blank();
+  if (!style.page.empty()) page.whole_line("  page  " + visible(style.page));
+  std::string head = "  next  ";
+  for (const std::string& command : report.next) {
+    page.whole_line(head + visible(command));
+    head = "        ";
+  }
+  return page.take();
+}
+
+}  // namespace backbend::validate

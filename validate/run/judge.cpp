@@ -1,0 +1,313 @@
+#include "validate/run/judge.h"
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <optional>
+
+namespace backbend::validate {
+namespace {
+
+/// By how much a value misses its limit, as a factor of it: comparable between checks.
+double excess(const Check& check, double value, double limit) {
+  constexpr double kFloor = 1e-9;
+  return check.sense == Sense::at_most ? value / std::max(limit, kFloor)
+                                       : limit / std::max(value, kFloor);
+}
+
+/// A word as a shell takes it back: as it is where nothing in it is special.
+std::string quoted(const std::string& word) {
+  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 ||
+           std::string_view("._-/=:,+@%").find(static_cast<char>(c)) != std::string_view::npos;
+  });
+  if (plain) return word;
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string command_for(const RigRecord& rig, const JudgeContext& context,
+                        const PoseDegrees& pose) {
+  std::string channels;
+  for (const std::string_view channel : kChannels) {
+    const double value = *pose.find(channel);
+    if (value == 0.0) continue;
+    channels += (channels.empty() ? "" : ",") + std::string(channel) + "=" + number_text(value, 6);
+  }
+  return "backbend render " + quoted(context.character) + " --rig " +
+         quoted(rig_text(rig.plan.spec)) + " --mapping " + std::string(mapping_name(rig.mapping)) +
+         (channels.empty() ? "" : " --pose " + channels);
+}
+
+Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
+                      std::string_view code, const PoseDegrees& pose, double control_deg) {
+  const Check& check = *find_check(code);
+  Finding finding;
+  finding.code = code;
+  finding.character = context.stage.character().name;
+  finding.rig = rig.plan.name;
+  finding.mapping = mapping_name(rig.mapping);
+  finding.sweep = sweep.sweep.name;
+  finding.pose = pose.text();
+  finding.control_deg = control_deg;
+  finding.limit = context.limits.of(code).value;
+  finding.unit = check.unit;
+  finding.owner = check.owner;
+  finding.inside_envelope = context.envelope.contains(pose);
+  finding.verdict = finding.inside_envelope ? Verdict::fail : Verdict::stress;
+  finding.reproduce = command_for(rig, context, pose);
+  return finding;
+}
+
+std::string joint_list(const RigRecord& rig, const Jump& jump) {
+  std::string text;
+  for (const JointJump& joint : jump.joints) {
+    text += (text.empty() ? "" : ", ") + joint_name(rig, static_cast<int>(joint.joint));
+  }
+  return text;
+}
+
+Finding flip_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
+                     const Jump& jump) {
+  const double span = sweep.sweep.to_deg - sweep.sweep.from_deg;
+  const double control = sweep.sweep.from_deg + span * jump.t;
+  Finding finding =
+      start_finding(rig, context, sweep, "BB001", sweep.sweep.pose_at(control), control);
+  finding.value = jump.size_deg();
+  if (!jump.joints.empty())
+    finding.joint = joint_name(rig, static_cast<int>(jump.joints.front().joint));
+  finding.detail = std::string(name_of(jump.kind)) + ": " + joint_list(rig, jump) + " by " +
+                   number_text(jump.size_deg(), 1) + " deg at " + sweep.sweep.channel + " " +
+                   number_text(control, 3);
+  finding.geometry["before_deg"] = sweep.sweep.from_deg + span * jump.before;
+  finding.geometry["after_deg"] = sweep.sweep.from_deg + span * jump.after;
+  finding.geometry["joints"] = static_cast<double>(jump.joints.size());
+  if (!jump.joints.empty())
+    finding.geometry["axis_to_bone_deg"] = jump.joints.front().axis_to_bone_deg;
+  return finding;
+}
+
+/// The place of a metric in the words of a finding.
+void set_place(const RigRecord& rig, MetricId metric, int place, Finding& finding) {
+  switch (metric) {
+    case MetricId::chain_kink:
+    case MetricId::uneven_bend:
+    case MetricId::flip_margin:
+      finding.joint = joint_name(rig, place);
+      break;
+    case MetricId::mesh_kink:
+    case MetricId::twist_jump:
+    case MetricId::slice_area:
+    case MetricId::surface_fold:
+    case MetricId::feasibility:
+      finding.slice = place;
+      break;
+    case MetricId::strain:
+    case MetricId::inverted:
+    case MetricId::dihedral:
+    case MetricId::arm_slide:
+      finding.vertex = place;
+      break;
+    default:
+      break;
+  }
+}
+
+struct Worst {
+  std::size_t pose = 0;
+  double excess = 0.0;
+};
+
+/// The worst pose among those (inside or beyond the envelope) that fail, and the first that does.
+std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
+                                   const Check& check, double limit, bool inside) {
+  std::optional<Worst> worst;
+  for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
+    const PoseRecord& pose = sweep.poses[i];
+    if (pose.inside != inside || !is_applicable(rig, metric, pose)) continue;
+    const double value = pose.at(metric).value;
+    if (judge(check, value, limit) != Verdict::fail) continue;
+    const double here = excess(check, value, limit);
+    if (!worst || here > worst->excess) worst = Worst{i, here};
+  }
+  return worst;
+}
+
+double first_failing_deg(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
+                         const Check& check, double limit) {
+  double first = std::numeric_limits<double>::quiet_NaN();
+  for (const PoseRecord& pose : sweep.poses) {
+    if (!is_applicable(rig, metric, pose) ||
+        judge(check, pose.at(metric).value, limit) != Verdict::fail)
+      continue;
+    if (std::isnan(first) || std::abs(pose.control_deg) < std::abs(first)) first = pose.control_deg;
+  }
+  return first;
+}
+
+std::string drift_story(const PoseRecord& pose) {
+  return "twist " + number_text(pose.arms.twist_deg, 2) + " deg, aim " +
+         number_text(pose.arms.aim_deg, 2) + " deg, shift " +
+         number_text(100.0 * pose.arms.shift, 2) + " % of spine";
+}
+
+Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
+                       MetricId metric, const Check& check, std::size_t index) {
+  const PoseRecord& pose = sweep.poses[index];
+  Finding finding = start_finding(rig, context, sweep, check.code, pose.body, pose.control_deg);
+  finding.pose_index = static_cast<int>(index);
+  finding.value = pose.at(metric).value;
+  set_place(rig, metric, pose.at(metric).place, finding);
+  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, finding.limit);
+  finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
+                   finding.unit + ", over the limit from " + sweep.sweep.channel + " " +
+                   number_text(finding.geometry["first_deg"], 2);
+  if (metric == MetricId::arm_drift || metric == MetricId::arm_shift) {
+    finding.detail += "; " + drift_story(pose);
+    finding.geometry["twist_deg"] = pose.arms.twist_deg;
+    finding.geometry["aim_deg"] = pose.arms.aim_deg;
+    finding.geometry["shift_percent"] = 100.0 * pose.arms.shift;
+  }
+  return finding;
+}
+
+}  // namespace
+
+std::string joint_name(const RigRecord& rig, int joint) {
+  const std::vector<std::string>& names = rig.system->joint_names();
+  return joint >= 0 && joint < static_cast<int>(names.size())
+             ? names[static_cast<std::size_t>(joint)]
+             : "";
+}
+
+bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose) {
+  if (metric == MetricId::flip_margin) return !rig.system->rest().flip_margin.empty();
+  if (metric == MetricId::volume) return !rig.open_mesh;
+  if (metric == MetricId::arm_slide) return rig.has_arms;
+  if (metric == MetricId::lost_twist)
+    return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0;
+  return true;
+}
+
+std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context) {
+  std::vector<Finding> findings;
+  for (const SweepRecord& sweep : rig.sweeps) {
+    for (const Jump& jump : sweep.flips.jumps)
+      findings.push_back(flip_finding(rig, context, sweep, jump));
+    for (std::size_t m = 0; m < kMetricCount; ++m) {
+      const auto metric = static_cast<MetricId>(m);
+      const Check& check = *find_check(pose_metrics()[m].code);
+      if (!check.decides) continue;
+      // The gain of an interval that holds a jump is that jump, which is a finding already.
+      if (metric == MetricId::gain && !sweep.flips.jumps.empty()) continue;
+      const double limit = context.limits.of(check.code).value;
+      auto worst = worst_failing(rig, sweep, metric, check, limit, true);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, limit, false);
+      if (worst)
+        findings.push_back(metric_finding(rig, context, sweep, metric, check, worst->pose));
+    }
+  }
+  std::stable_sort(findings.begin(), findings.end(), [&](const Finding& a, const Finding& b) {
+    if (a.inside_envelope != b.inside_envelope) return a.inside_envelope;
+    return excess(*find_check(a.code), a.value, a.limit) >
+           excess(*find_check(b.code), b.value, b.limit);
+  });
+  return findings;
+}
+
+std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context) {
+  std::vector<Headroom> result;
+  for (const std::string_view channel : kChannels) {
+    Headroom headroom;
+    headroom.channel = channel;
+    headroom.needs_deg = context.envelope.needs(channel);
+    double dirty_from = std::numeric_limits<double>::infinity();
+    std::vector<double> tested;
+    for (const SweepRecord& sweep : rig.sweeps) {
+      if (sweep.sweep.name != channel) continue;
+      const double span = sweep.sweep.to_deg - sweep.sweep.from_deg;
+      for (const Jump& jump : sweep.flips.jumps) {
+        dirty_from = std::min(dirty_from, std::abs(sweep.sweep.from_deg + span * jump.t));
+      }
+      for (const PoseRecord& pose : sweep.poses) {
+        headroom.measured = true;
+        tested.push_back(std::abs(pose.control_deg));
+        for (std::size_t m = 0; m < kMetricCount; ++m) {
+          const auto metric = static_cast<MetricId>(m);
+          const Check& check = *find_check(pose_metrics()[m].code);
+          if (!check.decides || !is_applicable(rig, metric, pose)) continue;
+          if (context.limits.judge(check.code, pose.at(metric).value) == Verdict::fail) {
+            dirty_from = std::min(dirty_from, std::abs(pose.control_deg));
+          }
+        }
+      }
+    }
+    for (const double angle : tested) {
+      headroom.tested_to_deg = std::max(headroom.tested_to_deg, angle);
+      if (angle < dirty_from) headroom.clean_to_deg = std::max(headroom.clean_to_deg, angle);
+    }
+    if (context.envelope.whole_sweep) headroom.needs_deg = headroom.tested_to_deg;
+    if (headroom.measured) result.push_back(headroom);
+  }
+  return result;
+}
+
+std::vector<Coverage> coverage_of(const RigRecord& rig) {
+  std::vector<Coverage> result;
+  Coverage flips{"BB001", 0, 0, 0, 0};
+  for (const SweepRecord& sweep : rig.sweeps) {
+    ++flips.planned;
+    ++(sweep.flips.certified ? flips.measured : flips.not_measured);
+  }
+  result.push_back(flips);
+  for (std::size_t m = 0; m < kMetricCount; ++m) {
+    const auto metric = static_cast<MetricId>(m);
+    const Check& check = *find_check(pose_metrics()[m].code);
+    if (check.subject == Subject::mesh && !rig.has_mesh) continue;
+    Coverage coverage{std::string(check.code), 0, 0, 0, 0};
+    for (const SweepRecord& sweep : rig.sweeps) {
+      for (const PoseRecord& pose : sweep.poses) {
+        ++coverage.planned;
+        if (!is_applicable(rig, metric, pose)) {
+          ++coverage.not_applicable;
+        } else if (std::isfinite(pose.at(metric).value)) {
+          ++coverage.measured;
+        } else {
+          ++coverage.not_measured;
+        }
+      }
+    }
+    result.push_back(coverage);
+  }
+  std::sort(result.begin(), result.end(),
+            [](const Coverage& a, const Coverage& b) { return a.code < b.code; });
+  return result;
+}
+
+std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits) {
+  std::vector<SweepSeries> result;
+  for (const SweepRecord& sweep : rig.sweeps) {
+    SweepSeries series;
+    series.sweep = sweep.sweep.name;
+    series.channel = sweep.sweep.channel;
+    series.mapping = mapping_name(rig.mapping);
+    for (const PoseRecord& pose : sweep.poses) series.control_deg.push_back(pose.control_deg);
+    for (std::size_t m = 0; m < kMetricCount; ++m) {
+      const MetricInfo& info = pose_metrics()[m];
+      const std::string name(info.name);
+      std::vector<double>& values = series.metric[name];
+      for (const PoseRecord& pose : sweep.poses) values.push_back(pose.metric[m].value);
+      if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
+        series.metric.erase(name);
+        continue;
+      }
+      series.metric_unit[name] = find_check(info.code)->unit;
+      series.metric_limit[name] = limits.of(info.code).value;
+    }
+    result.push_back(std::move(series));
+  }
+  return result;
+}
+
+}  // namespace backbend::validate

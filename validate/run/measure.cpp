@@ -1,0 +1,187 @@
+#include "validate/run/measure.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <cmath>
+#include <glm/trigonometric.hpp>
+
+#include "validate/metrics/rig_probe.h"
+
+namespace backbend::validate {
+namespace {
+
+/// Twist by which the chain's end stays behind the chest control, degrees. The chain's own twist,
+/// summed bone by bone, says how many whole turns that is: on a curved spine the sum itself differs
+/// from the control's twist, whose axis is that of the chest.
+double lost_twist(const solver::SpinePose& pose, const solver::SpinePose& rest,
+                  const ChainMeasures& chain) {
+  const std::size_t tip = rest.position.size() - 1;
+  const glm::dvec3 axis = glm::normalize(rest.position[tip] - rest.position[tip - 1]);
+  solver::SpinePose end = pose;
+  end.arms.turn = pose.turn.back();
+  const double behind = -arm_drift(end, axis, 1.0).twist_deg;
+  return behind + 360.0 * std::round((chain.lost_twist_deg - behind) / 360.0);
+}
+
+void record_chain(const solver::SpinePose& rest, const solver::SpinePose& pose,
+                  const ChainMeasures& chain, PoseRecord& record) {
+  if (!chain.finite) return;
+  record.arms = chain.arms;
+  record.at(MetricId::chain_kink) = {chain.kink_deg, chain.kink_joint};
+  record.at(MetricId::uneven_bend) = {chain.max_over_mean, chain.max_turn_joint};
+  record.at(MetricId::arm_drift) = {chain.arms.rotation_deg, -1};
+  record.at(MetricId::arm_shift) = {100.0 * chain.arms.shift, -1};
+  record.at(MetricId::lost_twist) = {std::abs(lost_twist(pose, rest, chain)), -1};
+  record.at(MetricId::end_gap) = {100.0 * chain.end_gap, -1};
+  record.at(MetricId::length_change) = {100.0 * chain.length_change, -1};
+  record.at(MetricId::flip_margin) = {chain.least_margin_deg, chain.least_margin_joint};
+}
+
+void record_mesh(const BodyMeasures& body, PoseRecord& record) {
+  if (body.surface.not_finite > 0) return;
+  const SliceMeasures& slices = body.slices;
+  record.at(MetricId::feasibility) = {slices.infeasible, slices.infeasible_slice};
+  record.at(MetricId::mesh_kink) = {slices.kink_worst_deg, slices.kink_slice};
+  record.at(MetricId::surface_fold) = {100.0 * slices.folded, slices.fold_slice};
+  record.at(MetricId::twist_jump) = {slices.twist_jump_worst_deg, slices.twist_jump_slice};
+  record.at(MetricId::slice_area) = {slices.least_area_ratio, slices.area_slice};
+  const MeshMeasures& surface = body.surface;
+  record.at(MetricId::strain) = {surface.strain_most, surface.strain_vertex};
+  record.at(MetricId::inverted) = {100.0 * surface.inverted_area, surface.inverted_vertex};
+  record.at(MetricId::dihedral) = {surface.dihedral_deg, surface.dihedral_vertex};
+  record.at(MetricId::volume) = {100.0 * std::abs(surface.volume_change), -1};
+  record.at(MetricId::arm_slide) = {100.0 * body.arm_drift, body.arm_drift_vertex};
+}
+
+FlipReport search_flips(const solver::SpineSystem& system, solver::Mapping mapping,
+                        const Sweep& sweep) {
+  const auto from = sweep.pose_at(sweep.from_deg).radians();
+  const auto to = sweep.pose_at(sweep.to_deg).radians();
+  const int intervals = static_cast<int>(sweep.pose_count()) - 1;
+  return find_flips(probe(system, straight_path(system, from, to, mapping)),
+                    flip_settings(system, intervals, std::abs(sweep.to_deg - sweep.from_deg)));
+}
+
+std::vector<PoseRecord> plan_poses(const solver::SpineSystem& system, solver::Mapping mapping,
+                                   const Sweep& sweep, const Envelope& envelope) {
+  std::vector<PoseRecord> poses(sweep.pose_count());
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    poses[i].control_deg = sweep.control_at(i);
+    poses[i].body = sweep.pose_at(poses[i].control_deg);
+    poses[i].inside = envelope.contains(poses[i].body);
+    poses[i].control = controls_at(system, poses[i].body, mapping);
+  }
+  return poses;
+}
+
+/// The gain of a pose is that of the faster of the two intervals that it ends.
+void record_gain(SweepRecord& record) {
+  const std::vector<double>& gain = record.flips.interval_gain;
+  for (std::size_t i = 0; i < record.poses.size(); ++i) {
+    double value = std::numeric_limits<double>::quiet_NaN();
+    if (i > 0 && i - 1 < gain.size()) value = gain[i - 1];
+    if (i < gain.size()) value = std::isnan(value) ? gain[i] : std::max(value, gain[i]);
+    record.poses[i].at(MetricId::gain) = {value, -1};
+  }
+}
+
+RigRecord start(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
+                const std::vector<Sweep>& sweeps, const Envelope& envelope) {
+  RigRecord rig;
+  rig.plan = plan;
+  rig.mapping = mapping;
+  rig.system = stage.build(plan.spec);
+  for (const Sweep& sweep : sweeps) {
+    SweepRecord record;
+    record.sweep = sweep;
+    record.poses = plan_poses(*rig.system, mapping, sweep, envelope);
+    rig.sweeps.push_back(std::move(record));
+  }
+  return rig;
+}
+
+void measure_flips(RigRecord& rig) {
+  oneapi::tbb::parallel_for(std::size_t{0}, rig.sweeps.size(), [&](std::size_t i) {
+    rig.sweeps[i].flips = search_flips(*rig.system, rig.mapping, rig.sweeps[i].sweep);
+    record_gain(rig.sweeps[i]);
+  });
+}
+
+}  // namespace
+
+const std::array<MetricInfo, kMetricCount>& pose_metrics() {
+  static constexpr std::array<MetricInfo, kMetricCount> kMetrics = {{{"gain", "BB002"},
+                                                                     {"flip_margin", "BB003"},
+                                                                     {"chain_kink", "BB010"},
+                                                                     {"uneven_bend", "BB013"},
+                                                                     {"arm_drift", "BB020"},
+                                                                     {"arm_shift", "BB021"},
+                                                                     {"lost_twist", "BB040"},
+                                                                     {"end_gap", "BB041"},
+                                                                     {"length_change", "BB047"},
+                                                                     {"mesh_kink", "BB011"},
+                                                                     {"surface_fold", "BB012"},
+                                                                     {"arm_slide", "BB022"},
+                                                                     {"twist_jump", "BB036"},
+                                                                     {"slice_area", "BB030"},
+                                                                     {"volume", "BB031"},
+                                                                     {"strain", "BB032"},
+                                                                     {"inverted", "BB033"},
+                                                                     {"dihedral", "BB035"},
+                                                                     {"feasibility", "BB048"}}};
+  return kMetrics;
+}
+
+std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDegrees& pose,
+                                solver::Mapping mapping) {
+  return system.controls_for(pose.radians(), mapping);
+}
+
+RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
+                             const std::vector<Sweep>& sweeps, const Envelope& envelope) {
+  RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
+  const RigAtRest at_rest = rig_at_rest(*rig.system);
+  for (SweepRecord& sweep : rig.sweeps) {
+    for (PoseRecord& record : sweep.poses) {
+      const solver::SpinePose pose = rig.system->solve(record.control);
+      const auto intended = rig.system->intended_curve(record.control, kCurvePoints);
+      record_chain(
+          rig.system->rest(), pose,
+          measure_chain({pose, rig.system->rest(), intended, at_rest.curve, record.body.twist}),
+          record);
+    }
+  }
+  measure_flips(rig);
+  return rig;
+}
+
+void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
+                  PoseRecord& record) {
+  const BodyMeasures measures =
+      body.measure(rig, record.control, posed.spine, posed.mesh, glm::radians(record.body.twist));
+  record_chain(rig.system->rest(), posed.spine, measures.chain, record);
+  record_mesh(measures, record);
+  record.bounds = render::bounds_of(posed.mesh.position);
+}
+
+RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                      solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                      const Envelope& envelope, Progress& progress) {
+  RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
+  rig.has_mesh = true;
+  rig.open_mesh = !body.mesh().open_reason.empty();
+  rig.has_arms = stage.driver().arms_follow_chest();
+  const RigAtRest at_rest = rig_at_rest(*rig.system);
+  for (SweepRecord& sweep : rig.sweeps) {
+    poll_interrupt();
+    oneapi::tbb::parallel_for(std::size_t{0}, sweep.poses.size(), [&](std::size_t i) {
+      PoseRecord& record = sweep.poses[i];
+      measure_pose(body, at_rest, stage.pose(*rig.system, record.control), record);
+      progress.step();
+    });
+  }
+  measure_flips(rig);
+  return rig;
+}
+
+}  // namespace backbend::validate

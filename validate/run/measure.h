@@ -1,0 +1,103 @@
+#pragma once
+#include <array>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+#include "render/cameras.h"
+#include "validate/metrics/body_metrics.h"
+#include "validate/metrics/chain.h"
+#include "validate/metrics/flip.h"
+#include "validate/run/progress.h"
+#include "validate/run/stage.h"
+#include "validate/sweeps/suite.h"
+
+namespace backbend::validate {
+
+/// What is measured at every pose. The order is that of kMetrics.
+enum class MetricId : std::size_t {
+  gain,
+  flip_margin,
+  chain_kink,
+  uneven_bend,
+  arm_drift,
+  arm_shift,
+  lost_twist,
+  end_gap,
+  length_change,
+  mesh_kink,
+  surface_fold,
+  arm_slide,
+  twist_jump,
+  slice_area,
+  volume,
+  strain,
+  inverted,
+  dihedral,
+  feasibility
+};
+inline constexpr std::size_t kMetricCount = 19;
+
+/// One metric of a pose: its name in plots, and the check that judges it.
+struct MetricInfo {
+  std::string_view name;
+  std::string_view code;
+};
+const std::array<MetricInfo, kMetricCount>& pose_metrics();
+
+/// A value and where on the character it was found: a joint, slice or vertex, -1 for none.
+struct Measured {
+  double value = std::numeric_limits<double>::quiet_NaN();
+  int place = -1;
+};
+
+struct PoseRecord {
+  double control_deg = 0.0;
+  PoseDegrees body;
+  bool inside = true;  // the envelope
+  std::vector<double> control;
+  std::array<Measured, kMetricCount> metric;
+  ArmDrift arms;
+  render::Bounds bounds;  // of the posed mesh, world space
+
+  const Measured& at(MetricId id) const { return metric[static_cast<std::size_t>(id)]; }
+  Measured& at(MetricId id) { return metric[static_cast<std::size_t>(id)]; }
+};
+
+struct SweepRecord {
+  Sweep sweep;
+  std::vector<PoseRecord> poses;
+  FlipReport flips;
+};
+
+/// Everything measured on one rig under one mapping.
+struct RigRecord {
+  RigPlan plan;
+  solver::Mapping mapping = solver::Mapping::chest;
+  std::unique_ptr<solver::SpineSystem> system;
+  std::vector<SweepRecord> sweeps;
+  bool has_mesh = false;   // the surface was measured too
+  bool open_mesh = false;  // its volume has no meaning
+  bool has_arms = true;    // that the chest carries
+};
+
+/// Measures the chain alone, over the given sweeps.
+RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
+                             const std::vector<Sweep>& sweeps, const Envelope& envelope);
+
+/// Measures chain and mesh. Poses are independent of each other, and of the number of threads.
+RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                      solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                      const Envelope& envelope, Progress& progress);
+
+/// Fills chain and mesh metrics of one pose whose body and control are set.
+void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
+                  PoseRecord& record);
+
+/// The control values of a rig for a body pose.
+std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDegrees& pose,
+                                solver::Mapping mapping);
+
+}  // namespace backbend::validate

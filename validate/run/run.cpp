@@ -1,0 +1,221 @@
+#include "validate/run/run.h"
+
+#include <algorithm>
+
+#include "validate/evidence/evidence.h"
+#include "validate/files/hash.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/csv.h"
+#include "validate/report/html.h"
+#include "validate/report/junit.h"
+#include "validate/report/markdown.h"
+#include "validate/report/report_json.h"
+#include "validate/run/canary.h"
+#include "validate/run/image_pass.h"
+#include "validate/run/judge.h"
+#include "validate/run/owner.h"
+#include "validate/run/verdict.h"
+
+namespace backbend::validate {
+namespace {
+
+std::vector<std::string> names_of(const skin::Character& character, const std::vector<int>& nodes) {
+  std::vector<std::string> names;
+  for (const int node : nodes)
+    names.push_back(character.nodes[static_cast<std::size_t>(node)].name);
+  return names;
+}
+
+CharacterFacts facts_of(const Stage& stage, const Envelope& envelope) {
+  const skin::Character& character = stage.character();
+  const skin::Anatomy& anatomy = stage.anatomy();
+  CharacterFacts facts;
+  facts.name = character.name;
+  facts.file = character.file_name;
+  facts.hash = hash_text(character.content_hash_high, character.content_hash_low);
+  facts.meshes = static_cast<int>(character.parts.size());
+  facts.vertices = static_cast<int>(character.vertex_count());
+  facts.triangles = static_cast<int>(character.triangles.size());
+  facts.joints = static_cast<int>(character.joints.size());
+  facts.height = anatomy.height;
+  facts.spine_length = anatomy.spine_length;
+  const auto driven = static_cast<std::ptrdiff_t>(anatomy.chest_index) + 1;
+  facts.spine = names_of(character, {anatomy.spine.begin(), anatomy.spine.begin() + driven});
+  facts.left_arm = names_of(character, anatomy.left_arm);
+  facts.right_arm = names_of(character, anatomy.right_arm);
+  facts.sure = anatomy.sure;
+  facts.envelope = envelope.name;
+  for (const skin::Warning& warning : character.warnings) facts.notes.push_back(warning.message);
+  return facts;
+}
+
+RigResult result_of(const RigRecord& record, const JudgeContext& context) {
+  RigResult result;
+  result.character = context.stage.character().name;
+  result.rig = record.plan.name;
+  result.system = record.plan.spec.system;
+  result.mapping = mapping_name(record.mapping);
+  result.role = record.plan.role;
+  for (const auto& [key, value] : record.system->options()) {
+    result.options[key] = rig_text({"", {{key, value}}}).substr(key.size() + 2);
+  }
+  result.headroom = headroom_of(record, context);
+  result.coverage = coverage_of(record);
+  result.sweeps = series_of(record, context.limits);
+  for (const SweepSeries& series : result.sweeps) {
+    for (const auto& [name, values] : series.metric) {
+      const auto info =
+          std::find_if(pose_metrics().begin(), pose_metrics().end(),
+                       [&, &metric = name](const MetricInfo& each) { return each.name == metric; });
+      const bool low_is_bad =
+          info != pose_metrics().end() && find_check(info->code)->sense == Sense::at_least;
+      for (const double value : values) {
+        if (!std::isfinite(value)) continue;
+        const auto [worst, is_new] = result.summary.emplace(name, value);
+        if (!is_new)
+          worst->second =
+              low_is_bad ? std::min(worst->second, value) : std::max(worst->second, value);
+      }
+    }
+  }
+  return result;
+}
+
+std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
+  std::vector<CheckLegend> rows;
+  for (const Check& check : all_checks()) {
+    const bool planned =
+        std::any_of(report.rigs.begin(), report.rigs.end(), [&](const RigResult& rig) {
+          return std::any_of(rig.coverage.begin(), rig.coverage.end(),
+                             [&](const Coverage& each) { return each.code == check.code; });
+        });
+    if (!planned) continue;
+    rows.push_back({std::string(check.code), std::string(check.name), std::string(check.measures),
+                    std::string(check.unit), std::string(check.reason),
+                    limits.of(check.code).value});
+  }
+  return rows;
+}
+
+/// A character that cannot be used is an entry of the report, so that the others still run.
+Finding input_finding(const std::filesystem::path& file, const std::string& why) {
+  Finding finding;
+  finding.code = "BB050";
+  finding.character = file.stem().string();
+  finding.pose = "none";
+  finding.verdict = Verdict::not_measured;
+  finding.owner = Owner::input;
+  finding.detail = why;
+  return finding;
+}
+
+void run_character(const RunRequest& request, const std::filesystem::path& file,
+                   const LimitSet& limits, const OutputFolder& folder, Progress& progress,
+                   Report& report) {
+  const Suite& suite = request.suite;
+  const Stage stage(load_character(file), request.hints, request.chain);
+  report.characters.push_back(facts_of(stage, suite.envelope));
+  if (request.on_character) request.on_character(report.characters.back());
+  const JudgeContext context{stage, limits, suite.envelope, request.character_text(file)};
+  const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
+  if (!body.mesh().open_reason.empty())
+    report.characters.back().notes.push_back("volume has no meaning here: " +
+                                             body.mesh().open_reason);
+
+  std::vector<RigRecord> records;
+  std::size_t poses = 0, rigs = 0;
+  for (const Sweep& sweep : suite.sweeps) poses += sweep.pose_count();
+  for (const RigPlan& plan : suite.rigs)
+    rigs += plan.role == Role::canary ? 0 : suite.mappings.size();
+  // The image pass looks at every pose once more.
+  progress.start("poses", poses * rigs * (request.image_pass ? 2 : 1));
+  for (const solver::Mapping mapping : suite.mappings) {
+    for (const RigPlan& plan : suite.rigs) {
+      if (plan.role == Role::canary) {
+        if (mapping == plan.duty->mapping)
+          report.canaries.push_back(run_canary(plan, suite.sweeps, context));
+        continue;
+      }
+      records.push_back(
+          measure_rig(stage, body, plan, mapping, suite.sweeps, suite.envelope, progress));
+    }
+  }
+
+  const render::Bounds box = framing_of(stage, records);
+  ImagePass pictures(stage, box);
+  std::vector<std::vector<Finding>> findings;
+  for (RigRecord& record : records) {
+    findings.push_back(judge_rig(record, context));
+    book_owners(stage, body, record, suite.judges_weights, findings.back());
+    if (request.image_pass) pictures.look(record, findings.back(), progress);
+    report.rigs.push_back(result_of(record, context));
+    if (request.image_pass) pictures.add_series(report.rigs.back());
+  }
+  if (suite.pictures.enabled) {
+    make_evidence(stage, box, suite.pictures, records, findings, folder, progress, report);
+  }
+  for (std::vector<Finding>& each : findings) {
+    std::move(each.begin(), each.end(), std::back_inserter(report.findings));
+  }
+}
+
+}  // namespace
+
+std::string RunRequest::character_text(const std::filesystem::path& file) const {
+  if (!character.empty()) return character;
+  const std::filesystem::path relative =
+      file.lexically_proximate(std::filesystem::absolute(suite.file).parent_path().parent_path());
+  return relative.string();
+}
+
+Report run_suite(const RunRequest& request, Progress& progress) {
+  const Suite& suite = request.suite;
+  Report report;
+  report.title = request.title.empty() ? suite.title : request.title;
+  report.suite = suite.name;
+  report.provenance["backbend"] = BACKBEND_VERSION;
+  if (!suite.file.empty()) report.provenance["suite"] = content_hash(read_bytes(suite.file));
+  const LimitSet limits;
+  const OutputFolder folder(request.folder);
+
+  std::string first_error;
+  for (const std::filesystem::path& file : suite.characters) {
+    poll_interrupt();
+    try {
+      run_character(request, file, limits, folder, progress, report);
+    } catch (const skin::CharacterError& error) {
+      if (suite.characters.size() == 1) throw;  // nothing else to run: say it in one line
+      report.findings.push_back(input_finding(file, error.what()));
+      progress.say(std::string("backbend: ") + error.what());
+    }
+  }
+  progress.finish();
+  for (const CharacterFacts& facts : report.characters)
+    report.provenance["character " + facts.name] = facts.hash;
+  std::stable_partition(
+      report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
+        return std::any_of(suite.rigs.begin(), suite.rigs.end(), [&](const RigPlan& rig) {
+          return rig.name == finding.rig && rig.role == Role::proposed;
+        });
+      });
+  report.checks = legend(report, limits);
+  if (!report.findings.empty()) {
+    report.next = {"backbend explain " + report.findings.front().code};
+    if (!report.findings.front().reproduce.empty())
+      report.next.push_back(report.findings.front().reproduce);
+  }
+  conclude(report);
+  return report;
+}
+
+void write_report(const Report& report, const std::filesystem::path& path) {
+  const OutputFolder folder(path);
+  folder.write("report.json", report_json(report));
+  folder.write("junit.xml", junit_xml(report));
+  folder.write("report.md", markdown_summary(report));
+  folder.write("findings.csv", findings_csv(report));
+  folder.write("sweeps.csv", sweeps_csv(report));
+  for (const auto& [name, text] : render_html(report)) folder.write(name, text);
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,41 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "validate/report/report.h"
+#include "validate/run/progress.h"
+#include "validate/run/stage.h"
+#include "validate/sweeps/suite.h"
+
+namespace backbend::validate {
+
+/// What to run, and where its results go.
+struct RunRequest {
+  Suite suite;
+  skin::AnatomyHints hints;
+  DrivenChain chain = DrivenChain::spine;
+  std::filesystem::path folder;  // run folder; empty: nothing is written
+  bool image_pass = true;        // the cheap picture of every pose that image metrics look at
+  std::string character;         // the file as the user named it; empty: the suite's own
+  std::string title;             // first line of the report; empty: the suite's
+
+  /// Called as soon as a character is read, before anything is measured.
+  std::function<void(const CharacterFacts&)> on_character;
+
+  /// A character's file as reproduce lines name it: never an absolute path that nobody typed.
+  std::string character_text(const std::filesystem::path& file) const;
+};
+
+/// Measures every rig of the suite on every character, judges it, and renders the evidence.
+/// One character that cannot be used is an entry of the report, never the end of the others.
+/// Throws Interrupted; WriteError where the run folder cannot be written.
+Report run_suite(const RunRequest& request, Progress& progress);
+
+/// The report in every form (JSON, page, JUnit, Markdown, CSV) into the run's folder, the page
+/// last.
+void write_report(const Report& report, const std::filesystem::path& folder);
+
+}  // namespace backbend::validate

@@ -1,0 +1,122 @@
+#include "validate/run/stage.h"
+
+#include <algorithm>
+
+#include "render/png.h"
+#include "skin/body.h"
+#include "skin/gltf_reader.h"
+#include "validate/run/progress.h"
+
+namespace backbend::validate {
+namespace {
+
+render::Material render_material(const skin::Material& material) {
+  render::Material result;
+  result.base_color = glm::vec3(material.base_color);
+  result.roughness = material.roughness;
+  result.metallic = material.metallic;
+  result.base_color_texture = material.base_color_image;
+  result.roughness_metallic_texture = material.metallic_roughness_image;
+  result.normal_texture = material.normal_image;
+  return result;
+}
+
+/// Colours are stored through the sRGB curve, everything else as numbers.
+render::Encoding encoding_of(const skin::Character& character, int image) {
+  const bool is_color = std::any_of(
+      character.materials.begin(), character.materials.end(),
+      [&](const skin::Material& material) { return material.base_color_image == image; });
+  return is_color ? render::Encoding::srgb : render::Encoding::data;
+}
+
+}  // namespace
+
+skin::Character load_character(const std::filesystem::path& file) {
+  if (file.extension() == ".toml") {
+    return skin::make_body(skin::read_body_description(file), {.poll = poll_interrupt});
+  }
+  return skin::read_character(file);
+}
+
+skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy& whole) {
+  skin::Anatomy neck = whole;
+  const std::size_t joints = whole.spine.size() - whole.chest_index;
+  const std::size_t first =
+      joints >= 3 || whole.chest_index == 0 ? whole.chest_index : whole.chest_index - 1;
+  neck.spine.assign(whole.spine.begin() + static_cast<std::ptrdiff_t>(first), whole.spine.end());
+  if (neck.spine.size() < 2) {
+    throw skin::CharacterError(character.file_name +
+                               ": no neck found between chest and head; --hip and --chest name the "
+                               "ends of the chain to drive");
+  }
+  neck.chest_index = neck.spine.size() - 1;
+  neck.left_arm.clear();
+  neck.right_arm.clear();
+  neck.spine_length = 0.0;
+  for (std::size_t i = 1; i < neck.spine.size(); ++i) {
+    const auto at = [&](std::size_t joint) {
+      return glm::dvec3(
+          character.nodes[static_cast<std::size_t>(neck.spine[joint])].world_from_node[3]);
+    };
+    neck.spine_length += glm::distance(at(i - 1), at(i));
+  }
+  neck.reasons.emplace_back("the neck is driven, from its base to the head");
+  return neck;
+}
+
+Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenChain chain)
+    : character_(std::move(character)),
+      anatomy_(chain == DrivenChain::spine
+                   ? skin::find_anatomy(character_, hints)
+                   : neck_anatomy(character_, skin::find_anatomy(character_, hints))),
+      driver_(character_, anatomy_),
+      regions_(skin::vertex_regions(character_, anatomy_)),
+      rest_(skin::rest_mesh(character_)) {}
+
+std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec) const {
+  return solver::build_system(spec, rest_chain());
+}
+
+PosedCharacter Stage::pose(const solver::SpineSystem& system, std::span<const double> control,
+                           skin::SkinningMethod method) const {
+  return pose(system, system.solve(control), method);
+}
+
+PosedCharacter Stage::pose(const solver::SpineSystem& system, solver::SpinePose spine,
+                           skin::SkinningMethod method) const {
+  PosedCharacter posed;
+  posed.spine = std::move(spine);
+  posed.world_from_node = driver_.drive(system, posed.spine);
+  posed.mesh = skin::skin(character_, posed.world_from_node, method);
+  return posed;
+}
+
+std::shared_ptr<const render::MeshTopology> Stage::topology() const {
+  auto topology = std::make_shared<render::MeshTopology>();
+  topology->triangle = character_.triangles;
+  topology->triangle_material.resize(character_.triangles.size());
+  for (const skin::Part& part : character_.parts) {
+    const auto first = topology->triangle_material.begin() + part.first_triangle;
+    std::fill(first, first + part.triangle_count, static_cast<std::uint16_t>(part.material));
+  }
+  for (const skin::Region region : regions_) {
+    topology->vertex_region.push_back(static_cast<std::uint8_t>(region));
+  }
+  for (int region = 0; region < skin::kRegionCount; ++region) {
+    topology->region_name.emplace_back(skin::region_name(static_cast<skin::Region>(region)));
+  }
+  topology->object_name = character_.name;
+  topology->uv = character_.uv;
+  topology->rest_position = rest_.position;
+  for (const skin::Material& material : character_.materials) {
+    topology->materials.push_back(render_material(material));
+  }
+  if (topology->materials.empty()) topology->materials.emplace_back();
+  for (std::size_t i = 0; i < character_.images.size(); ++i) {
+    topology->textures.push_back(render::decode_texture(
+        character_.images[i].bytes, encoding_of(character_, static_cast<int>(i))));
+  }
+  return topology;
+}
+
+}  // namespace backbend::validate

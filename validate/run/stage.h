@@ -1,0 +1,72 @@
+#pragma once
+#include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "render/scene.h"
+#include "skin/anatomy.h"
+#include "skin/skinning.h"
+#include "solver/spine_system.h"
+#include "validate/sweeps/sweep.h"
+
+namespace backbend::validate {
+
+/// A spine pose and the body that it gives, world space.
+struct PosedCharacter {
+  solver::SpinePose spine;
+  std::vector<glm::dmat4> world_from_node;
+  skin::PosedMesh mesh;
+};
+
+/// Which chain of the skeleton a rig drives: hips to the base of the neck, or the neck itself.
+enum class DrivenChain { spine, neck };
+
+/// The same character with its neck for a spine: from its base to the head, nothing hanging from it
+/// but the head. Necks of one bone start one joint lower. Throws skin::CharacterError where the
+/// skeleton has no head above the chest.
+skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy& whole);
+
+/// A character made ready to be driven, measured and drawn. Holds what does not depend on a rig.
+class Stage {
+ public:
+  /// Throws skin::CharacterError where no spine is found.
+  Stage(skin::Character character, const skin::AnatomyHints& hints,
+        DrivenChain chain = DrivenChain::spine);
+  Stage(const Stage&) = delete;
+  Stage& operator=(const Stage&) = delete;
+
+  const skin::Character& character() const { return character_; }
+  const skin::Anatomy& anatomy() const { return anatomy_; }
+  const std::vector<skin::Region>& regions() const { return regions_; }
+  const skin::PosedMesh& rest() const { return rest_; }
+  const skin::SpineDriver& driver() const { return driver_; }
+  const solver::RestChain& rest_chain() const { return driver_.rest_chain(); }
+
+  std::unique_ptr<solver::SpineSystem> build(const solver::SystemSpec& spec) const;
+
+  /// The body for one control value per channel of the system.
+  PosedCharacter pose(const solver::SpineSystem& system, std::span<const double> control,
+                      skin::SkinningMethod method = skin::SkinningMethod::linear) const;
+
+  /// The body for a spine pose that was solved, or changed, elsewhere.
+  PosedCharacter pose(const solver::SpineSystem& system, solver::SpinePose spine,
+                      skin::SkinningMethod method = skin::SkinningMethod::linear) const;
+
+  /// What of the mesh the renderer needs once. Throws render::RenderError for a broken texture.
+  std::shared_ptr<const render::MeshTopology> topology() const;
+
+ private:
+  skin::Character character_;
+  skin::Anatomy anatomy_;
+  skin::SpineDriver driver_;
+  std::vector<skin::Region> regions_;
+  skin::PosedMesh rest_;
+};
+
+/// Reads a character: .glb or .gltf, or a body description (.toml), which is made into a mesh.
+/// Throws skin::CharacterError.
+skin::Character load_character(const std::filesystem::path& file);
+
+}  // namespace backbend::validate

@@ -1,0 +1,88 @@
+#include "validate/run/verdict.h"
+
+#include <algorithm>
+
+#include "validate/sweeps/sweep.h"
+#include "validate/verdicts/checks.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::validate {
+namespace {
+
+bool belongs(const Finding& finding, const RigResult& rig) {
+  return finding.character == rig.character && finding.rig == rig.rig &&
+         finding.mapping == rig.mapping;
+}
+
+Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
+  const bool fails = std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+    return belongs(finding, rig) && finding.verdict == Verdict::fail;
+  });
+  if (fails) return Verdict::fail;
+  const bool gap = std::any_of(rig.coverage.begin(), rig.coverage.end(), [](const Coverage& each) {
+    const Check* check = find_check(each.code);
+    return each.not_measured > 0 && check != nullptr && check->decides;
+  });
+  return gap || rig.coverage.empty() ? Verdict::not_measured : Verdict::pass;
+}
+
+std::string plural(std::size_t count, const std::string& word) {
+  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+void conclude(Report& report) {
+  bool failed = false, gap = false, proposed = false;
+  for (RigResult& rig : report.rigs) {
+    rig.verdict = verdict_of(rig, report.findings);
+    if (rig.role != Role::proposed) continue;
+    proposed = true;
+    failed = failed || rig.verdict == Verdict::fail;
+    gap = gap || rig.verdict == Verdict::not_measured;
+    const auto count = static_cast<std::size_t>(
+        std::count_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
+          return belongs(finding, rig) && finding.verdict == Verdict::fail;
+        }));
+    if (count > 0) {
+      const auto worst =
+          std::find_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
+            return belongs(finding, rig) && finding.verdict == Verdict::fail;
+          });
+      report.reasons.push_back(
+          rig.rig + " (" + rig.mapping + "): " + plural(count, "finding") + ", worst " +
+          worst->code + " " + std::string(find_check(worst->code)->name) + " " +
+          number_text(worst->value, 2) + " " + worst->unit + " at " + worst->pose);
+    } else if (rig.verdict == Verdict::not_measured) {
+      report.reasons.push_back(rig.rig + " (" + rig.mapping +
+                               "): not everything that decides was measured");
+    }
+  }
+  for (const CanaryResult& canary : report.canaries) {
+    if (canary.ok()) continue;
+    gap = true;
+    report.reasons.push_back("canary " + canary.rig + ": " + canary.detail);
+  }
+  if (!proposed) {
+    gap = true;
+    report.reasons.emplace_back("no rig is proposed: nothing was judged");
+  }
+  report.verdict = failed ? Verdict::fail : gap ? Verdict::not_measured : Verdict::pass;
+  const bool bad_input =
+      std::any_of(report.findings.begin(), report.findings.end(), [](const Finding& finding) {
+        return finding.owner == Owner::input && finding.verdict == Verdict::not_measured;
+      });
+  report.exit_code =
+      first_exit_code({bad_input ? kExitBadInput : kExitOk, failed ? kExitFindings : kExitOk,
+                       gap ? kExitNotMeasured : kExitOk});
+  std::size_t poses = 0;
+  for (const RigResult& rig : report.rigs) {
+    for (const SweepSeries& sweep : rig.sweeps) poses += sweep.control_deg.size();
+  }
+  report.headline = plural(poses, "pose") + " measured, " +
+                    plural(report.characters.size(), "character") + ", " +
+                    plural(report.rigs.size(), "rig") + " (mappings counted apart), " +
+                    plural(report.canaries.size(), "canary run");
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,68 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "solver/spine_system.h"
+#include "validate/sweeps/sweep.h"
+#include "validate/verdicts/finding.h"
+
+namespace backbend::validate {
+
+/// A suite or rig file that cannot be used. what() is the whole line: file:line, cause, hint.
+struct SuiteError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a canary must be caught at, and the rig with only that fault removed.
+struct CanaryDuty {
+  std::string code, sweep, joint;  // joint: empty for any
+  solver::Mapping mapping = solver::Mapping::chest;
+  double control_deg = 0, tolerance_deg = 0;
+  solver::SystemSpec twin;
+};
+
+/// One rig of a suite.
+struct RigPlan {
+  std::string name;
+  solver::SystemSpec spec;
+  Role role = Role::proposed;
+  std::optional<CanaryDuty> duty;  // canaries only
+};
+
+/// Which pictures a run makes beside the measurements.
+struct PicturePlan {
+  bool enabled = true;
+  int width = 640, height = 360;
+  int samples = 16;
+  int turntable_views = 0;  // per rig, at its worst pose; 0: none
+  int sheet_columns = 6;    // poses of the leading sweep on a contact sheet; 0: none
+};
+
+/// A nightly job: characters x rigs x mappings x sweeps.
+struct Suite {
+  std::string name, title;
+  std::filesystem::path file;
+  std::vector<std::filesystem::path> characters;  // absolute
+  std::vector<RigPlan> rigs;
+  std::vector<solver::Mapping> mappings;
+  std::vector<Sweep> sweeps;
+  Envelope envelope;
+  PicturePlan pictures;
+  bool judges_weights = false;  // mesh findings count against the character, not only the rig
+};
+
+/// Reads a suite from TOML. Throws SuiteError naming file, line and the nearest key for every
+/// unknown key, wrong type or value out of range.
+Suite read_suite(const std::filesystem::path& file);
+
+/// `--rig`: the name of a system, the same with options (`curve:length=rest,bones=12`), or a TOML
+/// file with a [rig] table. Throws SuiteError.
+RigPlan read_rig(const std::string& text);
+
+/// The text that read_rig() makes the same system of: `curve:length="rest"`.
+std::string rig_text(const solver::SystemSpec& spec);
+
+}  // namespace backbend::validate

@@ -1,0 +1,207 @@
+#include "validate/sweeps/sweep.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/trigonometric.hpp>
+#include <numeric>
+#include <utility>
+
+namespace backbend::validate {
+namespace {
+
+std::vector<Envelope> envelopes() {
+  // Human: voluntary range of a fit adult, hips to neck (research: specification 8). The others
+  // leave room for what animators ask of cartoons, and less for what four legs allow.
+  return {{"human", 60, 90, 45, 60, false},
+          {"cartoon", 120, 120, 75, 120, false},
+          {"creature", 45, 60, 60, 45, false},
+          {"sweep", 0, 0, 0, 0, true}};
+}
+
+std::vector<std::string> channel_names() { return {std::begin(kChannels), std::end(kChannels)}; }
+
+double parse_number(std::string_view text, std::string_view channel) {
+  double value = 0.0;
+  const char* first = text.data();
+  if (!text.empty() && text.front() == '+') ++first;
+  const auto [end, error] = std::from_chars(first, text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) {
+    throw solver::RigError("pose: '" + std::string(text) +
+                           "' is not a finite number of degrees for '" + std::string(channel) +
+                           "'");
+  }
+  return value;
+}
+
+std::string_view trimmed(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  return text;
+}
+
+}  // namespace
+
+const double* PoseDegrees::find(std::string_view channel) const {
+  if (channel == "extension") return &extension;
+  if (channel == "flexion") return &flexion;
+  if (channel == "side") return &side;
+  if (channel == "twist") return &twist;
+  return nullptr;
+}
+
+double* PoseDegrees::find(std::string_view channel) {
+  return const_cast<double*>(std::as_const(*this).find(channel));
+}
+
+solver::BodyPose PoseDegrees::radians() const {
+  return {glm::radians(extension), glm::radians(flexion), glm::radians(side), glm::radians(twist)};
+}
+
+std::string PoseDegrees::text() const {
+  std::string result;
+  for (const std::string_view channel : kChannels) {
+    const double value = *find(channel);
+    if (value == 0.0) continue;
+    if (!result.empty()) result += ", ";
+    result += std::string(channel) + " " + number_text(value);
+  }
+  return result.empty() ? "rest" : result;
+}
+
+PoseDegrees parse_pose(std::string_view text) {
+  PoseDegrees pose;
+  while (!text.empty()) {
+    const std::size_t comma = text.find(',');
+    const std::string_view item = trimmed(text.substr(0, comma));
+    text = comma == std::string_view::npos ? std::string_view{} : text.substr(comma + 1);
+    const std::size_t equals = item.find('=');
+    if (equals == std::string_view::npos) {
+      throw solver::RigError("pose: '" + std::string(item) + "' is not channel=degrees");
+    }
+    const std::string_view channel = trimmed(item.substr(0, equals));
+    double* value = pose.find(channel);
+    if (value == nullptr) {
+      const auto near = nearest_name(channel, channel_names());
+      throw solver::RigError("pose: no channel '" + std::string(channel) + "'" +
+                             (near ? ", did you mean '" + *near + "'?" : "") +
+                             " (extension, flexion, side, twist)");
+    }
+    *value = parse_number(trimmed(item.substr(equals + 1)), channel);
+  }
+  return pose;
+}
+
+std::size_t Sweep::pose_count() const {
+  return static_cast<std::size_t>(std::floor(std::abs(to_deg - from_deg) / step_deg + 1e-9)) + 1;
+}
+
+double Sweep::control_at(std::size_t pose) const {
+  const double direction = to_deg >= from_deg ? 1.0 : -1.0;
+  return from_deg + direction * step_deg * static_cast<double>(pose);
+}
+
+PoseDegrees Sweep::pose_at(double control_deg) const {
+  return {per_degree.extension * control_deg, per_degree.flexion * control_deg,
+          per_degree.side * control_deg, per_degree.twist * control_deg};
+}
+
+Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg) {
+  Sweep sweep{std::string(channel), std::string(channel), from_deg, to_deg, step_deg, {}};
+  *sweep.per_degree.find(channel) = 1.0;
+  return sweep;
+}
+
+std::vector<Sweep> standard_sweeps() {
+  Sweep compound = channel_sweep("extension", 0, 45, 3);
+  compound.name = "compound";
+  compound.per_degree.side = 30.0 / 45.0;
+  return {channel_sweep("extension", 0, 120, 2), channel_sweep("flexion", 0, 90, 2),
+          channel_sweep("side", -45, 45, 3), channel_sweep("twist", -90, 90, 3), compound};
+}
+
+std::vector<Sweep> stress_sweeps() {
+  Sweep grid = channel_sweep("extension", 0, 180, 2);
+  grid.name = "compound";
+  grid.per_degree.side = 0.5;
+  grid.per_degree.twist = 0.5;
+  return {channel_sweep("extension", 0, 180, 2), channel_sweep("flexion", 0, 180, 2),
+          channel_sweep("side", -120, 120, 4), channel_sweep("twist", -360, 360, 6), grid};
+}
+
+double Envelope::needs(std::string_view channel) const {
+  if (channel == "extension") return extension;
+  if (channel == "flexion") return flexion;
+  if (channel == "side") return side;
+  return twist;
+}
+
+bool Envelope::contains(const PoseDegrees& pose) const {
+  if (whole_sweep) return true;
+  constexpr double kSlack = 1e-9;  // a pose on the border is inside whatever its last bit says
+  return std::all_of(std::begin(kChannels), std::end(kChannels), [&](std::string_view channel) {
+    return std::abs(*pose.find(channel)) <= needs(channel) + kSlack;
+  });
+}
+
+std::optional<Envelope> find_envelope(std::string_view name) {
+  for (const Envelope& envelope : envelopes()) {
+    if (envelope.name == name) return envelope;
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> envelope_names() {
+  std::vector<std::string> names;
+  for (const Envelope& envelope : envelopes()) names.push_back(envelope.name);
+  return names;
+}
+
+std::string_view mapping_name(solver::Mapping mapping) {
+  return mapping == solver::Mapping::chest ? "chest" : "spread";
+}
+
+std::optional<solver::Mapping> find_mapping(std::string_view name) {
+  if (name == "chest") return solver::Mapping::chest;
+  if (name == "spread") return solver::Mapping::spread;
+  return std::nullopt;
+}
+
+std::string number_text(double value, int decimals) {
+  if (!std::isfinite(value)) return "not measured";
+  char buffer[512];  // 1e308 in full
+  const auto result = std::to_chars(std::begin(buffer), std::end(buffer), value,
+                                    std::chars_format::fixed, decimals);
+  std::string text(buffer, result.ptr);
+  if (text.find('.') != std::string::npos) {
+    text.erase(text.find_last_not_of('0') + 1);
+    if (text.back() == '.') text.pop_back();
+  }
+  return text == "-0" ? "0" : text;
+}
+
+std::optional<std::string> nearest_name(std::string_view word,
+                                        const std::vector<std::string>& candidates) {
+  std::optional<std::string> best;
+  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
+  for (const std::string& candidate : candidates) {
+    std::vector<std::size_t> row(candidate.size() + 1);
+    std::iota(row.begin(), row.end(), std::size_t{0});
+    for (std::size_t i = 1; i <= word.size(); ++i) {
+      std::size_t diagonal = row[0];
+      row[0] = i;
+      for (std::size_t j = 1; j <= candidate.size(); ++j) {
+        const std::size_t changed = diagonal + (word[i - 1] == candidate[j - 1] ? 0 : 1);
+        diagonal = row[j];
+        row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
+      }
+    }
+    if (row.back() < best_distance) {
+      best_distance = row.back();
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,75 @@
+#pragma once
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "solver/spine_system.h"
+
+namespace backbend::validate {
+
+/// Names of the four body channels, in the order that tables show them.
+inline constexpr std::string_view kChannels[] = {"extension", "flexion", "side", "twist"};
+
+/// A body pose in degrees, as people write it.
+struct PoseDegrees {
+  double extension = 0, flexion = 0, side = 0, twist = 0;
+
+  double* find(std::string_view channel);
+  const double* find(std::string_view channel) const;
+  solver::BodyPose radians() const;
+  /// `extension 114.3, side 10`: only channels that are not 0; `rest` for none.
+  std::string text() const;
+};
+
+/// Reads `extension=90,side=10`. Throws solver::RigError naming an unknown channel (with the
+/// nearest name), a missing or a non-finite number.
+PoseDegrees parse_pose(std::string_view text);
+
+/// A straight path through pose space: `per_degree` of each channel for each degree of control.
+struct Sweep {
+  std::string name;     // `extension`, `compound`
+  std::string channel;  // the leading channel, whose degrees the control counts
+  double from_deg = 0, to_deg = 0, step_deg = 2;
+  PoseDegrees per_degree;
+
+  std::size_t pose_count() const;
+  double control_at(std::size_t pose) const;
+  PoseDegrees pose_at(double control_deg) const;
+};
+
+/// A sweep of one channel.
+Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg);
+
+/// Specification 8, Sweeps: what `check` runs by itself, and what stresses a rig further.
+std::vector<Sweep> standard_sweeps();
+std::vector<Sweep> stress_sweeps();
+
+/// How far a kind of character is expected to be clean in each channel, degrees.
+struct Envelope {
+  std::string name;
+  double extension = 0, flexion = 0, side = 0, twist = 0;
+  bool whole_sweep = false;  // a comparison: everything that is swept counts
+
+  double needs(std::string_view channel) const;
+  /// Whether a pose of the sweep lies inside.
+  bool contains(const PoseDegrees& pose) const;
+};
+
+/// `human`, `cartoon`, `creature`, `sweep`; nullopt for another name.
+std::optional<Envelope> find_envelope(std::string_view name);
+std::vector<std::string> envelope_names();
+
+std::string_view mapping_name(solver::Mapping mapping);
+std::optional<solver::Mapping> find_mapping(std::string_view name);
+
+/// A number as people read it: at most `decimals` digits after the point, no trailing zeros.
+std::string number_text(double value, int decimals = 3);
+
+/// The candidate most like `word`, or nullopt when none is near: for "did you mean".
+std::optional<std::string> nearest_name(std::string_view word,
+                                        const std::vector<std::string>& candidates);
+
+}  // namespace backbend::validate

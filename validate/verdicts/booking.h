@@ -1,0 +1,33 @@
+#pragma once
+#include "validate/verdicts/checks.h"
+
+namespace backbend::validate {
+
+/// What is known about a value on the mesh beside the value itself.
+struct MeshContext {
+  double value = 0.0;  // of the rig under judgement
+  double ideal = 0.0;  // of the ideal bend (`even`) with the same ends and the same weights
+  double proxy = 0.0;  // of the same rig with clean proxy weights; NaN: not measured
+  double infeasible =
+      0.0;  // curvature times depth at the place; 1 and above: the surface must fold
+  bool judging_weights = false;  // the ideal rig itself is shown: its faults are the weights'
+};
+
+/// Whose a mesh finding is, and whether it decides the exit code.
+struct Booking {
+  Verdict verdict = Verdict::not_measured;
+  Owner owner = Owner::none;
+  bool decides = false;
+};
+
+/// Books a value on the mesh. Within its limit it is a pass. Beyond it:
+/// - in a pose that this body is too thick for, the pose's, and never a rig's fault;
+/// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), the weights';
+///   that decides only where weights are what is judged;
+/// - where the ideal is better, the solver's, and it decides; unless clean proxy weights cure it,
+///   which makes it the weights'.
+/// A value or limit that is not finite is not measured; without a finite ideal nobody can be
+/// blamed, and the finding stands as the check's usual owner's, deciding.
+Booking book_mesh_finding(const Check& check, double limit, const MeshContext& context);
+
+}  // namespace backbend::validate

@@ -1,0 +1,61 @@
+#pragma once
+#include <cmath>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace backbend::validate {
+
+enum class Verdict { pass, fail, waived, stress, not_measured, not_applicable };
+enum class Owner { none, solver, weights, pose, input, tool };
+/// In a suite: who decides the exit code, who is only shown, who must fail.
+enum class Role { proposed, reference, canary };
+
+/// NaN compares false with everything, so `measured > limit` would call it a pass.
+inline Verdict judge(double measured, double limit) {
+  if (!std::isfinite(measured)) return Verdict::not_measured;
+  return measured <= limit ? Verdict::pass : Verdict::fail;
+}
+
+/// What a picture says about a defect that geometry decided, found without looking at geometry.
+struct ImageWitness {
+  bool measured = false;
+  bool visible = false;
+  std::string camera;  // the view that shows it best
+  std::string metric;  // `flip_mean`, `silhouette_hausdorff_px`, ...
+  double value = 0.0;
+  double threshold = 0.0;
+  double pixels = 0.0;  // how many pixels changed visibly
+  std::string note;
+};
+
+/// Names of pictures of one finding, relative to the report's folder; empty where none was made.
+struct FindingPictures {
+  std::string before, after, heat, other;  // `other`: the same pose under the other rig
+};
+
+/// One thing that was measured and judged, with its place and how to see it again.
+struct Finding {
+  std::string code;  // BB001 ...: a row of the table of checks
+  std::string character, rig, mapping;
+  std::string sweep;       // `extension`, `side`, ...
+  std::string pose;        // in channel names: `extension 114.3`
+  int pose_index = -1;     // into the sweep
+  double control_deg = 0;  // where on the sweep, degrees of its leading channel
+  std::string joint;       // place on the chain, empty if none
+  int slice = -1;          // place on the mesh along the spine
+  int vertex = -1;
+  double value = 0.0, limit = 0.0;
+  std::string unit;
+  Verdict verdict = Verdict::pass;
+  Owner owner = Owner::none;
+  bool inside_envelope = true;
+  std::string detail;                      // one line: what was seen, in numbers
+  std::map<std::string, double> geometry;  // further numbers by name
+  ImageWitness image;
+  FindingPictures pictures;
+  std::string reproduce;  // command line that shows it again
+};
+
+}  // namespace backbend::validate
