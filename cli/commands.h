@@ -1,0 +1,65 @@
+#pragma once
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "skin/anatomy.h"
+#include "validate/run/progress.h"
+#include "validate/run/stage.h"
+#include "validate/sweeps/suite.h"
+
+namespace backbend::cli {
+
+/// Options that every command takes.
+struct Common {
+  bool quiet = false;
+  bool json = false;
+  int threads = 0;  // 0: every core that the process may use
+  validate::Progress::Style progress_style() const {
+    return quiet ? validate::Progress::Style::none : validate::Progress::Style::automatic;
+  }
+};
+
+/// A command that was chosen on the command line: runs it and gives the exit code.
+using Run = std::function<int()>;
+
+/// Where a command registers itself: its callback puts its work into `chosen`.
+struct Registry {
+  CLI::App& app;
+  Common& common;
+  Run& chosen;
+
+  CLI::App* add(const std::string& name, const std::string& summary, Run run) const {
+    CLI::App* command = app.add_subcommand(name, summary);
+    command->callback([&slot = chosen, run = std::move(run)] { slot = run; });
+    return command;
+  }
+};
+
+/// `--hip`, `--chest`, `--spine`, `--arms`: what a user knows of the skeleton.
+void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints);
+
+/// `--chain`: which chain the rig drives, `spine` or `neck`; empty: neck for the rig `neck`.
+void add_chain_option(CLI::App* command, std::string& chain);
+validate::DrivenChain driven_chain(const std::string& chain, const validate::RigPlan& rig,
+                                   const skin::AnatomyHints& hints);
+
+/// `640x480`. Throws CLI::ValidationError for anything else, or a side outside 16..16384.
+std::pair<int, int> parse_resolution(const std::string& text);
+
+void add_solve(const Registry& registry);
+void add_inspect(const Registry& registry);
+void add_check(const Registry& registry);
+void add_nightly(const Registry& registry);
+void add_compare(const Registry& registry);
+void add_render(const Registry& registry);
+void add_turntable(const Registry& registry);
+void add_body(const Registry& registry);
+void add_bake(const Registry& registry);
+void add_report(const Registry& registry);
+void add_list(const Registry& registry);
+void add_explain(const Registry& registry);
+
+}  // namespace backbend::cli

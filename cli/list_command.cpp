@@ -1,0 +1,153 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "cli/commands.h"
+#include "render/cameras.h"
+#include "solver/spine_system.h"
+#include "validate/sweeps/sweep.h"
+#include "validate/verdicts/checks.h"
+
+namespace backbend::cli {
+namespace {
+
+using namespace backbend::validate;
+
+/// Rows of name and text: two columns on a terminal, an array of objects as JSON.
+class Rows {
+ public:
+  void add(std::string name, std::string text) {
+    rows_.emplace_back(std::move(name), std::move(text));
+  }
+
+  int print(bool as_json) const {
+    if (as_json) {
+      nlohmann::json list = nlohmann::json::array();
+      for (const auto& [name, text] : rows_) list.push_back({{"name", name}, {"summary", text}});
+      std::printf("%s\n", list.dump(2).c_str());
+      return 0;
+    }
+    std::size_t width = 0;
+    for (const auto& row : rows_) width = std::max(width, row.first.size());
+    for (const auto& [name, text] : rows_)
+      std::printf("%-*s  %s\n", static_cast<int>(width), name.c_str(), text.c_str());
+    return 0;
+  }
+
+ private:
+  std::vector<std::pair<std::string, std::string>> rows_;
+};
+
+Rows rig_rows() {
+  Rows rows;
+  for (const solver::SystemInfo& info : solver::list_systems())
+    rows.add(std::string(info.name), std::string(info.summary));
+  return rows;
+}
+
+std::string sweep_text(const Sweep& sweep) {
+  std::string text = number_text(sweep.from_deg) + " to " + number_text(sweep.to_deg) + " by " +
+                     number_text(sweep.step_deg) + " degrees of " + sweep.channel;
+  for (const std::string_view channel : kChannels) {
+    const double ratio = *sweep.per_degree.find(channel);
+    if (channel != sweep.channel && ratio != 0.0)
+      text += ", " + std::string(channel) + " " + number_text(ratio) + " of it";
+  }
+  return text;
+}
+
+Rows sweep_rows() {
+  Rows rows;
+  for (const Sweep& sweep : standard_sweeps()) rows.add(sweep.name, sweep_text(sweep));
+  for (const Sweep& sweep : stress_sweeps()) rows.add("stress " + sweep.name, sweep_text(sweep));
+  return rows;
+}
+
+Rows check_rows() {
+  Rows rows;
+  for (const Check& check : all_checks()) {
+    rows.add(std::string(check.code), std::string(check.name) + ": " + std::string(check.measures) +
+                                          "; limit " + number_text(check.limit) + " " +
+                                          std::string(check.unit));
+  }
+  return rows;
+}
+
+Rows view_rows() {
+  Rows rows;
+  for (const std::string_view view : render::view_names()) rows.add(std::string(view), "");
+  return rows;
+}
+
+int print_checks_json() {
+  nlohmann::json list = nlohmann::json::array();
+  for (const Check& check : all_checks()) {
+    list.push_back({{"code", check.code},
+                    {"name", check.name},
+                    {"measures", check.measures},
+                    {"unit", check.unit},
+                    {"limit", check.limit},
+                    {"sense", name_of(check.sense)},
+                    {"decides", check.decides},
+                    {"owner", name_of(check.owner)},
+                    {"reason", check.reason}});
+  }
+  std::printf("%s\n", list.dump(2).c_str());
+  return 0;
+}
+
+}  // namespace
+
+void add_list(const Registry& registry) {
+  auto what = std::make_shared<std::string>();
+  CLI::App* command = registry.add(
+      "list", "what there is: rigs, sweeps, checks or views", [what, &common = registry.common] {
+        if (*what == "rigs") return rig_rows().print(common.json);
+        if (*what == "sweeps") return sweep_rows().print(common.json);
+        if (*what == "checks") return common.json ? print_checks_json() : check_rows().print(false);
+        return view_rows().print(common.json);
+      });
+  command->add_option("what", *what, "rigs, sweeps, checks or views")
+      ->required()
+      ->check(CLI::IsMember({"rigs", "sweeps", "checks", "views"}));
+}
+
+void add_explain(const Registry& registry) {
+  auto code = std::make_shared<std::string>();
+  CLI::App* command = registry.add(
+      "explain", "what a finding's code means, how it is measured, what to try",
+      [code, &common = registry.common] {
+        const Check* check = find_check(*code);
+        if (check == nullptr) {
+          throw CLI::ValidationError("no check has the code '" + *code +
+                                     "'; backbend list checks shows all");
+        }
+        const std::pair<const char*, std::string> lines[] = {
+            {"measures", std::string(check->measures)},
+            {"limit", (check->sense == Sense::at_most ? "at most " : "at least ") +
+                          number_text(check->limit) + " " + std::string(check->unit) +
+                          (check->decides ? "" : " (advisory: never fails a rig)")},
+            {"why", std::string(check->reason)},
+            {"owner", std::string(name_of(check->owner))},
+            {"cause", std::string(check->cause)},
+            {"try", std::string(check->remedy)},
+            {"picture", std::string(check->witness)},
+            {"source", std::string(check->source)}};
+        if (common.json) {
+          nlohmann::json object = {{"code", check->code},
+                                   {"name", check->name},
+                                   {"default_limit", check->limit},
+                                   {"unit", check->unit}};
+          for (const auto& [key, text] : lines) object[key] = text;
+          std::printf("%s\n", object.dump(2).c_str());
+          return 0;
+        }
+        std::printf("%s %s\n", std::string(check->code).c_str(), std::string(check->name).c_str());
+        for (const auto& [key, text] : lines) {
+          if (!text.empty()) std::printf("  %-9s %s\n", key, text.c_str());
+        }
+        return 0;
+      });
+  command->add_option("code", *code, "a code such as BB001")->required();
+}
+
+}  // namespace backbend::cli

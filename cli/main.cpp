@@ -1,0 +1,165 @@
+#include <oneapi/tbb/global_control.h>
+
+#include <charconv>
+#include <cstdio>
+#include <exception>
+#include <thread>
+
+#include "cli/commands.h"
+#include "render/scene.h"
+#include "skin/character.h"
+#include "solver/spine_system.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/escape.h"
+#include "validate/report/report_json.h"
+#include "validate/sweeps/suite.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::cli {
+namespace {
+
+using namespace backbend::validate;
+
+/// Results of the C library's mathematics are the same on every machine with AVX2 and FMA, which
+/// is also what the program is compiled for.
+bool machine_is_fit() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
+
+int complain(const std::string& line, ExitCode code) {
+  // Names in messages come from files that anyone may have written.
+  std::fprintf(stderr, "backbend: %s\n", visible(line).c_str());
+  return code;
+}
+
+int run_guarded(const Run& run) {
+  try {
+    return run();
+  } catch (const Interrupted& stop) {
+    return complain(stop.what(),
+                    stop.signal_number == SIGTERM ? kExitTerminated : kExitInterrupted);
+  } catch (const WriteError& error) {
+    return complain(error.what(), error.temporary() ? kExitTemporary : kExitCannotWrite);
+  } catch (const CLI::Error& error) {
+    return complain(error.what(), kExitUsage);
+  } catch (const ReadError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const solver::RigError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const skin::CharacterError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const render::RenderError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const ReportError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const SuiteError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const std::bad_alloc&) {
+    return complain("out of memory", kExitTemporary);
+  } catch (const std::exception& error) {
+    return complain(std::string("internal error: ") + error.what(), kExitInternal);
+  }
+}
+
+/// A whole number that makes up all of `text`, or -1.
+int whole_number(std::string_view text) {
+  int value = -1;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? value : -1;
+}
+
+}  // namespace
+
+std::pair<int, int> parse_resolution(const std::string& text) {
+  const std::size_t cross = text.find('x');
+  const int width =
+      cross == std::string::npos ? -1 : whole_number(std::string_view(text).substr(0, cross));
+  const int height =
+      cross == std::string::npos ? -1 : whole_number(std::string_view(text).substr(cross + 1));
+  if (width < 16 || height < 16 || width > 16384 || height > 16384) {
+    throw CLI::ValidationError("'" + text +
+                               "' is no picture size: WIDTHxHEIGHT, each 16 to 16384 pixels");
+  }
+  return {width, height};
+}
+
+void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
+  command->add_option("--hip", hints.hip, "joint at the hips (found by itself)");
+  command->add_option("--chest", hints.chest, "joint at the base of the neck (found by itself)");
+  command->add_option("--spine", hints.spine, "all spine joints, hips first, separated by commas")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_option("--left-arm", hints.left_arm, "left arm joints from the clavicle")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command->add_option("--right-arm", hints.right_arm, "right arm joints from the clavicle")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+}
+
+void add_chain_option(CLI::App* command, std::string& chain) {
+  command
+      ->add_option("--chain", chain,
+                   "what the rig drives: spine or neck [neck for the rig 'neck', else spine]")
+      ->check(CLI::IsMember({"spine", "neck"}));
+}
+
+DrivenChain driven_chain(const std::string& chain, const RigPlan& rig,
+                         const skin::AnatomyHints& hints) {
+  const bool named = !hints.hip.empty() || !hints.chest.empty() || !hints.spine.empty();
+  if (chain.empty())
+    return rig.spec.system == "neck" && !named ? DrivenChain::neck : DrivenChain::spine;
+  return chain == "neck" ? DrivenChain::neck : DrivenChain::spine;
+}
+
+}  // namespace backbend::cli
+
+int main(int argument_count, char** arguments) {
+  using namespace backbend::cli;
+  if (!machine_is_fit()) {
+    return complain("this machine has no AVX2 and FMA, which the program needs", kExitInternal);
+  }
+  watch_signals();
+
+  Common common;
+  Run chosen;
+  CLI::App app("backbend finds out whether a character's spine rig can be trusted, and shows it.",
+               "backbend");
+  app.set_version_flag("--version", "backbend " BACKBEND_VERSION);
+  app.require_subcommand(1);
+  // Said twice, the last one counts, so that a script's defaults can be overruled.
+  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
+  app.fallthrough();
+  app.add_flag("-q,--quiet", common.quiet, "no progress on standard error");
+  app.add_flag("--json", common.json, "one JSON object on standard output");
+  app.add_option("--threads", common.threads, "threads to use, 0 for all cores [0]")
+      ->check(CLI::Range(0, 1024));
+
+  const Registry registry{app, common, chosen};
+  add_nightly(registry);
+  add_check(registry);
+  add_compare(registry);
+  add_render(registry);
+  add_turntable(registry);
+  add_solve(registry);
+  add_inspect(registry);
+  add_bake(registry);
+  add_body(registry);
+  add_report(registry);
+  add_list(registry);
+  add_explain(registry);
+
+  try {
+    app.parse(argument_count, arguments);
+  } catch (const CLI::CallForHelp& call) {
+    return app.exit(call);
+  } catch (const CLI::CallForVersion& call) {
+    return app.exit(call);
+  } catch (const CLI::ParseError& error) {
+    return complain(std::string(error.what()) + "; backbend --help shows what there is",
+                    kExitUsage);
+  }
+  const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
+                                          common.threads > 0
+                                              ? static_cast<std::size_t>(common.threads)
+                                              : std::max(1u, std::thread::hardware_concurrency()));
+  return run_guarded(chosen);
+}

@@ -1,0 +1,144 @@
+#include <cstdio>
+
+#include "cli/commands.h"
+#include "render/cameras.h"
+#include "validate/evidence/render_job.h"
+#include "validate/sweeps/suite.h"
+
+namespace backbend::cli {
+namespace {
+
+using namespace backbend::validate;
+
+const std::map<std::string, render::Mode> kModes = {{"beauty", render::Mode::beauty},
+                                                    {"clay", render::Mode::clay},
+                                                    {"ao", render::Mode::ao},
+                                                    {"matcap", render::Mode::matcap},
+                                                    {"wireframe", render::Mode::wireframe},
+                                                    {"xray", render::Mode::xray},
+                                                    {"contour", render::Mode::contour},
+                                                    {"primary", render::Mode::primary}};
+
+/// What both picture commands take.
+struct PictureOptions {
+  RenderRequest request;
+  std::string rig = "curve", pose, mapping = "chest", chain, resolution, layers, output = ".";
+
+  void add_to(CLI::App* command) {
+    command
+        ->add_option("character", request.character,
+                     "character file: .glb, .gltf, or a body description .toml")
+        ->required();
+    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [curve]");
+    command->add_option("--pose", pose,
+                        "channel=degrees, separated by commas: extension=90,side=10 [rest]");
+    command
+        ->add_option("--mapping", mapping,
+                     "how the pose reaches the controls: chest or spread [chest]")
+        ->check(CLI::IsMember({"chest", "spread"}));
+    command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x360]");
+    command->add_option("--spp", request.settings.samples, "samples a pixel, 1 to 65536 [16]")
+        ->check(CLI::Range(1, 65536));
+    command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
+    command
+        ->add_option("--mode", request.settings.mode,
+                     "beauty, clay, ao, matcap, wireframe, xray, contour, primary [clay]")
+        ->transform(CLI::CheckedTransformer(kModes, CLI::ignore_case));
+    command
+        ->add_option("--aovs", layers, "default (RGBA, Z, N, P, albedo, mattes) or all [default]")
+        ->check(CLI::IsMember({"default", "all"}));
+    command->add_option("--environment", request.settings.environment_file,
+                        "HDR picture to light with [the built-in studio]");
+    command->add_option("--name", request.name, "name of the files [CHARACTER_RIG]");
+    command->add_option("--export-obj", request.export_obj, "write the posed mesh as OBJ too");
+    command->add_flag("--resume", request.resume,
+                      "keep frames that are there, whole and of the same inputs");
+    command->add_option("-o,--output", output, "folder for the files [.]");
+    add_anatomy_options(command, request.hints);
+    add_chain_option(command, chain);
+  }
+
+  RenderRequest finished() const {
+    RenderRequest result = request;
+    result.rig = read_rig(rig);
+    result.chain = driven_chain(chain, result.rig, result.hints);
+    result.mapping = *find_mapping(mapping);
+    try {
+      result.pose = parse_pose(pose);
+    } catch (const solver::RigError& error) {
+      throw CLI::ValidationError(error.what());
+    }
+    if (!resolution.empty())
+      std::tie(result.settings.width, result.settings.height) = parse_resolution(resolution);
+    result.settings.position_and_albedo = true;
+    result.settings.all_layers = layers == "all";
+    return result;
+  }
+};
+
+int print_files(const RenderedFiles& files, const std::filesystem::path& folder) {
+  for (const auto& frame : files.frames) std::printf("%s\n", (folder / frame).c_str());
+  for (const auto& extra : {files.sheet, files.video}) {
+    if (!extra.empty()) std::printf("%s\n", (folder / extra).c_str());
+  }
+  return 0;
+}
+
+std::vector<std::string> known_views() {
+  const auto names = render::view_names();
+  return {names.begin(), names.end()};
+}
+
+}  // namespace
+
+void add_render(const Registry& registry) {
+  struct Options : PictureOptions {
+    bool extreme = false;
+    std::string sweeps = "stress";
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = registry.add(
+      "render", "one pose, or a rig's worst poses, to EXR and PNG",
+      [options, &common = registry.common] {
+        const RenderRequest request = options->finished();
+        Progress progress(common.progress_style());
+        const OutputFolder folder(options->output);
+        if (!options->extreme)
+          return print_files(render_pose(request, folder, progress), folder.path());
+        const std::vector<Sweep> sweeps =
+            options->sweeps == "stress" ? stress_sweeps() : standard_sweeps();
+        return print_files(
+            render_extremes(request, sweeps, *find_envelope("sweep"), folder, progress),
+            folder.path());
+      });
+  options->add_to(command);
+  command
+      ->add_option("--view", options->request.view,
+                   "camera: profile, front, back or three_quarter [profile]")
+      ->check(CLI::IsMember(known_views()));
+  command->add_flag("--extreme", options->extreme,
+                    "the worst frames of every sweep instead of one pose");
+  command->add_option("--sweeps", options->sweeps, "with --extreme: standard or stress [stress]")
+      ->check(CLI::IsMember({"standard", "stress"}));
+}
+
+void add_turntable(const Registry& registry) {
+  struct Options : PictureOptions {
+    int views = 72;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      registry.add("turntable", "a pose from all around: EXRs, contact sheet and MP4",
+                   [options, &common = registry.common] {
+                     const RenderRequest request = options->finished();
+                     Progress progress(common.progress_style());
+                     const OutputFolder folder(options->output);
+                     return print_files(render_turntable(request, options->views, folder, progress),
+                                        folder.path());
+                   });
+  options->add_to(command);
+  command->add_option("--views", options->views, "pictures around the character, 1 to 1440 [72]")
+      ->check(CLI::Range(1, 1440));
+}
+
+}  // namespace backbend::cli

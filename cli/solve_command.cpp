@@ -1,0 +1,37 @@
+#include <cstdio>
+
+#include "cli/commands.h"
+#include "solver/solve_file.h"
+#include "validate/run/explain.h"
+
+namespace backbend::cli {
+
+void add_solve(const Registry& registry) {
+  struct Options {
+    std::string file, sweep;
+    bool explain = false;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = registry.add(
+      "solve", "the spine solver by itself: one pose, or a sweep of one control",
+      [options, &common = registry.common] {
+        const solver::SolveFile file = solver::read_solve_file(options->file);
+        if (options->explain) {
+          std::fputs(validate::explain_solve(file).c_str(), stdout);
+        } else if (!options->sweep.empty()) {
+          std::fputs(solver::sweep_to_json_lines(file, options->sweep).c_str(), stdout);
+        } else if (common.json) {
+          std::printf("%s\n", solver::solve_to_json(file).c_str());
+        } else {
+          std::fputs(solver::solve_to_text(file).c_str(), stdout);
+        }
+        return 0;
+      });
+  command->add_flag("--explain", options->explain,
+                    "inputs, options, order of evaluation, what drifted and why");
+  command->add_option("file", options->file, "TOML with [rig], [chain] and [pose]")->required();
+  command->add_option("--sweep", options->sweep,
+                      "control.channel=from:to:step in degrees or lengths: one JSON object a line");
+}
+
+}  // namespace backbend::cli

@@ -1,0 +1,167 @@
+"""Bad input of every kind: one clear line, the exit code of the specification, nothing written."""
+
+import glb
+from harness import BAD_INPUT, CANNOT_WRITE, CommandTest, USAGE
+
+# Every command that reads a character, with what it needs besides.
+READERS = {
+    "inspect": (),
+    "check": ("--quick",),
+    "render": ("-o", "out"),
+    "turntable": ("--views", "2", "-o", "out"),
+    "bake": ("--rig", "curve", "-o", "out.glb"),
+}
+
+
+class Usage(CommandTest):
+    def test_a_command_line_that_makes_no_sense_is_2(self):
+        for arguments in ([], ["chekc"], ["--nonsense"], ["solve"], ["check"], ["solve", "a", "b", "c"],
+                          ["list", "nonsense"], ["turntable", "x.glb", "--views", "many"],
+                          ["render", "x.glb", "--res", "big"], ["render", "x.glb", "--spp", "0"],
+                          ["render", "x.glb", "--mapping", "both"], ["--threads", "-1", "list", "rigs"]):
+            with self.subTest(arguments):
+                self.assert_refused(*arguments, code=USAGE)
+
+    def test_a_code_that_does_not_exist_is_2(self):
+        self.assert_refused("explain", "BB999", code=USAGE, names=["BB999"])
+
+    def test_help_and_version_are_data(self):
+        for arguments in (["--help"], ["solve", "--help"], ["check", "--help"], ["--version"]):
+            result = self.assert_runs(*arguments)
+            self.assertNotEqual(result.stdout, "")
+            self.assertEqual(result.stderr, "")
+
+
+class Characters(CommandTest):
+    def refuse(self, content, *names, file="hero.glb"):
+        self.write(file, content)
+        for command, more in READERS.items():
+            with self.subTest(command=command):
+                self.assert_refused(command, file, *more, names=(file, *names))
+
+    def test_a_file_that_is_not_there(self):
+        for command, more in READERS.items():
+            with self.subTest(command):
+                self.assert_refused(command, "missing.glb", *more, names=["missing.glb"])
+                self.assert_refused(command, ".", *more)
+
+    def test_a_file_of_another_format(self):
+        self.refuse("solid cube\n", file="hero.stl")
+        self.refuse("these are not the bytes of a model\n")
+        self.refuse(b"")
+        self.refuse(b"\x89PNG\r\n\x1a\n", file="hero.gltf")
+
+    def test_a_file_that_was_cut_off(self):
+        whole = glb.tube()
+        for length in (3, 12, 19, 40, len(whole) // 2, len(whole) - 5):
+            self.refuse(whole[:length])
+
+    def test_a_model_without_a_skin(self):
+        def without_skin(document):
+            del document["skins"], document["nodes"][-1]["skin"]
+
+        self.refuse(glb.tube(change=without_skin), "skin")
+
+    def test_a_position_that_is_not_a_number(self):
+        nan = lambda i, p, j, w: ([p[0], float("nan"), p[2]], j, w) if i == 20 else None
+        self.refuse(glb.tube(vertex=nan), "20")
+
+    def test_a_weight_that_is_not_a_number(self):
+        nan = lambda i, p, j, w: (p, j, [float("nan"), 0, 0, 0]) if i == 20 else None
+        self.refuse(glb.tube(vertex=nan), "20")
+
+    def test_a_joint_past_the_skin(self):
+        self.refuse(glb.tube(vertex=lambda i, p, j, w: (p, [99, 0, 0, 0], w) if i == 20 else None), "99")
+
+    def test_an_accessor_past_its_buffer(self):
+        def longer(document):
+            document["accessors"][0]["count"] = 1 << 30
+
+        self.refuse(glb.tube(change=longer))
+
+    def test_nodes_that_are_their_own_ancestors(self):
+        def loop(document):
+            document["nodes"][4]["children"] = [0]
+
+        self.refuse(glb.tube(change=loop))
+
+    def test_a_buffer_outside_the_files_folder(self):
+        def outside(document):
+            document["buffers"][0]["uri"] = "../../../../../../etc/passwd"
+
+        self.refuse(glb.tube(change=outside))
+
+    def test_a_hostile_name_comes_out_escaped_on_one_line(self):
+        def hostile(document):
+            document["nodes"][0]["name"] = "hips\n\x1b[31mred\x07"
+            del document["skins"][0]["joints"][1:]
+
+        self.write("hero.glb", glb.tube(change=hostile))
+        result = self.backbend("check", "hero.glb", "--quick")
+        self.assertNotIn("\x1b[31m", result.stdout + result.stderr)
+        self.assertNotIn("\x07", result.stdout + result.stderr)
+
+
+class Spines(CommandTest):
+    def test_a_skeleton_without_a_spine_is_refused_by_what_must_bend_it(self):
+        self.write("post.glb", glb.tube(names=["post"]))
+        for command in ("check", "render", "turntable", "bake"):
+            with self.subTest(command):
+                self.assert_refused(command, "post.glb", *READERS[command], names=["post.glb", "spine"])
+
+    def test_joints_that_do_not_exist_are_named(self):
+        self.write("hero.glb", glb.tube())
+        result = self.backbend("inspect", "hero.glb", "--hip", "nonesuch")
+        self.assertIn(result.returncode, (USAGE, BAD_INPUT), result.stderr)
+        self.assert_refused("inspect", "hero.glb", "--hip", "nonesuch", code=result.returncode,
+                            names=["nonesuch"])
+
+    def test_an_unknown_rig_is_named_with_the_nearest(self):
+        self.write("hero.glb", glb.tube())
+        for command in ("check", "render", "turntable", "bake"):
+            with self.subTest(command):
+                more = [word for word in READERS[command] if word not in ("--rig", "curve")]
+                self.assert_refused(command, "hero.glb", *more, "--rig", "curv", names=["curv", "curve"])
+
+    def test_a_pose_of_unknown_channels_or_numbers(self):
+        self.write("hero.glb", glb.tube())
+        for pose in ("extensoin=90", "extension", "extension=ninety", "extension=nan", "extension=1e999"):
+            with self.subTest(pose):
+                result = self.backbend("render", "hero.glb", "--pose", pose, "-o", "out")
+                self.assertIn(result.returncode, (USAGE, BAD_INPUT), result.stderr)
+                self.assert_refused("render", "hero.glb", "--pose", pose, "-o", "out", code=result.returncode)
+
+
+class Suites(CommandTest):
+    GOOD = '[suite]\nname = "mine"\ncharacters = ["hero.glb"]\n\n[[rig]]\nname = "a"\nrole = "proposed"\nsolver = { system = "curve" }\n'
+
+    def refuse(self, text, *names):
+        self.write("hero.glb", glb.tube())
+        self.write("mine.toml", text)
+        self.assert_refused("nightly", "mine.toml", names=("mine.toml", *names))
+
+    def test_a_suite_that_is_not_there(self):
+        self.assert_refused("nightly", "missing.toml", names=["missing.toml"])
+
+    def test_what_is_no_suite(self):
+        self.refuse("")
+        self.refuse("[suite\n", ":1")
+
+    def test_unknown_keys_rigs_and_roles(self):
+        self.refuse(self.GOOD.replace("characters", "charakters"), ":3", "charakters", "characters")
+        self.refuse(self.GOOD.replace("role", "rôle"))
+        self.refuse(self.GOOD.replace('"proposed"', '"propsed"'), "propsed")
+        self.refuse(self.GOOD.replace('"curve"', '"curv"'), "curv")
+        self.refuse(self.GOOD.replace("[[rig]]", "[[rgi]]"), "rgi")
+        self.refuse(self.GOOD.replace('{ system = "curve" }', '{ system = "curve", bones = nan }'))
+
+
+class Writing(CommandTest):
+    def test_a_folder_that_cannot_be_made_is_73(self):
+        hero = self.write("hero.glb", glb.tube())
+        self.write("taken", "a file where a folder would be")
+        for command in ("render", "turntable"):
+            with self.subTest(command):
+                more = ("--views", "2") if command == "turntable" else ()
+                self.assert_refused(command, hero, "--rig", "curve", *more, "-o", "taken/out",
+                                    code=CANNOT_WRITE, names=["taken"])

@@ -1,0 +1,104 @@
+"""backbend check: the answer on stdout, the run folder, and that they say the same."""
+
+import json
+import pathlib
+import tempfile
+import unittest
+
+from harness import CommandTest, SOURCE, character, contents, run_backbend
+
+HUMAN = SOURCE / "scenes/characters/human.toml"
+
+
+class CheckingTheBundledHuman(unittest.TestCase):
+    """One run without pictures, looked at from all sides."""
+
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory(prefix="backbend check ")
+        cls.addClassCleanup(holder.cleanup)
+        cls.folder = pathlib.Path(holder.name)
+        cls.result = run_backbend(["check", HUMAN, "--quick"], cls.folder)
+        runs = cls.folder / "runs"
+        cls.run_folder = runs / "latest"
+        cls.report = json.loads((cls.run_folder / "report.json").read_text())
+
+    def test_the_exit_code_is_the_reports(self):
+        self.assertEqual(self.result.returncode, self.report["exit_code"], self.result.stderr)
+        self.assertIn(self.result.returncode, (0, 1, 5))
+
+    def test_the_first_line_says_what_is_judged(self):
+        first = self.result.stdout.splitlines()[0]
+        for word in ("Judging WEIGHTS", "human", "even"):
+            self.assertIn(word, first)
+
+    def test_every_pose_is_accounted_for(self):
+        rows = [row for rig in self.report["rigs"] for row in rig["coverage"]]
+        self.assertTrue(rows)
+        for row in rows:
+            self.assertEqual(row["planned"], row["measured"] + row["not_measured"] + row["not_applicable"], row)
+
+    def test_headroom_is_given_for_every_channel(self):
+        proposed = [rig for rig in self.report["rigs"] if rig["role"] == "proposed"]
+        self.assertEqual(len(proposed), 1)
+        self.assertEqual({row["channel"] for row in proposed[0]["headroom"]},
+                         {"extension", "flexion", "side", "twist"})
+        for channel in ("extension", "flexion", "side", "twist"):
+            self.assertIn(channel, self.result.stdout)
+
+    def test_the_canary_did_its_duty(self):
+        self.assertTrue(self.report["canaries"])
+        for canary in self.report["canaries"]:
+            self.assertTrue(canary["ok"], canary)
+
+    def test_every_finding_has_a_code_that_explain_knows(self):
+        for code in {finding["code"] for finding in self.report["findings"]}:
+            told = run_backbend(["explain", code], self.folder)
+            self.assertEqual(told.returncode, 0, told.stderr)
+            self.assertIn(code, told.stdout)
+
+    def test_the_page_is_there_and_is_named(self):
+        page = [word for word in self.result.stdout.split() if word.endswith("index.html")]
+        self.assertEqual(len(page), 1, self.result.stdout)
+        self.assertTrue((self.folder / page[0]).is_file())
+        self.assertTrue((self.run_folder / "index.html").samefile(self.folder / page[0]))
+
+    def test_only_the_run_folder_is_written_and_nothing_half(self):
+        self.assertEqual([path.name for path in self.folder.iterdir()], ["runs"])
+        self.assertEqual(len(list((self.folder / "runs").iterdir())), 2)  # the run, and `latest`
+        self.assertEqual([p for p in self.folder.rglob("*") if ".tmp-" in p.name], [])
+
+    def test_colour_stays_away_from_a_pipe(self):
+        self.assertNotIn("\x1b", self.result.stdout)
+
+
+class CheckingAgain(CommandTest):
+    def test_the_same_bytes_for_any_thread_count_locale_and_folder(self):
+        def folder_of(name, *more, **options):
+            result = self.backbend("check", HUMAN, "--quick", "-o", self.folder / name, *more, **options)
+            self.assertIn(result.returncode, (0, 1, 5), result.stderr)
+            return contents(self.folder / name)
+
+        first = folder_of("a")
+        self.assertIn("report.json", first)
+        self.assertEqual(folder_of("b", "--threads", "1"), first)
+        self.assertEqual(folder_of("c", environment={"LC_ALL": "de_DE.UTF-8", "TZ": "Asia/Kolkata"}), first)
+
+    def test_json_is_the_report_and_stdout_holds_nothing_else(self):
+        result = self.backbend("check", HUMAN, "--quick", "--json", "-o", "out")
+        self.assertIn(result.returncode, (0, 1, 5), result.stderr)
+        self.assertEqual(json.loads(result.stdout), json.loads((self.folder / "out/report.json").read_text()))
+
+    def test_quiet_says_nothing_on_stderr(self):
+        result = self.backbend("check", HUMAN, "--quick", "--quiet", "-o", "out")
+        self.assertEqual(result.stderr, "")
+
+
+class CheckingRealCharacters(CommandTest):
+    def test_each_human_is_judged_with_no_other_argument(self):
+        for name in ("mh_male_13k.glb", "mh_female_cmu_13k.glb", "quaternius_female_24k.glb", "cesium_man.glb"):
+            with self.subTest(name):
+                result = self.backbend("check", character(name), "--quick", "-o", name + ".run")
+                self.assertIn(result.returncode, (0, 1), result.stderr)
+                self.assertIn("Judging WEIGHTS of " + name, result.stdout.splitlines()[0])
+                self.assertIn("spine", result.stdout)

@@ -1,0 +1,95 @@
+"""What the command-line tests share: the program under test, a folder of their own, and the
+manners that every refusal must have."""
+
+import hashlib
+import os
+import pathlib
+import subprocess
+import tempfile
+import unittest
+
+SOURCE = pathlib.Path(__file__).resolve().parents[2]
+BACKBEND = pathlib.Path(os.environ.get("BACKBEND", SOURCE / "build/release/cli/backbend"))
+
+# Real characters live beside the project, not in it; tests that want them skip where they are absent.
+CHARACTERS = pathlib.Path(os.environ.get("BACKBEND_CHARACTERS", SOURCE.parent / "shared/characters"))
+
+USAGE = 2
+BAD_INPUT = 3
+INTERNAL = 70
+CANNOT_WRITE = 73
+RETRY = 75
+
+
+def character(name):
+    """The path of one of the real characters, or a skipped test."""
+    path = CHARACTERS / name
+    if not path.is_file():
+        raise unittest.SkipTest(f"{path} is not on this machine")
+    return path
+
+
+def contents(folder):
+    """Every path under `folder` with what it holds: equal before and after means nothing was written."""
+    found = {}
+    for path in sorted(folder.rglob("*")):
+        name = str(path.relative_to(folder))
+        if path.is_symlink():
+            found[name] = "link to " + os.readlink(path)
+        elif path.is_file():
+            found[name] = hashlib.sha256(path.read_bytes()).hexdigest()
+        else:
+            found[name] = "folder"
+    return found
+
+
+def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=300):
+    """Runs the program with nothing of this machine's environment but the PATH. `folder` is its
+    working folder and its home."""
+    settings = {"PATH": os.environ["PATH"], "HOME": str(folder)}
+    # Sanitizers and coverage are steered from outside.
+    settings.update((k, v) for k, v in os.environ.items() if k.endswith("SAN_OPTIONS"))
+    settings.update(environment or {})
+    return subprocess.run([str(BACKBEND), *map(str, arguments)], cwd=cwd or folder, env=settings,
+                          stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout_s,
+                          encoding="utf-8", errors="surrogateescape")
+
+
+class CommandTest(unittest.TestCase):
+    """Runs the program in a fresh folder that is its home, too, so that whatever it writes is seen."""
+
+    def setUp(self):
+        holder = tempfile.TemporaryDirectory(prefix="backbend cli ")
+        self.addCleanup(holder.cleanup)
+        self.folder = pathlib.Path(holder.name)
+
+    def backbend(self, *arguments, **options):
+        return run_backbend(arguments, self.folder, **options)
+
+    def write(self, name, content):
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content if isinstance(content, bytes) else content.encode())
+        return path
+
+    def assert_runs(self, *arguments, code=0, **options):
+        """The command ends with `code`; returns what it said."""
+        result = self.backbend(*arguments, **options)
+        self.assertEqual(result.returncode, code, f"{arguments}\n{result.stdout}\n{result.stderr}")
+        return result
+
+    def assert_refused(self, *arguments, code=BAD_INPUT, names=(), **options):
+        """The command ends with `code`, one line of printable text on stderr that holds every word
+        of `names`, nothing on stdout, and the folder as it was."""
+        before = contents(self.folder)
+        result = self.backbend(*arguments, **options)
+        told = f"{arguments}\nstdout: {result.stdout}\nstderr: {result.stderr}"
+        self.assertEqual(result.returncode, code, told)
+        self.assertEqual(result.stdout, "", told)
+        self.assertTrue(result.stderr.endswith("\n"), told)
+        # Whatever bytes the input held, the line is plain text.
+        self.assertTrue(result.stderr[:-1].isprintable(), ascii(told))
+        for name in names:
+            self.assertIn(str(name), result.stderr, told)
+        self.assertEqual(contents(self.folder), before, told)
+        return result

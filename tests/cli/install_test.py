@@ -1,0 +1,51 @@
+"""cmake --install: the program runs from wherever it was put, without the launcher and the sources."""
+
+import os
+import pathlib
+import subprocess
+
+import harness
+from harness import CommandTest
+
+BUILD = os.environ.get("BACKBEND_BUILD")
+
+
+class Installing(CommandTest):
+    def setUp(self):
+        super().setUp()
+        if not BUILD:
+            self.skipTest("BACKBEND_BUILD names no build folder")
+        self.prefix = self.folder / "first place"
+        done = subprocess.run(["cmake", "--install", BUILD, "--prefix", self.prefix], text=True,
+                              capture_output=True)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+
+    def run_installed(self, program, *arguments):
+        done = subprocess.run([program, *arguments], cwd=self.folder, capture_output=True, text=True,
+                              stdin=subprocess.DEVNULL, timeout=300)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_the_installed_program_finds_its_scenes_by_itself_and_may_be_moved(self):
+        moved = self.folder / "second place"
+        self.prefix.rename(moved)
+        link = self.folder / "link"
+        link.symlink_to(moved / "bin/backbend")
+        for name, program in (("moved", moved / "bin/backbend"), ("link", link)):
+            # The bundled human comes from the scenes.
+            self.run_installed(program, "body", "-o", f"{name}.glb")
+            self.assertGreater((self.folder / f"{name}.glb").stat().st_size, 100_000)
+
+    def test_it_gives_the_same_bytes_as_the_one_that_was_built(self):
+        self.run_installed(self.prefix / "bin/backbend", "body", "-o", "installed.glb")
+        self.assert_runs("body", "-o", "built.glb")
+        self.assertEqual((self.folder / "installed.glb").read_bytes(), (self.folder / "built.glb").read_bytes())
+
+    def test_nothing_of_the_build_machine_is_installed(self):
+        for path in self.prefix.rglob("*"):
+            if path.is_file():
+                content = path.read_bytes()
+                self.assertNotIn(os.fsencode(str(harness.SOURCE)) + b"/", content, path)
+                self.assertNotIn(os.fsencode(str(pathlib.Path(BUILD))), content, path)
+
+

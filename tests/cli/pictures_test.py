@@ -1,0 +1,133 @@
+"""backbend render and turntable: the files they leave, and that other programs read them."""
+
+import json
+import pathlib
+import shutil
+import subprocess
+import tempfile
+import unittest
+
+from harness import CommandTest, SOURCE, contents, run_backbend
+
+HUMAN = SOURCE / "scenes/characters/human.toml"
+SMALL = ("--rig", "curve", "--res", "96x72", "--spp", "1")
+BEND = ("--pose", "extension=90")
+
+
+# Takes one pass of a frame through Blender's compositor and writes it again.
+BLENDER_COPY = """
+import bpy, sys
+frame, socket, target = sys.argv[-3:]
+scene = bpy.context.scene
+scene.use_nodes = True
+scene.node_tree.nodes.clear()
+source = scene.node_tree.nodes.new("CompositorNodeImage")
+source.image = bpy.data.images.load(frame)
+scene.node_tree.links.new(source.outputs[socket], scene.node_tree.nodes.new("CompositorNodeComposite").inputs["Image"])
+scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = 96, 72, 100
+scene.render.image_settings.file_format = "OPEN_EXR"
+scene.render.image_settings.color_depth = "32"
+scene.render.filepath = target
+bpy.ops.render.render(write_still=True)
+"""
+
+
+def told_by(*command):
+    return subprocess.run([str(word) for word in command], capture_output=True, text=True, timeout=300,
+                          check=True).stdout
+
+
+class Turntables(unittest.TestCase):
+    """One small turntable of three views, looked at from all sides."""
+
+    @classmethod
+    def setUpClass(cls):
+        holder = tempfile.TemporaryDirectory(prefix="backbend turntable ")
+        cls.addClassCleanup(holder.cleanup)
+        cls.folder = pathlib.Path(holder.name)
+        cls.result = run_backbend(["turntable", HUMAN, *SMALL, *BEND, "--views", "3", "-o", "out"], cls.folder)
+
+    def test_frames_sheet_and_film_are_written_and_named_on_stdout(self):
+        self.assertEqual(self.result.returncode, 0, self.result.stderr)
+        names = [f"out/human_curve.{frame}.exr" for frame in (1001, 1002, 1003)]
+        names += ["out/human_curve_sheet.png", "out/human_curve.mp4"]
+        self.assertEqual(self.result.stdout.splitlines(), names)
+        self.assertEqual(sorted(contents(self.folder)), sorted(["out", *names]))
+
+    def test_oiiotool_reads_every_channel_of_the_specification(self):
+        told = told_by("oiiotool", "--info", "-v", "--stats", self.folder / "out/human_curve.1001.exr")
+        self.assertIn("96 x   72", told)
+        (channels,) = [line.split(":", 1)[1] for line in told.splitlines() if "channel list:" in line]
+        present = {word.split()[0] for word in channels.split(",")}
+        self.assertLessEqual({"R", "G", "B", "A", "Z", "N.X", "N.Y", "N.Z", "P.X", "P.Y", "P.Z",
+                              "albedo.R", "albedo.G", "albedo.B"}, present)
+        mattes = {name[:-4] for name in present if name.startswith("Crypto")}
+        self.assertGreaterEqual(len(mattes), 2)  # by object, and by region of the body
+        for name in mattes:  # six ranks are three layers, channels in lower case
+            self.assertLessEqual({f"{name}{rank:02}.{c}" for rank in range(3) for c in "rgba"}, present)
+        for attribute in ("worldToCamera", "worldToNDC", "framesPerSecond", "chromaticities", "backbend/rig"):
+            self.assertIn(attribute + ":", told)
+        # Something is to be seen, and nothing is infinite.
+        self.assertRegex(told, r"Stats NanCount:( 0)+\s")
+        self.assertRegex(told, r"Stats InfCount:( 0)+\s")
+        self.assertNotRegex(told, r"Stats Max: 0\.0+ ")
+
+    def test_no_clock_host_or_path_is_in_a_frame(self):
+        told = told_by("oiiotool", "--info", "-v", self.folder / "out/human_curve.1001.exr")
+        for word in ("capDate", "DateTime", "HostComputer", "hostname", str(SOURCE), str(self.folder.name)):
+            for line in told.splitlines()[2:]:  # those above name the file that was asked for
+                self.assertNotIn(word, line)
+
+    def test_the_film_shows_every_view_once(self):
+        probe = json.loads(told_by("ffprobe", "-v", "error", "-count_frames", "-show_streams", "-of", "json",
+                                   self.folder / "out/human_curve.mp4"))["streams"]
+        self.assertEqual(len(probe), 1)
+        self.assertEqual(int(probe[0]["nb_read_frames"]), 3)
+        self.assertEqual(probe[0]["color_space"], "bt709")
+
+    @unittest.skipUnless(shutil.which("blender"), "blender is not on this machine")
+    def test_blender_reads_the_same_numbers(self):
+        frame, copy = self.folder / "out/human_curve.1001.exr", self.folder / "copy.exr"
+        for socket, channels in (("Combined", "R,G,B"), ("albedo", "albedo.R,albedo.G,albedo.B")):
+            told_by("blender", "--background", "--factory-startup", "--python-exit-code", "3", "--python-expr",
+                    BLENDER_COPY, "--", frame, socket, copy)
+            told_by("oiiotool", frame, "--ch", channels, copy, "--ch", "R,G,B", "--fail", "1e-6", "--diff")
+            copy.unlink()
+
+
+class Rendering(CommandTest):
+    def render(self, out, *more, **options):
+        return self.assert_runs("render", HUMAN, *SMALL, "-o", out, *more, **options)
+
+    def test_one_pose_is_one_frame_and_its_preview(self):
+        result = self.render("out", *BEND)
+        self.assertEqual(sorted(path.suffix for path in (self.folder / "out").iterdir()), [".exr", ".png"])
+        for line in result.stdout.splitlines():
+            self.assertTrue((self.folder / line).is_file(), line)
+
+    def test_the_same_bytes_for_any_thread_count_and_locale(self):
+        self.render("a", *BEND)
+        self.render("b", *BEND, "--threads", "1")
+        self.render("c", *BEND, environment={"LC_ALL": "de_DE.UTF-8", "TZ": "Asia/Kolkata", "OMP_NUM_THREADS": "7"})
+        self.assertEqual(contents(self.folder / "a"), contents(self.folder / "b"))
+        self.assertEqual(contents(self.folder / "a"), contents(self.folder / "c"))
+
+    def test_resume_keeps_what_is_whole_and_makes_the_rest_again(self):
+        self.render("out", *BEND)
+        whole = contents(self.folder / "out")
+        (frame,) = (self.folder / "out").glob("*.exr")
+        frame.write_bytes(frame.read_bytes()[:-100])
+        self.render("out", *BEND, "--resume")
+        self.assertEqual(contents(self.folder / "out"), whole)
+        kept = frame.stat().st_mtime_ns
+        self.render("out", *BEND, "--resume")
+        self.assertEqual(frame.stat().st_mtime_ns, kept)
+
+    def test_another_pose_is_not_taken_for_the_one_that_is_there(self):
+        self.render("out", *BEND, "--name", "x")
+        before = contents(self.folder / "out")
+        self.render("out", "--name", "x", "--resume", "--pose", "extension=30")
+        after = contents(self.folder / "out")
+        self.assertEqual(before.keys(), after.keys())
+        for name in before:
+            self.assertNotEqual(before[name], after[name], name)
