@@ -17,6 +17,7 @@
 #include "skin/body_weights.h"
 #include "skin/skinning.h"
 #include "tests/skin/body_figure.h"
+#include "tests/source_folder.h"
 
 namespace backbend::skin {
 namespace {
@@ -425,8 +426,7 @@ struct Bundled {
 class BundledBody : public testing::TestWithParam<Bundled> {};
 
 TEST_P(BundledBody, IsSoundSymmetricAndItsSpineIsFound) {
-  const auto path =
-      std::filesystem::path(BACKBEND_SOURCE_DIR) / "scenes/characters" / GetParam().file;
+  const auto path = source_folder() / "scenes/characters" / GetParam().file;
   const Character body = make_body(read_body_description(path));
   EXPECT_NEAR(static_cast<double>(body.vertex_count()), 20000, 1000);
   expect_closed(body);

@@ -8,13 +8,14 @@
 
 #include "solver/rotation.h"
 #include "solver/solve_file.h"
+#include "tests/source_folder.h"
 
 namespace backbend::solver {
 namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path kAccept = std::filesystem::path(BACKBEND_SOURCE_DIR) / "tests/accept";
+const std::filesystem::path kAccept = source_folder() / "tests/accept";
 
 const json& cases() {
   static const json all = [] {

@@ -7,13 +7,14 @@
 
 #include "solver/solve_file.h"
 #include "tests/solver/rig_fixture.h"
+#include "tests/source_folder.h"
 
 namespace backbend::solver {
 namespace {
 
 using namespace rigs;
 
-const std::filesystem::path kAccept = std::filesystem::path(BACKBEND_SOURCE_DIR) / "tests/accept";
+const std::filesystem::path kAccept = source_folder() / "tests/accept";
 
 SolveFile seed_neck(const std::string& rig = "", const std::string& pose = "") {
   return parse_solve_file("[rig]\nsystem = \"neck\"\n" + rig +

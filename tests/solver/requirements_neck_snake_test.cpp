@@ -7,13 +7,14 @@
 #include "solver/controllers.h"
 #include "solver/solve_file.h"
 #include "tests/solver/rig_fixture.h"
+#include "tests/source_folder.h"
 
 namespace backbend::solver {
 namespace {
 
 using namespace rigs;
 
-const std::filesystem::path kAccept = std::filesystem::path(BACKBEND_SOURCE_DIR) / "tests/accept";
+const std::filesystem::path kAccept = source_folder() / "tests/accept";
 
 /// The stored rows of each vertebra, head first: X, Y, Z and place.
 std::vector<std::array<dvec3, 4>> stored_neck() {

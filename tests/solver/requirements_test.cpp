@@ -11,9 +11,11 @@
 #include <string>
 #include <vector>
 
+#include "tests/source_folder.h"
+
 namespace {
 
-const std::filesystem::path kSource = BACKBEND_SOURCE_DIR;
+const std::filesystem::path kSource = source_folder();
 
 std::string text_of(const std::filesystem::path& file) {
   std::ifstream in(file);

@@ -11,13 +11,14 @@
 #include "solver/nearest_name.h"
 #include "solver/option_reader.h"
 #include "tests/solver/rig_fixture.h"
+#include "tests/source_folder.h"
 
 namespace backbend::solver {
 namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path kAccept = std::filesystem::path(BACKBEND_SOURCE_DIR) / "tests/accept";
+const std::filesystem::path kAccept = source_folder() / "tests/accept";
 
 const std::string kRig = "[rig]\nsystem = \"curve\"\n";
 const std::string kChain = "[chain]\njoints = [[0,0,0],[0,2,0],[0,4,0],[0,6,0]]\n";

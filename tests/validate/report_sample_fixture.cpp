@@ -6,6 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
+#include "tests/source_folder.h"
 #include "validate/report/number_text.h"
 
 namespace backbend::validate {
@@ -307,7 +308,7 @@ Report sample_report_of(int count) {
 }
 
 std::vector<std::string> hostile_names() {
-  std::ifstream file(std::string(BACKBEND_SOURCE_DIR) + "/tests/web/hostile_names.json");
+  std::ifstream file(source_folder() / "tests/web/hostile_names.json");
   const auto document = nlohmann::json::parse(file);
   std::vector<std::string> names;
   for (const auto& name : document) names.push_back(name.get<std::string>());

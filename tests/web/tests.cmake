@@ -2,9 +2,8 @@
 # npm packages (npm ci --prefix tests/web) are absent.
 add_executable(report_sample web/sample_report.cpp validate/report_sample_fixture.cpp
   validate/report_picture_fixture.cpp validate/report_mesh_fixture.cpp)
-target_link_libraries(report_sample PRIVATE backbend_options backbend::validate
+target_link_libraries(report_sample PRIVATE backbend_options backbend_source_folder backbend::validate
   nlohmann_json::nlohmann_json)
-target_compile_definitions(report_sample PRIVATE BACKBEND_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 find_program(BACKBEND_NODE node)
 if(BACKBEND_NODE)
   add_test(NAME web/report_page COMMAND ${BACKBEND_NODE} ${CMAKE_CURRENT_LIST_DIR}/page_test.mjs
