@@ -15,7 +15,7 @@
 
 namespace {
 
-const std::filesystem::path kSource = source_folder();
+const std::filesystem::path kSource = backbend::source_folder();
 
 std::string text_of(const std::filesystem::path& file) {
   std::ifstream in(file);
