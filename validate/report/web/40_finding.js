@@ -92,7 +92,7 @@ function showFinding(finding) {
   const left = has("before") ? "before" : "after";
   pickers(pictures, left, left === "before" && has("after") ? "after" : "other");
   openDialog();
-  announce(finding.code + " " + visible(finding.pose));
+  announce(visible(finding.code + " " + finding.pose));
 }
 
 function showPair(pair) {
