@@ -61,5 +61,6 @@ void add_bake(const Registry& registry);
 void add_report(const Registry& registry);
 void add_list(const Registry& registry);
 void add_explain(const Registry& registry);
+void add_bench(const Registry& registry);
 
 }  // namespace backbend::cli

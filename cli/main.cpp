@@ -146,6 +146,7 @@ int main(int argument_count, char** arguments) {
   add_report(registry);
   add_list(registry);
   add_explain(registry);
+  add_bench(registry);
 
   try {
     app.parse(argument_count, arguments);

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <cstdio>
+#include <optional>
 
 #include "cli/commands.h"
 #include "render/cameras.h"
@@ -19,10 +21,33 @@ const std::map<std::string, render::Mode> kModes = {{"beauty", render::Mode::bea
                                                     {"contour", render::Mode::contour},
                                                     {"primary", render::Mode::primary}};
 
+/// How much time a picture is worth; options that are said count before it.
+struct Preset {
+  const char* name;
+  int width, height, samples;
+  double noise;
+  bool all_layers, denoise;
+  int views, light_views;
+};
+constexpr Preset kPresets[] = {
+    {"review", 640, 360, 16, 0.0, false, false, 72, 0},
+    {"quick", 320, 180, 8, 0.0, false, true, 36, 0},
+    {"final", 1920, 1080, 512, 0.01, true, false, 72, 36},
+};
+
 /// What both picture commands take.
 struct PictureOptions {
   RenderRequest request;
   std::string rig = "curve", pose, mapping = "chest", chain, resolution, layers, output = ".";
+  std::string preset_name = kPresets[0].name;
+  std::optional<int> samples;
+  std::optional<double> noise;
+  std::optional<bool> denoise;
+
+  const Preset& preset() const {
+    return *std::find_if(std::begin(kPresets), std::end(kPresets),
+                         [&](const Preset& each) { return each.name == preset_name; });
+  }
 
   void add_to(CLI::App* command) {
     command
@@ -36,21 +61,41 @@ struct PictureOptions {
         ->add_option("--mapping", mapping,
                      "how the pose reaches the controls: chest or spread [chest]")
         ->check(CLI::IsMember({"chest", "spread"}));
-    command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x360]");
-    command->add_option("--spp", request.settings.samples, "samples a pixel, 1 to 65536 [16]")
-        ->check(CLI::Range(1, 65536));
+    command
+        ->add_option("--preset", preset_name,
+                     "review: 640x360, 16 samples; quick: 320x180, 8 samples, denoised; final: "
+                     "1920x1080, up to 512 samples by noise, all layers [review]")
+        ->check(CLI::IsMember({"review", "quick", "final"}));
+    command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [the preset's]");
+    command
+        ->add_option("--spp", samples,
+                     "samples a pixel, with --noise the most of them, 1 to 65535 [the preset's]")
+        ->check(CLI::Range(1, 65535));
+    command
+        ->add_option("--noise", noise,
+                     "stop sampling where the error over the square root of the light is below "
+                     "this; 0: never [the preset's]")
+        ->check(CLI::Range(0.0, 1.0));
+    command->add_flag("--denoise,!--no-denoise", denoise,
+                      "add a denoised layer, which PNG and video show [the preset's]");
     command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
     command
         ->add_option("--mode", request.settings.mode,
                      "beauty, clay, ao, matcap, wireframe, xray, contour, primary [clay]")
         ->transform(CLI::CheckedTransformer(kModes, CLI::ignore_case));
     command
-        ->add_option("--aovs", layers, "default (RGBA, Z, N, P, albedo, mattes) or all [default]")
+        ->add_option("--aovs", layers,
+                     "default (RGBA, Z, N, P, albedo, mattes) or all [the preset's]")
         ->check(CLI::IsMember({"default", "all"}));
     command->add_option("--environment", request.settings.environment_file,
                         "HDR picture to light with [the built-in studio]");
     command->add_option("--name", request.name, "name of the files [CHARACTER_RIG]");
     command->add_option("--export-obj", request.export_obj, "write the posed mesh as OBJ too");
+    command->add_flag_callback(
+        "--multipart", [this] { request.parts = render::ExrParts::by_layer; },
+        "one EXR part for every layer instead of one for all");
+    command->add_flag("--burn-in", request.burn_in,
+                      "name rig, pose and worst metric in PNG and video; EXRs stay clean");
     command->add_flag("--resume", request.resume,
                       "keep frames that are there, whole and of the same inputs");
     command->add_option("-o,--output", output, "folder for the files [.]");
@@ -68,10 +113,17 @@ struct PictureOptions {
     } catch (const solver::RigError& error) {
       throw CLI::ValidationError(error.what());
     }
+    const Preset& base = preset();
+    result.settings.width = base.width;
+    result.settings.height = base.height;
     if (!resolution.empty())
       std::tie(result.settings.width, result.settings.height) = parse_resolution(resolution);
+    result.settings.samples = samples.value_or(base.samples);
+    // A count that was asked for is the count, unless a noise is asked for too.
+    result.settings.noise = noise.value_or(samples ? 0.0 : base.noise);
+    result.settings.denoise = denoise.value_or(base.denoise);
     result.settings.position_and_albedo = true;
-    result.settings.all_layers = layers == "all";
+    result.settings.all_layers = layers.empty() ? base.all_layers : layers == "all";
     return result;
   }
 };
@@ -124,21 +176,30 @@ void add_render(const Registry& registry) {
 
 void add_turntable(const Registry& registry) {
   struct Options : PictureOptions {
-    int views = 72;
+    std::optional<int> views, light_views;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      registry.add("turntable", "a pose from all around: EXRs, contact sheet and MP4",
-                   [options, &common = registry.common] {
-                     const RenderRequest request = options->finished();
-                     Progress progress(common.progress_style());
-                     const OutputFolder folder(options->output);
-                     return print_files(render_turntable(request, options->views, folder, progress),
-                                        folder.path());
-                   });
+  CLI::App* command = registry.add(
+      "turntable", "a pose from all around: EXRs, contact sheet and MP4",
+      [options, &common = registry.common] {
+        const RenderRequest request = options->finished();
+        Progress progress(common.progress_style());
+        const OutputFolder folder(options->output);
+        const Preset& base = options->preset();
+        return print_files(
+            render_turntable(request, options->views.value_or(base.views),
+                             options->light_views.value_or(base.light_views), folder, progress),
+            folder.path());
+      });
   options->add_to(command);
-  command->add_option("--views", options->views, "pictures around the character, 1 to 1440 [72]")
+  command
+      ->add_option("--views", options->views,
+                   "pictures around the character, 1 to 1440 [72, quick 36]")
       ->check(CLI::Range(1, 1440));
+  command
+      ->add_option("--light-views", options->light_views,
+                   "further pictures while the light turns around it, 0 to 1440 [0, final 36]")
+      ->check(CLI::Range(0, 1440));
 }
 
 }  // namespace backbend::cli

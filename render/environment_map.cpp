@@ -18,7 +18,8 @@ std::size_t find_step(const float* cdf, std::size_t steps, float at) {
 
 }  // namespace
 
-EnvironmentMap::EnvironmentMap(Texture picture) : picture_(std::move(picture)) {
+EnvironmentMap::EnvironmentMap(Texture picture, double turn_rad)
+    : picture_(std::move(picture)), turn_(static_cast<float>(turn_rad)) {
   const auto width = static_cast<std::size_t>(std::max(picture_.width, 0));
   const auto height = static_cast<std::size_t>(std::max(picture_.height, 0));
   if (width == 0 || height == 0 || picture_.texel.size() != width * height)
@@ -53,7 +54,8 @@ EnvironmentMap::EnvironmentMap(Texture picture) : picture_(std::move(picture)) {
 }
 
 std::size_t EnvironmentMap::texel_of(const glm::vec3& direction) const {
-  const float u = 0.5f - std::atan2(direction.x, direction.z) / (2.0f * kPi);
+  const float around = 0.5f - (std::atan2(direction.x, direction.z) - turn_) / (2.0f * kPi);
+  const float u = around - std::floor(around);
   const float v = std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / kPi;
   const int x =
       std::clamp(static_cast<int>(u * static_cast<float>(picture_.width)), 0, picture_.width - 1);
@@ -89,7 +91,7 @@ EnvironmentMap::Sample EnvironmentMap::sample(glm::vec2 random) const {
   };
   const float u = (static_cast<float>(x) + within(random.x, column[x], column[x + 1])) / width;
   const float v = (static_cast<float>(y) + within(random.y, row_cdf_[y], row_cdf_[y + 1])) / height;
-  const float longitude = (0.5f - u) * 2.0f * kPi;
+  const float longitude = (0.5f - u) * 2.0f * kPi + turn_;
   const float sine = std::sin(v * kPi);
   Sample s;
   s.direction = {sine * std::sin(longitude), std::cos(v * kPi), sine * std::cos(longitude)};

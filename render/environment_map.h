@@ -18,8 +18,9 @@ class EnvironmentMap {
     float pdf;  // per steradian, > 0
   };
 
+  /// The picture is turned about +Y by `turn_rad`, from +Z towards +X.
   /// Throws RenderError for an empty picture, a negative or non-finite texel, or one that is black.
-  explicit EnvironmentMap(Texture picture);
+  explicit EnvironmentMap(Texture picture, double turn_rad = 0.0);
 
   glm::vec3 radiance(const glm::vec3& direction) const;
   float pdf(const glm::vec3& direction) const;
@@ -29,6 +30,7 @@ class EnvironmentMap {
   std::size_t texel_of(const glm::vec3& direction) const;
 
   Texture picture_;
+  float turn_ = 0.0f;              // radians
   std::vector<float> row_cdf_;     // [height + 1], ends with 1
   std::vector<float> column_cdf_;  // [height][width + 1], each row ends with 1
 };

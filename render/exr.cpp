@@ -5,9 +5,13 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
-#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfMatrixAttribute.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
+#include <OpenEXR/ImfMultiPartOutputFile.h>
 #include <OpenEXR/ImfOutputFile.h>
+#include <OpenEXR/ImfOutputPart.h>
+#include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStandardAttributes.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <half.h>
@@ -152,6 +156,8 @@ void read_attributes(const Imf::Header& header, Frame& frame) {
     frame.camera_from_world = flip_depth(from_imath(Imf::worldToCamera(header)));
   if (Imf::hasWorldToNDC(header)) frame.ndc_from_world = from_imath(Imf::worldToNDC(header));
   for (auto it = header.begin(); it != header.end(); ++it) {
+    const std::string name = it.name();
+    if (name == "name" || name == "type") continue;  // of the part, not of the frame
     if (const auto* text = dynamic_cast<const Imf::StringAttribute*>(&it.attribute()))
       frame.attributes.push_back({it.name(), text->value()});
   }
@@ -162,69 +168,98 @@ void read_attributes(const Imf::Header& header, Frame& frame) {
   }
 }
 
-}  // namespace
-
-std::vector<std::uint8_t> encode_exr(const Frame& frame) try {
-  if (frame.width < 1 || frame.height < 1 || frame.width > kMaxEdge || frame.height > kMaxEdge)
-    throw RenderError("exr: a frame of " + std::to_string(frame.width) + " x " +
-                      std::to_string(frame.height) + " cannot be written");
-  const auto pixels = static_cast<std::size_t>(frame.width) * frame.height;
-  Imf::Header header = make_header(frame);
+/// One part of a file, and what it takes to write it.
+struct PartPlan {
+  Imf::Header header;
   Imf::FrameBuffer buffer;
+};
+
+// The picture, a Cryptomatte with all its ranks, or a layer by its own name.
+std::string part_name(const Layer& layer) {
+  const std::string& first = layer.names.front();
+  const std::string name = layer_of(first);
+  if (name.empty()) return "rgba";
+  return name.rfind("Crypto", 0) == 0 ? name.substr(0, name.find_last_not_of("0123456789") + 1)
+                                      : name;
+}
+
+void check_size(int width, int height) {
+  if (width < 1 || height < 1 || width > kMaxEdge || height > kMaxEdge)
+    throw RenderError("exr: a frame of " + std::to_string(width) + " x " + std::to_string(height) +
+                      " cannot be written");
+}
+
+// Names a layer's channels in a part; `halves` owns what had to be converted.
+void add_layer(const Layer& layer, const Frame& frame, PartPlan& part,
+               std::vector<std::vector<half>>& halves) {
+  const auto pixels = static_cast<std::size_t>(frame.width) * frame.height;
+  const std::size_t channels = layer.names.size();
+  for (std::size_t c = 0; c < channels; ++c) {
+    part.header.channels().insert(layer.names[c],
+                                  Imf::Channel(layer.half ? Imf::HALF : Imf::FLOAT));
+    if (layer.half) {
+      std::vector<half>& plane = halves.emplace_back(pixels);
+      for (std::size_t p = 0; p < pixels; ++p)
+        plane[p] = half(std::clamp(layer.data[p * channels + c], -65504.0f, 65504.0f));
+      part.buffer.insert(layer.names[c],
+                         Imf::Slice(Imf::HALF, reinterpret_cast<char*>(plane.data()), sizeof(half),
+                                    sizeof(half) * frame.width));
+    } else {
+      // OpenEXR takes a pointer to non-const and only reads from it.
+      char* first = reinterpret_cast<char*>(const_cast<float*>(layer.data.data() + c));
+      const std::size_t stride = sizeof(float) * channels;
+      part.buffer.insert(layer.names[c],
+                         Imf::Slice(Imf::FLOAT, first, stride, stride * frame.width));
+    }
+  }
+}
+
+void check_layers(const Frame& frame) {
+  const auto pixels = static_cast<std::size_t>(frame.width) * frame.height;
   std::set<std::string> written;
-  std::vector<std::vector<half>> halves;
   for (const Layer& layer : frame.layers) {
-    const std::size_t channels = layer.names.size();
-    if (layer.data.size() != pixels * channels)
-      throw RenderError("exr: layer " + (channels ? layer.names[0] : std::string("without name")) +
+    if (layer.data.size() != pixels * layer.names.size())
+      throw RenderError("exr: layer " +
+                        (layer.names.empty() ? std::string("without name") : layer.names[0]) +
                         " does not fit the frame");
-    for (std::size_t c = 0; c < channels; ++c) {
-      if (layer.names[c].empty() || !written.insert(layer.names[c]).second)
-        throw RenderError("exr: channel '" + layer.names[c] + "' is unnamed or named twice");
-      header.channels().insert(layer.names[c], Imf::Channel(layer.half ? Imf::HALF : Imf::FLOAT));
-      if (layer.half) {
-        std::vector<half>& plane = halves.emplace_back(pixels);
-        for (std::size_t p = 0; p < pixels; ++p)
-          plane[p] = half(std::clamp(layer.data[p * channels + c], -65504.0f, 65504.0f));
-        buffer.insert(layer.names[c], Imf::Slice(Imf::HALF, reinterpret_cast<char*>(plane.data()),
-                                                 sizeof(half), sizeof(half) * frame.width));
-      } else {
-        // OpenEXR takes a pointer to non-const and only reads from it.
-        char* first = reinterpret_cast<char*>(const_cast<float*>(layer.data.data() + c));
-        const std::size_t stride = sizeof(float) * channels;
-        buffer.insert(layer.names[c], Imf::Slice(Imf::FLOAT, first, stride, stride * frame.width));
-      }
+    for (const std::string& name : layer.names) {
+      if (name.empty() || !written.insert(name).second)
+        throw RenderError("exr: channel '" + name + "' is unnamed or named twice");
     }
   }
   if (written.empty()) throw RenderError("exr: the frame has no channels");
-  MemoryOut out;
-  {
-    Imf::OutputFile file(out, header, 0);
-    file.setFrameBuffer(buffer);
-    file.writePixels(frame.height);
-  }
-  return std::move(out.data);
-} catch (const RenderError&) {
-  throw;
-} catch (const std::exception& error) {
-  throw RenderError(std::string("exr: ") + error.what());
 }
 
-Frame decode_exr(std::span<const std::uint8_t> bytes) try {
-  MemoryIn in(bytes);
-  Imf::InputFile file(in, 0);
-  const Imath::Box2i window = file.header().dataWindow();
+void write_parts(std::vector<PartPlan>& parts, int height, Imf::OStream& out) {
+  if (parts.size() == 1) {
+    Imf::OutputFile file(out, parts[0].header, 0);
+    file.setFrameBuffer(parts[0].buffer);
+    file.writePixels(height);
+    return;
+  }
+  std::vector<Imf::Header> headers;
+  for (const PartPlan& part : parts) headers.push_back(part.header);
+  Imf::MultiPartOutputFile file(out, headers.data(), static_cast<int>(headers.size()), false, 0);
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    Imf::OutputPart part(file, static_cast<int>(i));
+    part.setFrameBuffer(parts[i].buffer);
+    part.writePixels(height);
+  }
+}
+
+void read_part(Imf::InputPart part, Frame& frame) {
+  const Imath::Box2i window = part.header().dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
   if (width < 1 || height < 1 || width > kMaxEdge || height > kMaxEdge)
     throw RenderError("exr: the data window is not a picture's");
-  Frame frame;
+  if (!frame.layers.empty() && (width != frame.width || height != frame.height))
+    throw RenderError("exr: the parts are not of one size");
   frame.width = static_cast<int>(width);
   frame.height = static_cast<int>(height);
-  frame.layers = group_channels(file.header().channels());
-  read_attributes(file.header(), frame);
+  std::vector<Layer> layers = group_channels(part.header().channels());
   Imf::FrameBuffer buffer;
-  for (Layer& layer : frame.layers) {
+  for (Layer& layer : layers) {
     const std::size_t channels = layer.names.size();
     layer.data.resize(static_cast<std::size_t>(width) * height * channels);
     const std::size_t stride = sizeof(float) * channels;
@@ -235,8 +270,49 @@ Frame decode_exr(std::span<const std::uint8_t> bytes) try {
       buffer.insert(layer.names[c], Imf::Slice(Imf::FLOAT, first, stride, stride * width));
     }
   }
-  file.setFrameBuffer(buffer);
-  file.readPixels(window.min.y, window.max.y);
+  part.setFrameBuffer(buffer);
+  part.readPixels(window.min.y, window.max.y);
+  for (Layer& layer : layers) frame.layers.push_back(std::move(layer));
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_exr(const Frame& frame, ExrParts parts) try {
+  check_size(frame.width, frame.height);
+  check_layers(frame);
+  std::vector<PartPlan> plans;
+  std::vector<std::string> names;
+  std::vector<std::vector<half>> halves;
+  for (const Layer& layer : frame.layers) {
+    if (layer.names.empty()) continue;
+    const std::string name = parts == ExrParts::one ? std::string() : part_name(layer);
+    auto at = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    if (at == names.size()) {
+      names.push_back(name);
+      plans.push_back({make_header(frame), {}});
+      if (!name.empty()) {
+        plans.back().header.setName(name);
+        plans.back().header.setType(Imf::SCANLINEIMAGE);
+      }
+    }
+    add_layer(layer, frame, plans[at], halves);
+  }
+  MemoryOut out;
+  write_parts(plans, frame.height, out);
+  return std::move(out.data);
+} catch (const RenderError&) {
+  throw;
+} catch (const std::exception& error) {
+  throw RenderError(std::string("exr: ") + error.what());
+}
+
+Frame decode_exr(std::span<const std::uint8_t> bytes) try {
+  MemoryIn in(bytes);
+  Imf::MultiPartInputFile file(in, 0);
+  if (file.parts() < 1 || file.parts() > kMaxChannels) throw RenderError("exr: too many parts");
+  Frame frame;
+  read_attributes(file.header(0), frame);
+  for (int i = 0; i < file.parts(); ++i) read_part(Imf::InputPart(file, i), frame);
   return frame;
 } catch (const RenderError&) {
   throw;

@@ -80,10 +80,10 @@ FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& set
     at.region_matte = add_matte(frame, "CryptoObject");
   }
   if (stopped()) return at;
-  if (all || settings.position_and_albedo) {
-    at.position = add(frame, {"P.X", "P.Y", "P.Z"}, false);
+  const bool position = all || settings.position_and_albedo;
+  if (position) at.position = add(frame, {"P.X", "P.Y", "P.Z"}, false);
+  if (position || settings.denoise)
     at.albedo = add(frame, {"albedo.R", "albedo.G", "albedo.B"}, true);
-  }
   if (all) {
     at.rest_position = add(frame, {"Pref.X", "Pref.Y", "Pref.Z"}, false);
     if (!scene.pose.previous_position.empty())
@@ -91,6 +91,7 @@ FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& set
     at.object_id = add(frame, {"objectId"}, false);
     at.triangle_id = add(frame, {"triangleId"}, false);
     at.variance = add(frame, {"variance.R", "variance.G", "variance.B"}, false);
+    if (settings.noise > 0.0) at.sample_count = add(frame, {"sampleCount"}, false);
   }
   if (!scene.pose.heat.empty() && (all || settings.mode == Mode::heat))
     at.heat = add(frame, {"heat"}, false);

@@ -14,7 +14,7 @@ inline constexpr float kBackgroundDepth = 1e10f;
 struct FrameLayers {
   int beauty = -1, depth = -1, normal = -1, object_matte = -1, region_matte = -1;
   int position = -1, albedo = -1, rest_position = -1, motion = -1, object_id = -1, triangle_id = -1;
-  int variance = -1, heat = -1;
+  int variance = -1, heat = -1, sample_count = -1;
 };
 
 /// Adds every layer that `settings` asks for to `frame`, filled with what background pixels hold.

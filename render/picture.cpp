@@ -27,6 +27,8 @@ float linear_from_srgb(float encoded) {
 Picture picture_from(const Frame& frame) {
   const Layer* beauty = frame.find("R");
   if (!beauty || beauty->names.size() < 3) throw RenderError("picture: the frame has no R, G, B");
+  const Layer* denoised = frame.find("denoised.R");
+  const bool shows_denoised = denoised && denoised->names.size() == 3;
   Picture picture(frame.width, frame.height, {0, 0, 0, 255});
   const std::size_t channels = beauty->names.size();
   const std::size_t pixels = static_cast<std::size_t>(frame.width) * frame.height;
@@ -35,8 +37,9 @@ Picture picture_from(const Frame& frame) {
     std::uint8_t* out = picture.rgba.data() + p * 4;
     const float alpha = channels > 3 ? std::clamp(in[3], 0.0f, 1.0f) : 1.0f;
     const float divide = alpha > 0.0f ? 1.0f / alpha : 1.0f;
+    const float* color = shows_denoised ? denoised->data.data() + p * 3 : in;
     for (int c = 0; c < 3; ++c)
-      out[c] = static_cast<std::uint8_t>(srgb_from_linear(in[c] * divide) * 255.0f + 0.5f);
+      out[c] = static_cast<std::uint8_t>(srgb_from_linear(color[c] * divide) * 255.0f + 0.5f);
     out[3] = static_cast<std::uint8_t>(alpha * 255.0f + 0.5f);
   }
   return picture;

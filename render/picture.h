@@ -29,7 +29,8 @@ struct Picture {
 float srgb_from_linear(float linear);
 float linear_from_srgb(float encoded);
 
-/// The R G B (A) layer of a frame through the plain sRGB curve, clamped, no tone mapping.
+/// The denoised layer of a frame where it has one, else R G B, through the plain sRGB curve,
+/// clamped, no tone mapping.
 /// Associated alpha is divided out, so the picture looks right on any background. Throws
 /// RenderError where the frame has no layer that starts with channel R.
 Picture picture_from(const Frame& frame);

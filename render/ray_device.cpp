@@ -7,7 +7,9 @@
 #endif
 #include <immintrin.h>
 
+#include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <string>
 #include <type_traits>
 
@@ -102,6 +104,26 @@ void load_rays(RTCRay8& packet, const RayBatch& rays, std::size_t first) {
     packet.id[lane] = lane;
     packet.flags[lane] = 0;
   }
+}
+
+// Where the calling thread's rays are kept; null: nowhere.
+thread_local RayRecord* recording = nullptr;
+
+void keep_rays(RayRecord::Kind kind, const RayBatch& rays, std::size_t count) {
+  RayRecord& to = *recording;
+  // Whole packets, so that they are traced again as the same packets.
+  const std::size_t first = to.far.size(), whole = (count + 7) / 8 * 8;
+  to.batches.push_back({kind, first, count});
+  const auto keep = [whole](std::vector<float>& column, const RayBatch::Column& from) {
+    column.insert(column.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(whole));
+  };
+  keep(to.origin_x, rays.origin_x);
+  keep(to.origin_y, rays.origin_y);
+  keep(to.origin_z, rays.origin_z);
+  keep(to.direction_x, rays.direction_x);
+  keep(to.direction_y, rays.direction_y);
+  keep(to.direction_z, rays.direction_z);
+  keep(to.far, rays.far);
 }
 
 // -1 for the lanes that hold a ray, as Embree wants them.
@@ -204,6 +226,12 @@ void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence cohere
 #endif
     std::memcpy(hits.triangle.data() + first, packet.hit.primID, sizeof packet.hit.primID);
   }
+  if (recording == nullptr) return;
+  keep_rays(coherence == Coherence::camera ? RayRecord::Kind::camera : RayRecord::Kind::scattered,
+            rays, count);
+  recording->hits += static_cast<std::size_t>(std::count_if(
+      hits.triangle.begin(), hits.triangle.begin() + static_cast<std::ptrdiff_t>(count),
+      [](std::int32_t triangle) { return triangle != HitBatch::kNoTriangle; }));
 }
 
 void RayScene::occluded(const RayBatch& rays, std::size_t count, std::uint8_t* blocked) const {
@@ -232,6 +260,107 @@ void RayScene::occluded(const RayBatch& rays, std::size_t count, std::uint8_t* b
     for (std::size_t lane = 0; lane < 8; ++lane)
       blocked[first + lane] = packet.tfar[lane] < 0.0f ? 1 : 0;
   }
+  if (recording == nullptr) return;
+  keep_rays(RayRecord::Kind::shadow, rays, count);
+  recording->hits += static_cast<std::size_t>(std::count(blocked, blocked + count, 1));
+}
+
+std::size_t RayRecord::ray_count() const {
+  return std::accumulate(batches.begin(), batches.end(), std::size_t{0},
+                         [](std::size_t sum, const Batch& batch) { return sum + batch.count; });
+}
+
+RecordRays::RecordRays(RayRecord& into) { recording = &into; }
+RecordRays::~RecordRays() { recording = nullptr; }
+
+struct BareRayScene::Impl {
+  EmbreeScene scene;
+  Geometry geometry;
+};
+
+BareRayScene::BareRayScene(std::span<const glm::uvec3> triangle,
+                           std::span<const glm::vec3> position)
+    : impl_(std::make_unique<Impl>()) {
+  impl_->scene.reset(rtcNewScene(device()));
+  impl_->geometry.reset(rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE));
+  RTCGeometry geometry = impl_->geometry.get();
+  void* vertex = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                         sizeof(glm::vec3), position.size());
+  void* index = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                        sizeof(glm::uvec3), triangle.size());
+  expect_no_error("taking the mesh");
+  std::memcpy(vertex, position.data(), position.size_bytes());
+  std::memcpy(index, triangle.data(), triangle.size_bytes());
+  rtcCommitGeometry(geometry);
+  rtcAttachGeometryByID(impl_->scene.get(), geometry, 0);
+  rtcCommitScene(impl_->scene.get());
+  expect_no_error("building the tree");
+}
+BareRayScene::~BareRayScene() = default;
+
+std::size_t BareRayScene::trace(const RayRecord& record) const {
+  const RTCScene scene = impl_->scene.get();
+  alignas(32) int valid[8];
+  RTCRayHit8 packet;
+  std::size_t hits = 0;
+  for (const RayRecord::Batch& batch : record.batches) {
+    const bool coherent = batch.kind == RayRecord::Kind::camera;
+#if BACKBEND_EMBREE == 4
+    const RTCRayQueryFlags flags =
+        coherent ? RTC_RAY_QUERY_FLAG_COHERENT : RTC_RAY_QUERY_FLAG_INCOHERENT;
+    RTCIntersectArguments nearest;
+    rtcInitIntersectArguments(&nearest);
+    nearest.flags = flags;
+    RTCOccludedArguments any;
+    rtcInitOccludedArguments(&any);
+    any.flags = flags;
+#else
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags =
+        coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+#endif
+    for (std::size_t i = 0; i < batch.count; i += 8) {
+      const std::size_t first = batch.first + i;
+      const auto lanes = [first](float(&lane)[8], const std::vector<float>& column) {
+        store(lane, load(column.data() + first));
+      };
+      lanes(packet.ray.org_x, record.origin_x);
+      lanes(packet.ray.org_y, record.origin_y);
+      lanes(packet.ray.org_z, record.origin_z);
+      lanes(packet.ray.dir_x, record.direction_x);
+      lanes(packet.ray.dir_y, record.direction_y);
+      lanes(packet.ray.dir_z, record.direction_z);
+      lanes(packet.ray.tfar, record.far);
+      for (unsigned lane = 0; lane < 8; ++lane) {
+        packet.ray.tnear[lane] = packet.ray.time[lane] = 0.0f;
+        packet.ray.mask[lane] = ~0u;
+        packet.ray.id[lane] = packet.ray.flags[lane] = 0;
+        packet.hit.geomID[lane] = packet.hit.instID[0][lane] = RTC_INVALID_GEOMETRY_ID;
+      }
+      set_valid(valid, batch.count - i);
+      const bool shadow = batch.kind == RayRecord::Kind::shadow;
+#if BACKBEND_EMBREE == 4
+      if (shadow) {
+        rtcOccluded8(valid, scene, &packet.ray, &any);
+      } else {
+        rtcIntersect8(valid, scene, &packet, &nearest);
+      }
+#else
+      if (shadow) {
+        rtcOccluded8(valid, scene, &context, &packet.ray);
+      } else {
+        rtcIntersect8(valid, scene, &context, &packet);
+      }
+#endif
+      for (unsigned lane = 0; lane < 8; ++lane) {
+        const bool hit = shadow ? packet.ray.tfar[lane] < 0.0f
+                                : packet.hit.geomID[lane] != RTC_INVALID_GEOMETRY_ID;
+        hits += valid[lane] != 0 && hit ? 1 : 0;
+      }
+    }
+  }
+  return hits;
 }
 
 FlushDenormals::FlushDenormals() : saved_(_mm_getcsr()) {

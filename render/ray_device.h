@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "render/lanes.h"
 
@@ -79,6 +80,43 @@ class RayScene {
   void nearest(const RayBatch& rays, std::size_t count, Coherence coherence, HitBatch& hits) const;
   /// blocked[i] = 1 where ray i meets any triangle before its `far`, else 0. Writes whole packets.
   void occluded(const RayBatch& rays, std::size_t count, std::uint8_t* blocked) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+/// Rays that were traced, in their batches and their order.
+struct RayRecord {
+  enum class Kind { camera, scattered, shadow };
+  struct Batch {
+    Kind kind;
+    std::size_t first, count;  // into the columns; `first` is a multiple of 8
+  };
+  std::vector<Batch> batches;
+  std::vector<float> origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, far;
+  std::size_t hits = 0;  // rays that met something
+
+  std::size_t ray_count() const;
+};
+
+/// Keeps every ray that this thread traces for as long as it lives.
+class RecordRays {
+ public:
+  explicit RecordRays(RayRecord& into);
+  ~RecordRays();
+  RecordRays(const RecordRays&) = delete;
+  RecordRays& operator=(const RecordRays&) = delete;
+};
+
+/// The ray device with nothing around it, as a measure: a tree built once at MEDIUM quality that
+/// cannot be refitted, and the nearest hit that the device itself chooses.
+class BareRayScene {
+ public:
+  BareRayScene(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> position);
+  ~BareRayScene();
+  /// Traces all rays of a record and gives the number of those that met something.
+  std::size_t trace(const RayRecord& record) const;
 
  private:
   struct Impl;

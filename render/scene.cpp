@@ -6,12 +6,15 @@
 #include <tbb/task_arena.h>
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "render/contour.h"
 #include "render/cryptomatte.h"
+#include "render/denoiser.h"
 #include "render/overlay.h"
 #include "render/png.h"
 #include "render/tile_renderer.h"
@@ -127,6 +130,29 @@ void draw_contours(const SceneView& scene, const Camera& camera, const Settings&
   }
 }
 
+// Where light is sampled, and nothing is drawn over it afterwards.
+bool can_denoise(const Settings& settings) {
+  return settings.samples > 1 && !settings.overlay &&
+         (settings.mode == Mode::beauty || settings.mode == Mode::clay ||
+          settings.mode == Mode::ao);
+}
+
+// Layers for people to look at; whatever is measured stays as it was sampled.
+void add_denoised(const FrameJob& job, Frame& frame) {
+  Denoised clean = denoise({frame.width, frame.height, job.even_half, job.odd_half,
+                            frame.layers[job.at.albedo].data, frame.layers[job.at.normal].data,
+                            frame.layers[job.at.depth].data, job.settings->threads});
+  frame.layers.push_back(
+      {{"denoised.R", "denoised.G", "denoised.B"}, true, std::move(clean.color)});
+  frame.layers.push_back({{"denoisedError"}, true, std::move(clean.error)});
+}
+
+std::string shortest_text(double value) {
+  std::array<char, 32> digits;
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+  return {digits.data(), end};
+}
+
 constexpr std::size_t kMaxEnvironmentBytes = std::size_t{1} << 30;
 
 Texture read_environment(const std::string& file) {
@@ -234,12 +260,18 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   if (settings.samples < 1 || settings.samples > 65535) refuse("samples must be 1 to 65535");
   if (settings.bounces < 0 || settings.bounces > 16) refuse("bounces must be 0 to 16");
   const Projection projection = project_camera(camera, settings.width, settings.height);
-  Studio studio = make_studio(projection, scene.rest_center, scene.rest_radius, scene.rest_floor);
+  if (!(settings.noise >= 0.0) || !std::isfinite(settings.noise) ||
+      !std::isfinite(settings.light_turn_deg))
+    refuse("the noise must be 0 or more, and the turn of the light finite");
+  Studio studio = make_studio(projection, scene.rest_center, scene.rest_radius, scene.rest_floor,
+                              settings.light_turn_deg);
   studio.has_ground = settings.ground;
+  // Seen from above lights turn clockwise, as from +Z to -X.
+  const double light_turn = -settings.light_turn_deg * std::numbers::pi / 180.0;
   if (settings.environment) {
-    studio.environment.emplace(*settings.environment);
+    studio.environment.emplace(*settings.environment, light_turn);
   } else if (!settings.environment_file.empty()) {
-    studio.environment.emplace(read_environment(settings.environment_file));
+    studio.environment.emplace(read_environment(settings.environment_file), light_turn);
   }
   const Sampler sampler(settings.samples, sampler_pairs(settings.bounces), settings.seed);
   static const PixelFilter filter;
@@ -249,15 +281,24 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   frame.height = settings.height;
   frame.camera_from_world = projection.camera_from_world();
   frame.ndc_from_world = projection.ndc_from_world();
-  FrameJob job{&scene, &projection, &studio, &sampler, &settings, &filter, {}, &frame, {}, 0.0f};
+  FrameJob job{&scene, &projection, &studio, &sampler, &settings, &filter,
+               {},     &frame,      {},      0.0f,     {},        {}};
   job.at = add_layers(frame, scene, settings);
   for (const std::string& name : impl_->mesh->region_name)
     job.region_id.push_back(cryptomatte_id(name));
   job.object_id = cryptomatte_id(impl_->mesh->object_name);
+  std::vector<float> even_half, odd_half;
+  if (settings.denoise && can_denoise(settings)) {
+    even_half.resize(static_cast<std::size_t>(frame.width) * frame.height * 3);
+    odd_half.resize(even_half.size());
+    job.even_half = even_half;
+    job.odd_half = odd_half;
+  }
 
   for_each_tile(frame.width, frame.height, settings,
                 [&](int x, int y) { impl_->renderer.local().render(job, x, y); });
   if (settings.stop != nullptr && settings.stop()) return frame;
+  if (!odd_half.empty()) add_denoised(job, frame);
   if (settings.mode == Mode::contour) draw_contours(scene, camera, settings, job.at, frame);
   if (settings.mode == Mode::xray || settings.overlay)
     draw_overlay(scene.pose.overlay, projection, frame);
@@ -267,6 +308,8 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   frame.attributes.push_back({"backbend/mode", mode_name(settings.mode)});
   frame.attributes.push_back({"backbend/seed", std::to_string(settings.seed)});
   frame.attributes.push_back({"backbend/spp", std::to_string(settings.samples)});
+  if (settings.noise > 0.0)
+    frame.attributes.push_back({"backbend/noise", shortest_text(settings.noise)});
   return frame;
 }
 

@@ -92,7 +92,15 @@ struct Settings {
   bool overlay = false;              // overlay lines in other modes than x-ray too
   // Asked between tiles; once it says true the frame is left unfinished and must not be used.
   bool (*stop)() = nullptr;
-  int bounces = 2;  // beauty, clay, wireframe: path segments after the first hit
+  int bounces = 2;              // beauty, clay, wireframe: path segments after the first hit
+  double light_turn_deg = 0.0;  // of lights and environment about the vertical, to the left
+  // Adaptive sampling: a tile is finished once the error of its noisiest 8 x 8 pixels, over the
+  // square root of their light, is estimated to be below this; `samples` is then the most a pixel
+  // gets. 0: every pixel gets them all.
+  double noise = 0.0;
+  // beauty, clay, ao: adds the layer `denoised`, which previews then show, and `denoisedError`.
+  // Nothing that is measured may be taken from them.
+  bool denoise = false;
 };
 
 /// A named set of float channels, interleaved; `names` are the EXR channel names in order.

@@ -47,7 +47,8 @@ AreaLight place(const Placement& p, const glm::vec3& center, float radius, const
 
 }  // namespace
 
-Studio make_studio(const Projection& camera, const glm::vec3& center, float radius, float floor) {
+Studio make_studio(const Projection& camera, const glm::vec3& center, float radius, float floor,
+                   double turn_deg) {
   glm::vec3 toward(-camera.forward);
   toward.y = 0.0f;
   // Seen from straight above or below, the top of the image stands for "away from the camera".
@@ -56,7 +57,12 @@ Studio make_studio(const Projection& camera, const glm::vec3& center, float radi
     toward.y = 0.0f;
   }
   toward = glm::normalize(toward);
-  const glm::vec3 left = glm::cross(toward, glm::vec3(0.0f, 1.0f, 0.0f));  // the camera's left
+  glm::vec3 left = glm::cross(toward, glm::vec3(0.0f, 1.0f, 0.0f));  // the camera's left
+  const double turn = turn_deg * std::numbers::pi / 180.0;
+  const auto cosine = static_cast<float>(std::cos(turn)), sine = static_cast<float>(std::sin(turn));
+  const glm::vec3 facing = toward;
+  toward = facing * cosine + left * sine;
+  left = left * cosine - facing * sine;
   Studio studio;
   studio.light = {place(kKey, center, radius, toward, left),
                   place(kFill, center, radius, toward, left),

@@ -36,8 +36,10 @@ struct Studio {
   float sky_on_ground_luminance = 0.0f;  // irradiance of the unoccluded sky on the ground
 };
 
-/// `radius` > 0 is the size of the character around `center`; lights scale with it.
-Studio make_studio(const Projection& camera, const glm::vec3& center, float radius, float floor);
+/// `radius` > 0 is the size of the character around `center`; lights scale with it. They stand as
+/// the camera wants them, turned by `turn_deg` about the vertical.
+Studio make_studio(const Projection& camera, const glm::vec3& center, float radius, float floor,
+                   double turn_deg = 0.0);
 
 /// The colour behind everything at film positions in 0..1: lighter in the middle, without horizon.
 Vec8 backdrop(Float8 film_x, Float8 film_y);

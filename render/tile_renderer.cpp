@@ -17,6 +17,8 @@ struct TileSums {
   using Column = std::array<float, kTilePixels>;
   alignas(32) Column red, green, blue, alpha;
   alignas(32) Column red_squared, green_squared, blue_squared;
+  alignas(32) Column red_odd, green_odd, blue_odd;  // of every second sample
+  int count = 0;                                    // samples so far
   // [pixel][region]: how many of its samples saw it; 16 bits hold any sample count we accept.
   std::vector<std::uint16_t> region;
   std::size_t region_count = 0;
@@ -24,10 +26,45 @@ struct TileSums {
   void clear(std::size_t regions) {
     region_count = regions;
     region.assign(kTilePixels * regions, 0);
-    for (Column* c : {&red, &green, &blue, &alpha, &red_squared, &green_squared, &blue_squared})
+    count = 0;
+    for (Column* c : {&red, &green, &blue, &alpha, &red_squared, &green_squared, &blue_squared,
+                      &red_odd, &green_odd, &blue_odd})
       c->fill(0.0f);
   }
 };
+
+// Mean error of a picture over the square root of its light, in the worst 8 x 8 pixels of a tile,
+// told by the difference of its odd and its even samples. Both halves must be equally many.
+float worst_error(const TileSums& sums) {
+  constexpr std::size_t kPackets = kTilePixels / 8;
+  constexpr float kLeastLight = 0.01f;
+  std::array<float, 4> block{};
+  for (std::size_t packet = 0; packet < kPackets; ++packet) {
+    const std::size_t first = packet * 8;
+    const auto difference = [&](const TileSums::Column& all, const TileSums::Column& odd) {
+      return abs(load(&all[first]) - 2.0f * load(&odd[first]));
+    };
+    const Float8 scale = splat(1.0f / static_cast<float>(sums.count));
+    const Float8 error =
+        (difference(sums.red, sums.red_odd) + difference(sums.green, sums.green_odd) +
+         difference(sums.blue, sums.blue_odd)) *
+        scale;
+    const Float8 light =
+        (load(&sums.red[first]) + load(&sums.green[first]) + load(&sums.blue[first])) * scale;
+    const Float8 relative = error / sqrt(max(light, splat(kLeastLight)));
+    const std::size_t at =
+        (tile_y(packet, 0) >= kTileSize / 2 ? 2 : 0) + (tile_x(packet, 0) >= kTileSize / 2 ? 1 : 0);
+    for (unsigned lane = 0; lane < 8; ++lane) block[at] += relative[lane];
+  }
+  return *std::max_element(block.begin(), block.end()) / (kTilePixels / 4);
+}
+
+// Whether a tile's samples may end here: at a power of two, where they are well spread.
+bool is_clean(const TileSums& sums, double noise) {
+  constexpr int kLeastSamples = 8;
+  const auto count = static_cast<unsigned>(sums.count);
+  return sums.count >= kLeastSamples && std::has_single_bit(count) && worst_error(sums) <= noise;
+}
 
 /// What the modes without lights show where nothing is. The pass that image metrics read stays
 /// empty there, so that nothing but the figure is compared.
@@ -270,16 +307,22 @@ void TileRenderer::Impl::accumulate() {
     add(sums.green, sums.green_squared, batch.green);
     add(sums.blue, sums.blue_squared, batch.blue);
     store(&sums.alpha[p], load(&sums.alpha[p]) + load(&batch.alpha[i]));
+    if (batch.sample[i] % 2 != 0) {
+      store(&sums.red_odd[p], load(&sums.red_odd[p]) + load(&batch.red[i]));
+      store(&sums.green_odd[p], load(&sums.green_odd[p]) + load(&batch.green[i]));
+      store(&sums.blue_odd[p], load(&sums.blue_odd[p]) + load(&batch.blue[i]));
+    }
     for (unsigned lane = 0; lane < 8; ++lane)
       if (batch.region[i + lane] >= 0)
         ++sums.region[(p + lane) * sums.region_count + batch.region[i + lane]];
   }
+  sums.count += static_cast<int>(batch.count / kTilePixels);
   batch.count = 0;
 }
 
 void TileRenderer::Impl::write(const FrameJob& job, int x0, int y0) {
   Frame& frame = *job.frame;
-  const float per_sample = 1.0f / static_cast<float>(job.settings->samples);
+  const float per_sample = 1.0f / static_cast<float>(sums.count);
   const std::size_t regions = job.region_id.size();
   const auto layers = std::span(frame.layers);
   std::array<Matte, kMaxRegions> matte;
@@ -298,6 +341,17 @@ void TileRenderer::Impl::write(const FrameJob& job, int x0, int y0) {
           glm::max(squared * per_sample - color * color, glm::vec3(0.0f)) * per_sample;
       float* out = frame.layers[job.at.variance].data.data() + pixel * 3;
       out[0] = spread.x, out[1] = spread.y, out[2] = spread.z;
+    }
+    if (job.at.sample_count >= 0)
+      frame.layers[job.at.sample_count].data[pixel] = static_cast<float>(sums.count);
+    if (!job.odd_half.empty()) {
+      const int odds = sums.count / 2, evens = sums.count - odds;
+      const glm::vec3 all(sums.red[p], sums.green[p], sums.blue[p]);
+      const glm::vec3 odd(sums.red_odd[p], sums.green_odd[p], sums.blue_odd[p]);
+      for (int c = 0; c < 3; ++c) {
+        job.odd_half[pixel * 3 + c] = odd[c] / static_cast<float>(odds);
+        job.even_half[pixel * 3 + c] = (all[c] - odd[c]) / static_cast<float>(evens);
+      }
     }
     if (job.at.region_matte < 0) continue;
     std::size_t seen = 0;
@@ -342,6 +396,7 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
       tile.shade_surface(job);
     }
     tile.accumulate();
+    if (settings.noise > 0.0 && is_clean(tile.sums, settings.noise)) break;
   }
   tile.write(job, x0, y0);
   Frame& frame = *job.frame;

@@ -1,4 +1,6 @@
 #pragma once
+#include <span>
+
 #include "render/frame_layers.h"
 #include "render/path_tracer.h"
 #include "render/pixel_filter.h"
@@ -17,6 +19,7 @@ struct FrameJob {
   Frame* frame;
   std::vector<float> region_id;  // Cryptomatte ids by region
   float object_id;
+  std::span<float> even_half, odd_half;  // means of every second sample, in triples, or empty
 };
 
 /// Renders one tile's samples into the frame. Tiles touch no common pixel, and what a tile holds

@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
+from exr import Exr
 from harness import CommandTest, SOURCE, contents, run_backbend
 
 HUMAN = SOURCE / "scenes/characters/human.toml"
@@ -131,3 +132,50 @@ class Rendering(CommandTest):
         self.assertEqual(before.keys(), after.keys())
         for name in before:
             self.assertNotEqual(before[name], after[name], name)
+
+
+class Review(CommandTest):
+    def test_the_light_turns_after_the_character_and_presets_give_way_to_options(self):
+        self.assert_runs("turntable", HUMAN, "--preset", "quick", "--res", "64x48", "--spp", "2", "--views", "2",
+                         "--light-views", "2", "--burn-in", "--name", "turn", "-o", "out")
+        frames = [Exr(self.folder / f"out/turn.{number}.exr") for number in (1001, 1002, 1003, 1004)]
+        self.assertFalse((self.folder / "out/turn.1005.exr").exists())
+        self.assertEqual((frames[0].width, frames[0].height), (64, 48))
+        self.assertEqual(frames[0].text("backbend/spp"), "2")
+        self.assertIn("denoised.R", frames[0].channels)  # as the preset has it
+        # From the front, first with the light where it always is, then from behind.
+        self.assertEqual(frames[2].channels, frames[0].channels)
+        self.assertEqual(frames[3].channels["Z"], frames[0].channels["Z"])
+        self.assertNotEqual(frames[3].channels["R"], frames[0].channels["R"])
+        self.assertEqual(told_by("ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames",
+                                 "-of", "csv=p=0", self.folder / "out/turn.mp4").strip(), "4")
+
+    def test_burnt_in_words_stay_out_of_the_exr(self):
+        for name, words in (("clean", ()), ("burnt", ("--burn-in",))):
+            self.assert_runs("render", HUMAN, *SMALL, *BEND, *words, "--name", "x", "-o", name)
+        clean, burnt = contents(self.folder / "clean"), contents(self.folder / "burnt")
+        self.assertEqual(clean["x.exr"], burnt["x.exr"])
+        self.assertNotEqual(clean["x.png"], burnt["x.png"])
+
+    def test_an_environment_that_is_none_leaves_nothing_behind(self):
+        self.assert_refused("render", HUMAN, *SMALL, "--environment", "absent.hdr", "-o", "out", names=["absent.hdr"])
+        self.write("words.hdr", "no picture")
+        self.assert_refused("turntable", HUMAN, *SMALL, "--environment", "words.hdr", "-o", "out", names=["words.hdr"])
+
+    def test_many_parts_hold_what_one_does(self):
+        for name, words in (("one", ()), ("many", ("--multipart",))):
+            self.assert_runs("render", HUMAN, *SMALL, *words, "--name", name, "-o", ".")
+        told = told_by("oiiotool", "--info", "-v", "-a", self.folder / "many.exr")
+        for part in ("rgba", "Z", "N", "CryptoAsset", "CryptoObject"):
+            self.assertIn(f'name: "{part}"', told)
+        told_by("oiiotool", self.folder / "many.exr", "--subimage", "rgba", "--ch", "R,G,B,A", self.folder / "one.exr",
+                "--ch", "R,G,B,A", "--fail", "0", "--diff")
+
+    def test_the_bench_counts_the_rays_of_a_frame(self):
+        told = json.loads(self.assert_runs("bench", "rays", HUMAN, "--res", "32x32", "--spp", "2", "--repeat", "1",
+                                           "--json").stdout)
+        # Whole tiles: through every pixel twice, and once through the middle for its surface.
+        self.assertEqual(told["camera_rays"], 32 * 32 * 3)
+        self.assertGreater(told["shadow_rays"], 0)
+        self.assertGreater(told["scattered_rays"], 0)
+        self.assertAlmostEqual(told["ratio"], told["rays_s"] / told["frame_s"])

@@ -57,6 +57,25 @@ TEST(Exr, ReadsBackWhatItWrote) {
   }
 }
 
+TEST(Exr, HoldsTheSameInOnePartAndInMany) {
+  const Frame frame = rendered();
+  const auto many = encode_exr(frame, ExrParts::by_layer);
+  EXPECT_NE(many, encode_exr(frame));
+  const Frame from_one = decode_exr(encode_exr(frame)), from_many = decode_exr(many);
+  ASSERT_EQ(from_many.layers.size(), from_one.layers.size());
+  for (const Layer& layer : from_one.layers) {
+    const Layer* same = from_many.find(layer.names.front());
+    ASSERT_NE(same, nullptr) << layer.names.front();
+    EXPECT_EQ(same->names, layer.names);
+    EXPECT_EQ(same->data, layer.data) << layer.names.front();
+  }
+  ASSERT_EQ(from_many.attributes.size(), from_one.attributes.size());
+  for (std::size_t i = 0; i < from_one.attributes.size(); ++i) {
+    EXPECT_EQ(from_many.attributes[i].name, from_one.attributes[i].name);
+    EXPECT_EQ(from_many.attributes[i].value, from_one.attributes[i].value);
+  }
+}
+
 TEST(Exr, GivesTheSameBytesForTheSameFrame) {
   EXPECT_EQ(encode_exr(rendered()), encode_exr(rendered()));
 }

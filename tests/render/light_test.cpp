@@ -134,6 +134,27 @@ TEST(Environment, IsSampledInProportionToItsLight) {
   EXPECT_NEAR(light, expected, 0.05 * expected);
 }
 
+// A picture turned by three of its columns shows in every direction what it showed three columns
+// before.
+TEST(Environment, TurnsWithItsSamples) {
+  Texture picture{8, 4, {}};
+  for (int i = 0; i < 32; ++i) picture.texel.push_back(glm::vec4(1.0f + static_cast<float>(i)));
+  const double step = 2.0 * M_PI / 8.0;
+  const EnvironmentMap map(picture), turned(picture, 3.0 * step);
+  for (int column = 0; column < 8; ++column) {
+    const double from = (column + 0.5) * step, to = from + 3.0 * step;
+    EXPECT_EQ(turned.radiance({std::sin(to), 0.0, std::cos(to)}),
+              map.radiance({std::sin(from), 0.0, std::cos(from)}))
+        << column;
+  }
+  for (int i = 0; i < 64; ++i) {
+    const auto s = turned.sample(
+        {(static_cast<float>(i % 8) + 0.4f) / 8.0f, (static_cast<float>(i) + 0.5f) / 64.0f});
+    EXPECT_EQ(turned.radiance(s.direction), s.radiance) << i;
+    EXPECT_NEAR(turned.pdf(s.direction), s.pdf, 1e-6f) << i;
+  }
+}
+
 TEST(Environment, RefusesPicturesWithoutLight) {
   EXPECT_THROW(EnvironmentMap(Texture{}), RenderError);
   EXPECT_THROW(EnvironmentMap({2, 1, {glm::vec4(0.0f), glm::vec4(0.0f)}}), RenderError);

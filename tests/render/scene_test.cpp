@@ -38,7 +38,7 @@ TEST(Scene, GivesTheSameBytesForAnyNumberOfThreads) {
     settings.all_layers = true;
     settings.threads = 1;
     const auto one = encode_exr(scene.render(front_of(mesh), settings));
-    for (const int threads : {2, 3, 8}) {
+    for (const int threads : {2, 3, 8, 16}) {
       settings.threads = threads;
       EXPECT_EQ(encode_exr(scene.render(front_of(mesh), settings)), one)
           << "mode " << static_cast<int>(mode) << ", " << threads << " threads";

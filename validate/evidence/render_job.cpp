@@ -6,12 +6,14 @@
 #include <map>
 #include <sstream>
 
+#include "render/environment_map.h"
 #include "render/exr.h"
 #include "render/png.h"
 #include "render/sheet.h"
 #include "validate/evidence/extremes.h"
 #include "validate/evidence/obj.h"
 #include "validate/evidence/video.h"
+#include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
 #include "validate/report/report.h"
 
@@ -21,14 +23,37 @@ namespace {
 constexpr int kSheetCells = 12;
 constexpr int kSheetCellWidth = 320;
 
+constexpr std::uintmax_t kMaxEnvironmentBytes = std::uintmax_t{1} << 30;
+
+/// An environment picture, read and judged once for all frames.
+struct Environment {
+  std::shared_ptr<const render::Texture> picture;  // null: the built-in studio
+  std::string hash;
+};
+
+Environment read_environment(const std::string& file) {
+  if (file.empty()) return {};
+  const std::vector<std::uint8_t> bytes = read_bytes(file, kMaxEnvironmentBytes);
+  try {
+    auto picture = std::make_shared<const render::Texture>(
+        render::decode_texture(bytes, render::Encoding::srgb));
+    const render::EnvironmentMap fit(*picture);  // throws where it has no light to give
+    return {picture, content_hash(std::span<const std::uint8_t>(bytes))};
+  } catch (const render::RenderError& error) {
+    throw render::RenderError(file + ": " + error.what());
+  }
+}
+
 /// A character under a rig, ready to be photographed.
 struct Studio {
+  Environment environment;
   Stage stage;
   std::unique_ptr<solver::SpineSystem> system;
   std::string name, inputs;
 
   explicit Studio(const RenderRequest& request)
-      : stage(load_character(request.character), request.hints, request.chain),
+      : environment(read_environment(request.settings.environment_file)),
+        stage(load_character(request.character), request.hints, request.chain),
         system(stage.build(request.rig.spec)) {
     const skin::Character& character = stage.character();
     name = request.name.empty() ? character.name + "_" + request.rig.name : request.name;
@@ -40,7 +65,15 @@ struct Studio {
              std::to_string(s.width) + "x" + std::to_string(s.height) + "|" +
              std::to_string(s.samples) + "|" + std::to_string(s.seed) + "|" +
              std::to_string(static_cast<int>(s.mode)) + "|" + std::to_string(s.all_layers) + "|" +
-             s.environment_file;
+             environment.hash + "|" + number_text(s.noise, 9) + "|" + std::to_string(s.denoise) +
+             "|" + std::to_string(static_cast<int>(request.parts));
+  }
+
+  /// What the request asks for, with the environment at hand.
+  render::Settings settings(const RenderRequest& request) const {
+    render::Settings with_environment = request.settings;
+    with_environment.environment = environment.picture;
+    return with_environment;
   }
 
   PosedCharacter posed(const PoseDegrees& pose, solver::Mapping mapping) const {
@@ -64,8 +97,10 @@ std::string camera_text(const render::Camera& camera) {
   return text + number_text(camera.focal_mm, 6);
 }
 
-std::string stamp_of(const Studio& studio, const PoseDegrees& pose, const render::Camera& camera) {
-  return content_hash(studio.inputs + "|" + pose.text() + "|" + camera_text(camera));
+std::string stamp_of(const Studio& studio, const PoseDegrees& pose, const render::Camera& camera,
+                     double light_turn_deg = 0.0) {
+  return content_hash(studio.inputs + "|" + pose.text() + "|" + camera_text(camera) + "|" +
+                      number_text(light_turn_deg, 6));
 }
 
 void add_provenance(render::Frame& frame, const Studio& studio, const RenderRequest& request,
@@ -102,7 +137,8 @@ std::optional<render::Picture> picture_if_current(const std::filesystem::path& f
 /// Encodes and writes one frame while the next is traced; at most one is under way.
 class FrameWriter {
  public:
-  explicit FrameWriter(const OutputFolder& folder) : folder_(folder) {}
+  FrameWriter(const OutputFolder& folder, render::ExrParts parts)
+      : folder_(folder), parts_(parts) {}
   ~FrameWriter() {
     if (busy_.valid()) busy_.wait();
   }
@@ -112,7 +148,7 @@ class FrameWriter {
   void write(const std::string& name, render::Frame frame) {
     wait();
     busy_ = std::async(std::launch::async, [this, name, frame = std::move(frame)] {
-      folder_.write(name, render::encode_exr(frame));
+      folder_.write(name, render::encode_exr(frame, parts_));
     });
   }
   /// Throws what went wrong with the frame under way.
@@ -122,6 +158,7 @@ class FrameWriter {
 
  private:
   const OutputFolder& folder_;
+  render::ExrParts parts_;
   std::future<void> busy_;
 };
 
@@ -154,6 +191,44 @@ std::string title_of(const Studio& studio, const RenderRequest& request) {
   return studio.stage.character().name + "  " + request.rig.name + "  " + request.pose.text();
 }
 
+/// What is burnt into the pictures of one pose.
+struct BurnIn {
+  std::string rig, pose, worst;
+
+  void put(render::Picture& picture) const {
+    if (!rig.empty()) render::burn_in(picture, rig, pose, worst);
+  }
+};
+
+BurnIn burn_in_of(const Studio& studio, const RenderRequest& request, const PoseDegrees& pose,
+                  const PosedCharacter& posed) {
+  if (!request.burn_in) return {};
+  return {request.rig.name + " (" + std::string(mapping_name(request.mapping)) + ")", pose.text(),
+          worst_metric(studio.stage, *studio.system, pose, request.mapping, posed)};
+}
+
+/// One picture of a turntable.
+struct TurntableView {
+  render::Camera camera;
+  double light_turn_deg = 0.0;
+  std::string label;
+};
+
+std::vector<TurntableView> turntable_views(int views, int light_views,
+                                           const Photographer& photographer, double aspect) {
+  std::vector<TurntableView> all;
+  const std::vector<render::Camera> cameras =
+      render::turntable(views, photographer.box(), photographer.facing(), aspect);
+  for (std::size_t i = 0; i < cameras.size(); ++i)
+    all.push_back(
+        {cameras[i], 0.0, number_text(360.0 * static_cast<double>(i) / views, 1) + " deg"});
+  for (int i = 0; i < light_views; ++i) {
+    const double turn_deg = 360.0 * i / light_views;
+    all.push_back({cameras.front(), turn_deg, "light " + number_text(turn_deg, 1) + " deg"});
+  }
+  return all;
+}
+
 }  // namespace
 
 RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
@@ -170,25 +245,29 @@ RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& fold
   const std::string stamp = stamp_of(studio, request.pose, camera);
   RenderedFiles files;
   files.frames = {studio.name + ".exr", studio.name + ".png"};
+  const BurnIn burn_in = burn_in_of(studio, request, request.pose, posed);
   if (request.resume) {
-    if (const auto picture = picture_if_current(folder.path() / files.frames[0], stamp)) {
+    if (auto picture = picture_if_current(folder.path() / files.frames[0], stamp)) {
+      burn_in.put(*picture);
       folder.write(files.frames[1], render::encode_png(*picture));
       files.kept = 1;
       return files;
     }
   }
   photographer.pose(posed, {}, nullptr, studio.controllers(request, request.pose));
-  render::Frame frame = photographer.shoot(camera, request.settings);
+  render::Frame frame = photographer.shoot(camera, studio.settings(request));
   poll_interrupt();
   add_provenance(frame, studio, request, request.pose, stamp);
-  folder.write(files.frames[0], render::encode_exr(frame));
-  folder.write(files.frames[1], render::encode_png(render::picture_from(frame)));
+  folder.write(files.frames[0], render::encode_exr(frame, request.parts));
+  render::Picture picture = render::picture_from(frame);
+  burn_in.put(picture);
+  folder.write(files.frames[1], render::encode_png(picture));
   progress.step();
   return files;
 }
 
-RenderedFiles render_turntable(const RenderRequest& request, int views, const OutputFolder& folder,
-                               Progress& progress) {
+RenderedFiles render_turntable(const RenderRequest& request, int views, int light_views,
+                               const OutputFolder& folder, Progress& progress) {
   const Studio studio(request);
   const PosedCharacter posed = studio.posed(request.pose, request.mapping);
   Photographer photographer(studio.stage, framing_box(studio, posed));
@@ -197,20 +276,21 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, const Ou
   photographer.pose(posed, {}, nullptr, studio.controllers(request, request.pose));
 
   const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
-  const std::vector<render::Camera> cameras =
-      render::turntable(views, photographer.box(), photographer.facing(), aspect);
+  const std::vector<TurntableView> turn = turntable_views(views, light_views, photographer, aspect);
+  const BurnIn burn_in = burn_in_of(studio, request, request.pose, posed);
   RenderedFiles files;
   std::vector<render::Picture> pictures;
   std::vector<std::string> labels;
-  FrameWriter writer(folder);
-  progress.start("frames", cameras.size());
-  for (std::size_t i = 0; i < cameras.size(); ++i) {
+  FrameWriter writer(folder, request.parts);
+  progress.start("frames", turn.size());
+  for (std::size_t i = 0; i < turn.size(); ++i) {
     poll_interrupt();
     const std::string name =
         studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr";
-    const std::string stamp = stamp_of(studio, request.pose, cameras[i]);
+    const std::string stamp =
+        stamp_of(studio, request.pose, turn[i].camera, turn[i].light_turn_deg);
     files.frames.emplace_back(name);
-    labels.push_back(number_text(360.0 * static_cast<double>(i) / views, 1) + " deg");
+    labels.push_back(turn[i].label);
     if (request.resume) {
       if (auto picture = picture_if_current(folder.path() / name, stamp)) {
         pictures.push_back(std::move(*picture));
@@ -219,7 +299,9 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, const Ou
         continue;
       }
     }
-    render::Frame frame = photographer.shoot(cameras[i], request.settings);
+    render::Settings settings = studio.settings(request);
+    settings.light_turn_deg += turn[i].light_turn_deg;
+    render::Frame frame = photographer.shoot(turn[i].camera, settings);
     add_provenance(frame, studio, request, request.pose, stamp);
     pictures.push_back(render::picture_from(frame));
     writer.write(name, std::move(frame));
@@ -231,7 +313,11 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, const Ou
                render::encode_png(sheet_of(pictures, labels, title_of(studio, request))));
   files.video = studio.name + ".mp4";
   write_video(folder, files.video, pictures.size(), request.settings.frames_per_second,
-              [&](std::size_t i) { return pictures[i]; });
+              [&](std::size_t i) {
+                render::Picture picture = pictures[i];
+                burn_in.put(picture);
+                return picture;
+              });
   return files;
 }
 
@@ -256,7 +342,7 @@ RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sw
   RenderedFiles files;
   std::vector<render::Picture> pictures;
   std::vector<std::string> labels;
-  FrameWriter writer(folder);
+  FrameWriter writer(folder, request.parts);
   progress.start("frames", extremes.size());
   for (std::size_t i = 0; i < extremes.size(); ++i) {
     poll_interrupt();
@@ -271,7 +357,7 @@ RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sw
       ++files.kept;
     } else {
       photographer.pose(posed[i], {}, nullptr, studio.controllers(request, extremes[i].pose));
-      render::Frame frame = photographer.shoot(camera, request.settings);
+      render::Frame frame = photographer.shoot(camera, studio.settings(request));
       add_provenance(frame, studio, request, extremes[i].pose, stamp);
       pictures.push_back(render::picture_from(frame));
       writer.write(name, std::move(frame));

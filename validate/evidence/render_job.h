@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "render/exr.h"
 #include "render/scene.h"
 #include "validate/evidence/photographer.h"
 #include "validate/files/output_folder.h"
@@ -24,6 +25,8 @@ struct RenderRequest {
   bool resume = false;               // keep frames that are there, whole and of the same inputs
   std::string name;                  // of the sequence; empty: character_rig
   std::filesystem::path export_obj;  // the posed mesh as OBJ; empty: none
+  render::ExrParts parts = render::ExrParts::one;
+  bool burn_in = false;  // PNG and video name rig, pose and worst metric; EXR and sheet stay clean
 };
 
 /// What a job wrote, relative to its folder.
@@ -37,9 +40,11 @@ struct RenderedFiles {
 RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
                           Progress& progress);
 
-/// `views` pictures around the pose, NAME.1001.exr onwards, with a contact sheet and a video.
-RenderedFiles render_turntable(const RenderRequest& request, int views, const OutputFolder& folder,
-                               Progress& progress);
+/// `views` pictures around the pose, then `light_views` from the front while the light turns around
+/// it: NAME.1001.exr onwards, with a contact sheet and a video. Both turns close without repeating
+/// a picture.
+RenderedFiles render_turntable(const RenderRequest& request, int views, int light_views,
+                               const OutputFolder& folder, Progress& progress);
 
 /// The rig at its worst: for every sweep and metric the worst pose, and both sides of every flip.
 /// Names say what is seen: NAME_extension_114.3_BB001_before.exr.

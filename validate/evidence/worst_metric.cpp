@@ -1,0 +1,45 @@
+#include "validate/evidence/worst_metric.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/report/report.h"
+#include "validate/run/measure.h"
+#include "validate/verdicts/limits.h"
+
+namespace backbend::validate {
+namespace {
+
+/// A value as a factor of its limit: comparable between checks.
+double factor_of_limit(const Check& check, double value, double limit) {
+  constexpr double kFloor = 1e-9;
+  return check.sense == Sense::at_most ? value / std::max(limit, kFloor)
+                                       : limit / std::max(value, kFloor);
+}
+
+}  // namespace
+
+std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
+                         const PoseDegrees& pose, solver::Mapping mapping,
+                         const PosedCharacter& posed) {
+  const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
+  PoseRecord record;
+  record.body = pose;
+  record.control = controls_at(system, pose, mapping);
+  measure_pose(body, rig_at_rest(system), posed, record);
+  const LimitSet limits;
+  const Check* worst = nullptr;
+  double worst_factor = -1.0, worst_value = 0.0;
+  for (std::size_t metric = 0; metric < kMetricCount; ++metric) {
+    const double value = record.metric[metric].value;
+    const Check* check = find_check(pose_metrics()[metric].code);
+    if (check == nullptr || !std::isfinite(value)) continue;
+    const double factor = factor_of_limit(*check, value, limits.of(check->code).value);
+    if (factor > worst_factor) worst = check, worst_factor = factor, worst_value = value;
+  }
+  if (worst == nullptr) return {};
+  return std::string(worst->name) + " " + number_text(worst_value, 1) + " " +
+         std::string(worst->unit) + " (limit " + number_text(limits.of(worst->code).value, 1) + ")";
+}
+
+}  // namespace backbend::validate
