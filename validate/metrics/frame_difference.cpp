@@ -141,8 +141,12 @@ void compare_silhouettes(const render::Frame& a, const render::Frame& b,
     distance = outline_distance(*first, *second);
   }
   Questions questions(first && !nothing, second && !nothing, out.measures);
-  questions.answer("silhouette_overlap", "share", shared, Decides::at_least, limits.overlap);
-  questions.answer("outline_p95", "px", distance.most, Decides::at_most, limits.outline_px);
+  // Sampling noise takes single pixels to either side of half covered: the outline is then known to
+  // a pixel, and what share of a figure that is depends on its size alone.
+  questions.answer("silhouette_overlap", "share", shared,
+                   out.noise ? Decides::no : Decides::at_least, limits.overlap);
+  questions.answer("outline_p95", "px", distance.most, Decides::at_most,
+                   out.noise ? std::max(1.0, limits.outline_px) : limits.outline_px);
   questions.answer("outline_largest", "px", distance.largest);
 }
 
