@@ -49,7 +49,8 @@ struct FrameDifference {
 /// Compares what both frames hold: colours as a display shows them (LDR) and at every exposure
 /// (HDR), the angle of their normals, their silhouettes (by the matte of the whole character, else
 /// by alpha). Where both carry the variance of their pixels, whether their colours differ by more
-/// than noise decides in place of the perceptual difference. Channels that differ in any other
+/// than noise decides in place of the perceptual difference; the outline may be off by the pixel
+/// that sampling leaves open, and the overlap is only shown. Channels that differ in any other
 /// layer are reported through `identical` alone.
 ///
 /// Throws ImageError for frames of different sizes.
