@@ -8,7 +8,7 @@ find_program(BACKBEND_NODE node)
 if(BACKBEND_NODE)
   add_test(NAME web/report_page COMMAND ${BACKBEND_NODE} ${CMAKE_CURRENT_LIST_DIR}/page_test.mjs
     $<TARGET_FILE:report_sample>)
-  set_tests_properties(web/report_page PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 600 LABELS web)
+  set_tests_properties(web/report_page PROPERTIES SKIP_RETURN_CODE 77 TIMEOUT 1800 LABELS web)
 else()
   message(STATUS "Node is not installed: the report page is not tested in a browser")
 endif()
