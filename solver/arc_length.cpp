@@ -1,9 +1,11 @@
 #include "solver/arc_length.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "solver/arc_lanes.h"
 #include "solver/lanes.h"
 
 namespace backbend::solver {
@@ -60,17 +62,8 @@ struct Tables {
 };
 const Tables kTables;
 
-/// ArcPart's numbers, for one part or for four side by side.
 template <class Real>
-struct Series {
-  Real length, at_zero;
-  Real odd[kTerms], even[kTerms];
-  Real q[5];
-  Real first_slope, last_slope;
-};
-
-template <class Real>
-Real arc_at(const Series<Real>& s, Real x) {
+Real arc_at(const ArcSeries<Real>& s, Real x) {
   // Four chains instead of one: the same sum in a third of the time.
   const Real y = x * x, z = y * y;
   const Real o0 = s.odd[0] + z * (s.odd[2] + z * (s.odd[4] + z * s.odd[6]));
@@ -82,7 +75,7 @@ Real arc_at(const Series<Real>& s, Real x) {
 
 /// Expands the speed, the root of quartic s.q, into s. Returns the size of the series' tail.
 template <class Real>
-Real expand(Series<Real>& s) {
+Real expand(ArcSeries<Real>& s) {
   Real sum[kPairs], difference[kPairs];
   for (int i = 0; i < kPairs; ++i) {
     const double x = kNode[i], y = x * x;
@@ -129,7 +122,7 @@ Real expand(Series<Real>& s) {
 /// x at arc length `goal`, 0 < goal < length: from a cubic through both ends with their slopes,
 /// Halley's method within a bracket. A step under 1e-5 leaves an error of its cube.
 template <class Real>
-Real invert_series(const Series<Real>& s, Real goal) {
+Real invert_series(const ArcSeries<Real>& s, Real goal) {
   const Real f = goal / s.length, g = Real(1.0) - f;
   Real x = f * f * (Real(3.0) - Real(2.0) * f) * Real(2.0) - Real(1.0) +
            f * g * (s.first_slope * g - s.last_slope * f) * s.length;
@@ -156,15 +149,29 @@ Real invert_series(const Series<Real>& s, Real goal) {
 
 /// |derivative|^2 of a piece by powers of x, where t = middle + half x, times half^2: the squared
 /// speed per x.
-std::array<double, 5> speed_squared(const CubicPiece& piece, double middle, double half) {
-  const auto& b = piece.cv;
-  const dvec3 d0 = 3.0 * (b[1] - b[0]), d1 = 6.0 * ((b[2] - b[1]) - (b[1] - b[0])),
-              d2 = 3.0 * ((b[3] - b[2]) - 2.0 * (b[2] - b[1]) + (b[1] - b[0]));
-  const dvec3 a = half * (d0 + middle * (d1 + middle * d2));
-  const dvec3 e = (half * half) * (d1 + (2.0 * middle) * d2);
-  const dvec3 f = (half * half * half) * d2;
-  return {glm::dot(a, a), 2.0 * glm::dot(a, e), glm::dot(e, e) + 2.0 * glm::dot(a, f),
-          2.0 * glm::dot(e, f), glm::dot(f, f)};
+/// `Vector` is dvec3, or LaneVector for four pieces at once.
+template <class Real, class Vector>
+std::array<Real, 5> speed_squared(const std::array<Vector, 4>& b, double middle, double half) {
+  const Vector d0 = 3.0 * (b[1] - b[0]), d1 = 6.0 * ((b[2] - b[1]) - (b[1] - b[0])),
+               d2 = 3.0 * ((b[3] - b[2]) - 2.0 * (b[2] - b[1]) + (b[1] - b[0]));
+  const Vector a = half * (d0 + middle * (d1 + middle * d2));
+  const Vector e = (half * half) * (d1 + (2.0 * middle) * d2);
+  const Vector f = (half * half * half) * d2;
+  return {dot(a, a), 2.0 * dot(a, e), dot(e, e) + 2.0 * dot(a, f), 2.0 * dot(e, f), dot(f, f)};
+}
+
+/// A series' tail, as a share of the piece's size, beyond which the piece is cut finer.
+constexpr double kTailOfPiece = 5e-12;
+
+/// Parts that a piece starts with: four ranges at least, so that all lanes have work and most need
+/// no second look.
+int cuts_of(std::size_t pieces) { return pieces == 1 ? 4 : pieces < 4 ? 2 : 1; }
+
+template <class Real, class Vector>
+Vector point_of(const std::array<Vector, 4>& cv, Real t) {
+  const Real s = Real(1.0) - t;
+  return (s * s * s) * cv[0] + (Real(3.0) * s * s * t) * cv[1] + (Real(3.0) * s * t * t) * cv[2] +
+         (t * t * t) * cv[3];
 }
 
 /// Part of a piece still to be measured.
@@ -178,12 +185,12 @@ struct Range {
 double measure_four(std::span<const CubicPiece> pieces, std::span<const Range> range, double start,
                     int depth, ArcTable& table) {
   constexpr int kDeepest = 12;  // 4^-12 of a piece: what a cusp still misses there is below 1e-12
-  Series<Lanes> four;
+  ArcSeries<Lanes> four;
   double q[5][Lanes::kCount];
   for (std::size_t i = 0; i < Lanes::kCount; ++i) {
     const Range& r = range[std::min(i, range.size() - 1)];
-    const auto c =
-        speed_squared(pieces[std::size_t(r.piece)], 0.5 * (r.t0 + r.t1), 0.5 * (r.t1 - r.t0));
+    const auto c = speed_squared<double>(pieces[std::size_t(r.piece)].cv, 0.5 * (r.t0 + r.t1),
+                                         0.5 * (r.t1 - r.t0));
     for (int p = 0; p < 5; ++p) q[p][i] = c[std::size_t(p)];
   }
   for (int p = 0; p < 5; ++p) four.q[p] = Lanes::load(q[p]);
@@ -204,7 +211,7 @@ double measure_four(std::span<const CubicPiece> pieces, std::span<const Range> r
   for (std::size_t i = 0; i < range.size(); ++i) {
     const Range& r = range[i];
     const double size = pieces[std::size_t(r.piece)].size() * (r.t1 - r.t0);
-    if (tail[i] > 5e-12 * size && depth < kDeepest) {
+    if (tail[i] > kTailOfPiece * size && depth < kDeepest) {
       const double step = 0.25 * (r.t1 - r.t0);
       Range quarter[4];
       for (int k = 0; k < 4; ++k) quarter[k] = {r.piece, r.t0 + k * step, r.t0 + (k + 1) * step};
@@ -231,8 +238,8 @@ double measure_four(std::span<const CubicPiece> pieces, std::span<const Range> r
 }
 
 template <class Real, class Load>
-Series<Real> series_of(Load load) {
-  Series<Real> s;
+ArcSeries<Real> series_of(Load load) {
+  ArcSeries<Real> s;
   s.length = load([](const ArcPart& p) { return p.length; });
   s.at_zero = load([](const ArcPart& p) { return p.at_zero; });
   s.first_slope = load([](const ArcPart& p) { return p.first_slope; });
@@ -248,11 +255,7 @@ Series<Real> series_of(Load load) {
 
 }  // namespace
 
-dvec3 CubicPiece::point(double t) const {
-  const double s = 1.0 - t;
-  return (s * s * s) * cv[0] + (3.0 * s * s * t) * cv[1] + (3.0 * s * t * t) * cv[2] +
-         (t * t * t) * cv[3];
-}
+dvec3 CubicPiece::point(double t) const { return point_of(cv, t); }
 
 dvec3 CubicPiece::derivative(double t) const {
   const double s = 1.0 - t;
@@ -274,8 +277,7 @@ double ArcPart::arc(double x) const {
 }
 
 double measure_pieces(std::span<const CubicPiece> pieces, ArcTable& table) {
-  // Four ranges at least, so that all lanes have work and most need no second look.
-  const int cuts = pieces.size() == 1 ? 4 : pieces.size() < 4 ? 2 : 1;
+  const int cuts = cuts_of(pieces.size());
   Range range[4];
   std::size_t count = 0;
   double length = 0.0;
@@ -310,6 +312,81 @@ void invert_four(const std::array<const ArcPart*, 4>& part, const std::array<dou
     else if (!(goal[i] < part[i]->length))
       x[i] = 1.0;
   }
+}
+
+int ArcLanes::measure(std::span<const Piece> piece) {
+  assert(!piece.empty() && piece.size() <= kMostPieces);
+  piece_ = piece;
+  cuts_ = cuts_of(piece.size());
+  parts_ = 0;
+  length_ = Lanes(0.0);
+  int good = 15;
+  const auto size = [](const LaneVector& v) {
+    return absolute(v.x) + absolute(v.y) + absolute(v.z);
+  };
+  for (const Piece& p : piece) {
+    const Lanes whole = size(p[1] - p[0]) + size(p[2] - p[1]) + size(p[3] - p[2]);
+    for (int k = 0; k < cuts_; ++k) {
+      const double t0 = double(k) / cuts_, t1 = double(k + 1) / cuts_;
+      ArcSeries<Lanes>& series = part_[std::size_t(parts_)];
+      const auto q = speed_squared<Lanes>(p, 0.5 * (t0 + t1), 0.5 * (t1 - t0));
+      for (std::size_t i = 0; i < 5; ++i) series.q[i] = q[i];
+      const Lanes tail = expand(series);
+      good &= (tail <= Lanes(kTailOfPiece) * (whole * Lanes(t1 - t0))).bits();
+      start_[std::size_t(parts_++)] = length_;
+      length_ += series.length;
+    }
+  }
+  return good & (length_ > Lanes(0.0)).bits();
+}
+
+LaneVector ArcLanes::point_at(Lanes s) const {
+  // Each lane is on one part; nearly always all are on the same.
+  std::array<Lanes::Mask, kMostParts> on;  // part k or a later one
+  int low = 0, high = 0;
+  for (int k = 1; k < parts_; ++k) {
+    on[std::size_t(k)] = s >= start_[std::size_t(k)];
+    if (on[std::size_t(k)].bits() == 15) low = k;
+    if (on[std::size_t(k)].bits() != 0) high = k;
+  }
+  ArcSeries<Lanes> mixed;
+  const ArcSeries<Lanes>* series = &part_[std::size_t(low)];
+  const Piece* piece = &piece_[std::size_t(low / cuts_)];
+  Piece mixed_piece;
+  const auto from = [&](int part) { return Lanes(double(part % cuts_) / cuts_); };
+  const auto to = [&](int part) { return Lanes(double(part % cuts_ + 1) / cuts_); };
+  Lanes start = start_[std::size_t(low)], t0 = from(low), t1 = to(low);
+  if (low != high) {
+    mixed = *series;
+    mixed_piece = *piece;
+    for (int k = low + 1; k <= high; ++k) {
+      const Lanes::Mask here = on[std::size_t(k)];
+      const ArcSeries<Lanes>& own = part_[std::size_t(k)];
+      const auto take = [&](Lanes& to_field, Lanes field) {
+        to_field = select(here, field, to_field);
+      };
+      take(mixed.length, own.length);
+      take(mixed.at_zero, own.at_zero);
+      for (int i = 0; i < kTerms; ++i) take(mixed.odd[i], own.odd[i]);
+      for (int i = 0; i < kTerms; ++i) take(mixed.even[i], own.even[i]);
+      for (int i = 0; i < 5; ++i) take(mixed.q[i], own.q[i]);
+      take(mixed.first_slope, own.first_slope);
+      take(mixed.last_slope, own.last_slope);
+      take(start, start_[std::size_t(k)]);
+      take(t0, from(k));
+      take(t1, to(k));
+      const Piece& other = piece_[std::size_t(k / cuts_)];
+      for (std::size_t i = 0; i < 4; ++i) mixed_piece[i] = select(here, other[i], mixed_piece[i]);
+    }
+    series = &mixed;
+    piece = &mixed_piece;
+  }
+  const Lanes goal = s - start;
+  Lanes x = invert_series(*series, goal);
+  x = select(series->length > goal, x, Lanes(1.0));
+  x = select(goal > Lanes(0.0), x, Lanes(-1.0));
+  const Lanes t = Lanes(0.5) * ((t0 + t1) + (t1 - t0) * x);
+  return point_of(*piece, t);
 }
 
 }  // namespace backbend::solver

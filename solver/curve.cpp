@@ -174,6 +174,18 @@ Curve CurveMap::draw(std::span<const dvec3> point) const {
   return curve;
 }
 
+void CurveMap::draw(std::span<const LaneVector> point, std::span<ArcLanes::Piece> piece) const {
+  assert(point.size() == point_count_ && piece.size() == range_.size());
+  const double* w = weight_.data();
+  for (ArcLanes::Piece& p : piece) {
+    for (LaneVector& cv : p) {
+      cv = w[0] * point[0];
+      for (std::size_t k = 1; k < point_count_; ++k) cv += w[k] * point[k];
+      w += point_count_;
+    }
+  }
+}
+
 Curve::Local Curve::locate(double u) const {
   const auto after =
       std::upper_bound(piece_.begin(), piece_.end(), u,

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/arc_lanes.h"
 #include "solver/arc_length.h"
 #include "solver/inline_vector.h"
 
@@ -112,7 +113,10 @@ class CurveMap {
 
   /// The curve of point_count() points.
   Curve draw(std::span<const glm::dvec3> point) const;
+  /// The pieces of four curves side by side; `piece` holds piece_count() of them.
+  void draw(std::span<const LaneVector> point, std::span<ArcLanes::Piece> piece) const;
   std::size_t point_count() const { return point_count_; }
+  std::size_t piece_count() const { return range_.size(); }
 
  private:
   struct Range {

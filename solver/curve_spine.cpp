@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "solver/chain_measures.h"
+#include "solver/crowd.h"
 #include "solver/curve_chain.h"
 #include "solver/fast_trigonometry.h"
 #include "solver/fk_bones.h"
@@ -22,7 +23,7 @@ using glm::dvec3;
 enum class Roll { top, full };
 enum class Arms { effector, top };
 
-class CurveSpine final : public SystemBase {
+class CurveSpine final : public SystemBase, public CrowdSolver {
  public:
   CurveSpine(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;
@@ -70,6 +71,24 @@ class CurveSpine final : public SystemBase {
     carry_frames(s);
     if (detail == Detail::all || roll_ == Roll::full) compare_with_top(s);
     fill(control, curve, s, detail, pose);
+  }
+
+  void solve_crowd(const CrowdControls& control, CrowdPose& out) const override {
+    OneByOne single(*this);
+    const bool four_at_once = control.count >= 4 && follow_ == Follow::chase &&
+                              roll_ == Roll::top && length_ != BoneLength::null_sum &&
+                              length_ != BoneLength::close;
+    if (!four_at_once) {
+      for (std::size_t i = 0; i < control.count; ++i) single.solve(control, i, out);
+      return;
+    }
+    for (std::size_t next = 0; next < control.count; next += 4) {
+      const std::size_t first = std::min(next, control.count - 4);  // the last four may overlap
+      const int good = solve_four(control, first, out);
+      for (std::size_t lane = 0; lane < 4; ++lane) {
+        if (!(good >> lane & 1)) single.solve(control, first + lane, out);
+      }
+    }
   }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
@@ -129,6 +148,82 @@ class CurveSpine final : public SystemBase {
     const dvec3 y = reached * bones_.axes[0][1], z = reached * bones_.axes[0][2];
     const dvec3 top_y = bones_.axis(s.bones, 2, 1);
     s.residual = std::atan2(glm::dot(top_y, z), glm::dot(top_y, y));
+  }
+
+  /// Four poses from number `first` on, side by side, by the same steps as solve_into(). Returns in
+  /// bit i whether lane i was an ordinary pose; what stands in `out` for others is of no use.
+  int solve_four(const CrowdControls& control, std::size_t first, CrowdPose& out) const {
+    std::array<Lanes, 9> own;
+    for (std::size_t c = 0; c < own.size(); ++c) {
+      own[c] = Lanes::load(control.value.data() + c * control.count + first);
+    }
+    int good;
+    const FkBones::PoseLanes bones = bones_.pose(own, good);
+    const auto& j = bones.joint;
+    const Lanes half(0.5);
+    const std::array<LaneVector, 5> five = {j[0], half * (j[0] + j[1]), half * (j[1] + j[2]),
+                                            half * (j[2] + j[3]), j[3]};
+    std::array<ArcLanes::Piece, ArcLanes::kMostPieces> drawn;
+    const auto pieces = std::span(drawn).first(map_->piece_count());
+    map_->draw(five, pieces);
+    ArcLanes arcs;
+    good &= arcs.measure(pieces);
+    const Lanes length = arcs.length(), count(static_cast<double>(bone_count_));
+    const LaneVector start = pieces.front()[0];
+
+    Lanes bone = length / count;  // BoneLength::arc
+    if (length_ == BoneLength::rest) bone = Lanes(rest_curve_length_ / double(bone_count_));
+    if (length_ == BoneLength::nulls) {
+      const LaneVector null = arcs.point_at(length * (1.0 / double(kNullCount - 1)));
+      bone = solver::length(null - start) * double(kNullCount - 1) / count;
+    }
+
+    const Lanes roll = own[6];
+    good &= (absolute(half * roll) >= Lanes(0.5 * kFastTrigonometryReach)).bits() ^ 15;
+    const LaneVector axis(bones_.axes[0][0]);
+    LaneVector joint = start, along = bones.turn[0] * axis;
+    LaneTurn carry = bones.turn[0], turn;
+    const Lanes near = Lanes(1e-12) * length;
+    write_joint(out, 0, first, joint);
+    for (std::size_t i = 0; i < bone_count_; ++i) {
+      const LaneVector goal = i + 1 == bone_count_
+                                  ? pieces.back()[3]
+                                  : arcs.point_at(length * (double(i + 1) / double(bone_count_)));
+      const LaneVector to_goal = goal - joint;
+      const Lanes distance = solver::length(to_goal);
+      good &= (distance > near).bits();
+      const LaneVector aim = (Lanes(1.0) / distance) * to_goal;
+      joint = joint + bone * aim;
+      const LaneVector sum = along + aim;
+      const Lanes size = solver::length(sum);
+      good &= (size > Lanes(0.1)).bits();
+      carry = LaneTurn(half * size, (Lanes(1.0) / size) * cross(along, aim)) * carry;
+      along = aim;
+
+      Lanes sine, cosine;
+      sin_cos(half * roll / count * double(i + 1), sine, cosine);
+      turn = renormalised(carry * LaneTurn(cosine, sine * axis) * LaneTurn(uncarry_[i]));
+      write_turn(out, i, first, turn);
+      write_joint(out, i + 1, first, joint);
+    }
+    write_turn(out, bone_count_, first, turn);
+    const bool on_top = arms_ == Arms::top;
+    write_joint(out, bone_count_ + 1, first, on_top ? j[3] : joint);  // the row of the arms
+    write_turn(out, bone_count_ + 1, first, on_top ? bones.turn[2] : turn);
+    std::fill_n(out.flagged().begin() + std::ptrdiff_t(first), 4, std::uint8_t(0));
+    return good;
+  }
+
+  static void write_joint(CrowdPose& out, std::size_t j, std::size_t first, const LaneVector& v) {
+    v.x.store(&out.position(j, 0)[first]);
+    v.y.store(&out.position(j, 1)[first]);
+    v.z.store(&out.position(j, 2)[first]);
+  }
+  static void write_turn(CrowdPose& out, std::size_t j, std::size_t first, const LaneTurn& q) {
+    q.w.store(&out.turn(j, 0)[first]);
+    q.x.store(&out.turn(j, 1)[first]);
+    q.y.store(&out.turn(j, 2)[first]);
+    q.z.store(&out.turn(j, 3)[first]);
   }
 
   void build_rest(const Curve& curve) {

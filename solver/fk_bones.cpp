@@ -61,6 +61,31 @@ FkBones::Pose FkBones::pose(std::span<const double> control) const {
   return p;
 }
 
+FkBones::PoseLanes FkBones::pose(const std::array<Lanes, kChannels>& control, int& good) const {
+  std::array<Lanes, kChannels> s, c;
+  Lanes most(0.0);
+  for (std::size_t i = 0; i < kChannels; ++i) {
+    const Lanes half = Lanes(0.5) * control[i];
+    most = select(absolute(half) > most, absolute(half), most);
+    sin_cos(half, s[i], c[i]);
+  }
+  good = ((most > Lanes(0.0)) & (most <= Lanes(kFastTrigonometryReach))).bits();
+  PoseLanes p;
+  p.joint[0] = rest.joint[0];
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Lanes *sine = &s[3 * k], *cosine = &c[3 * k];  // from_half_angles() and euler_turn()
+    const LaneVector v(cosine[2] * cosine[1] * sine[0] - sine[2] * sine[1] * cosine[0],
+                       cosine[2] * sine[1] * cosine[0] + sine[2] * cosine[1] * sine[0],
+                       sine[2] * cosine[1] * cosine[0] - cosine[2] * sine[1] * sine[0]);
+    const Lanes w = cosine[2] * cosine[1] * cosine[0] + sine[2] * sine[1] * sine[0];
+    const LaneTurn turn(w, axes[k] * v);
+    p.turn[k] = k == 0 ? turn : p.turn[k - 1] * turn;
+    const glm::dvec3 bone = rest.joint[k + 1] - rest.joint[k];
+    p.joint[k + 1] = p.joint[k] + p.turn[k] * LaneVector(bone);
+  }
+  return p;
+}
+
 std::array<glm::dvec3, 5> FkBones::five_points(const Pose& pose) {
   const auto& j = pose.joint;
   return {j[0], 0.5 * (j[0] + j[1]), 0.5 * (j[1] + j[2]), 0.5 * (j[2] + j[3]), j[3]};

@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <span>
 
+#include "solver/lane_vectors.h"
 #include "solver/spine_system.h"
 
 namespace backbend::solver {
@@ -27,6 +28,15 @@ struct FkBones {
   /// `control` holds lower, middle, top x (RX, RY, RZ), radians. All zero is `rest` to the last
   /// bit.
   Pose pose(std::span<const double> control) const;
+
+  /// Four poses side by side, each bit for bit pose() of its own.
+  struct PoseLanes {
+    std::array<LaneVector, 4> joint;
+    std::array<LaneTurn, 3> turn;
+  };
+  /// Bit i of `good`: lane i holds. Others have every channel at 0 or one past the reach of the
+  /// fast sines.
+  PoseLanes pose(const std::array<Lanes, 9>& control, int& good) const;
 
   /// root, the three bone centres, tip: the points that the thesis draws its curve on, riding on
   /// their bones (R21, R24).

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <map>
 
+#include "solver/crowd.h"
 #include "solver/option_reader.h"
 
 namespace backbend::solver {
@@ -39,7 +40,7 @@ class Taken {
   std::map<std::string, std::string> by_name_;
 };
 
-class NamedSystem final : public SpineSystem {
+class NamedSystem final : public SpineSystem, public CrowdSolver {
  public:
   NamedSystem(std::unique_ptr<SpineSystem> system, const Naming& naming)
       : system_(std::move(system)),
@@ -82,6 +83,9 @@ class NamedSystem final : public SpineSystem {
   }
   void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     system_->solve_into(control, detail, pose);
+  }
+  void solve_crowd(const CrowdControls& control, CrowdPose& out) const override {
+    solver::solve_crowd(*system_, control, out);
   }
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     return system_->controls_for(body, mapping);
