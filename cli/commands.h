@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "skin/anatomy.h"
+#include "validate/report/terminal.h"
 #include "validate/run/progress.h"
 #include "validate/run/stage.h"
 #include "validate/sweeps/suite.h"
@@ -49,6 +50,12 @@ validate::DrivenChain driven_chain(const std::string& chain, const validate::Rig
 /// `640x480`. Throws CLI::ValidationError for anything else, or a side outside 16..16384.
 std::pair<int, int> parse_resolution(const std::string& text);
 
+/// What standard output can show: width and colour of a terminal, plain text elsewhere.
+validate::TerminalStyle style_of_stdout();
+
+/// Today by the machine's own clock and place, `2026-11-22`.
+std::string today();
+
 void add_solve(const Registry& registry);
 void add_inspect(const Registry& registry);
 void add_check(const Registry& registry);
@@ -59,6 +66,9 @@ void add_turntable(const Registry& registry);
 void add_body(const Registry& registry);
 void add_bake(const Registry& registry);
 void add_report(const Registry& registry);
+void add_history(const Registry& registry);
+void add_approve(const Registry& registry);
+void add_prune(const Registry& registry);
 void add_list(const Registry& registry);
 void add_explain(const Registry& registry);
 void add_bench(const Registry& registry);

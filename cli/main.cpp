@@ -10,6 +10,8 @@
 #include "skin/character.h"
 #include "solver/spine_system.h"
 #include "validate/files/output_folder.h"
+#include "validate/history/baseline.h"
+#include "validate/history/history.h"
 #include "validate/report/escape.h"
 #include "validate/report/report_json.h"
 #include "validate/sweeps/suite.h"
@@ -50,6 +52,12 @@ int run_guarded(const Run& run) {
     return complain(error.what(), kExitBadInput);
   } catch (const ReportError& error) {
     return complain(error.what(), kExitBadInput);
+  } catch (const HistoryError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const BaselineError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const NoBaseline& error) {
+    return complain(error.what(), kExitNoBaseline);
   } catch (const SuiteError& error) {
     return complain(error.what(), kExitBadInput);
   } catch (const std::bad_alloc&) {
@@ -146,6 +154,9 @@ int main(int argument_count, char** arguments) {
   add_calibrate(registry);
   add_diff(registry);
   add_report(registry);
+  add_history(registry);
+  add_approve(registry);
+  add_prune(registry);
   add_list(registry);
   add_explain(registry);
   add_bench(registry);

@@ -12,6 +12,7 @@ using namespace backbend::validate;
 void add_report(const Registry& registry) {
   struct Options {
     std::string file, output;
+    bool single_file = false;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
@@ -21,12 +22,13 @@ void add_report(const Registry& registry) {
         const Report report = parse_report(read_text(file), options->file);
         const std::filesystem::path folder =
             options->output.empty() ? file.parent_path() : std::filesystem::path(options->output);
-        write_report(report, folder);
+        write_report(report, folder, {file.parent_path(), options->single_file});
         std::printf("%s\n", (folder / "index.html").c_str());
         return 0;
       });
   command->add_option("file", options->file, "report.json of a run")->required();
   command->add_option("-o,--output", options->output, "folder for the files [that of report.json]");
+  command->add_flag("--single-file", options->single_file, "every picture inside the page");
 }
 
 }  // namespace backbend::cli

@@ -26,6 +26,8 @@ struct RunOptions {
   bool quick = false;
   std::string resolution;
   int samples = 0;
+  bool single_file = false;
+  std::string baseline, history, label;
   skin::AnatomyHints hints;
 
   void add_to(CLI::App* command) {
@@ -34,6 +36,12 @@ struct RunOptions {
     command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]");
     command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
         ->check(CLI::Range(1, 65536));
+    command->add_flag("--single-file", single_file, "every picture inside the page");
+    command->add_option("--baseline", baseline,
+                        "approved failures (backbend approve): only new or worse ones fail");
+    command->add_option("--history", history,
+                        "history to add this night to, for trends [nightly: runs/history.jsonl]");
+    command->add_option("--label", label, "what this version is called in the history, like v013");
     add_anatomy_options(command, hints);
   }
 
@@ -48,6 +56,18 @@ struct RunOptions {
       const auto [width, height] = parse_resolution(resolution);
       request.suite.pictures.width = width;
       request.suite.pictures.height = height;
+    }
+    request.today = today();
+    request.label = label;
+    // Read before the work, so that what is damaged is said now and not in the morning.
+    if (!history.empty()) request.history = read_history(history);
+    if (!baseline.empty()) {
+      if (!fs::exists(baseline))
+        throw NoBaseline(baseline + ": no such baseline; backbend approve makes one");
+      request.baseline = parse_baseline(read_text(baseline), baseline);
+      if (request.baseline->suite != request.suite.name)
+        throw BaselineError(baseline + ": this baseline is of suite '" + request.baseline->suite +
+                            "', not of '" + request.suite.name + "'");
     }
   }
 };
@@ -65,21 +85,6 @@ fs::path new_run_folder(const std::string& wanted) {
   for (int again = 2; fs::exists(folder); ++again)
     folder = fs::path("runs") / (std::string(name) + "-" + std::to_string(again));
   return folder;
-}
-
-/// What standard output can show: width and colour of a terminal, plain text elsewhere.
-TerminalStyle style_of_stdout() {
-  TerminalStyle style;
-  const char* no_color = std::getenv("NO_COLOR");
-  const char* terminal = std::getenv("TERM");
-  winsize size = {};
-  if (isatty(STDOUT_FILENO) == 1) {
-    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) style.width = size.ws_col;
-    style.color = (no_color == nullptr || *no_color == '\0') && terminal != nullptr &&
-                  std::string_view(terminal) != "dumb";
-  }
-  style.unicode = false;
-  return style;
 }
 
 std::string chain_text(const std::vector<std::string>& joints) {
@@ -103,11 +108,13 @@ void print_character(const RunRequest& request, const CharacterFacts& facts) {
   const std::string right = facts.right_arm.empty() ? "none" : visible(facts.right_arm.front());
   std::printf("  arms   %s, %s\n", left.c_str(), right.c_str());
   for (const std::string& note : facts.notes) std::printf("  note   %s\n", visible(note).c_str());
-  std::printf("  limits envelope '%s', no baseline: absolute limits\n\n", facts.envelope.c_str());
+  std::printf("  limits envelope '%s', %s\n\n", facts.envelope.c_str(),
+              request.baseline ? "baseline: new or worse fails" : "no baseline: absolute limits");
   std::fflush(stdout);
 }
 
-int run_and_print(RunRequest request, const Common& common, const std::string& wanted_folder) {
+int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
+  const std::string& wanted_folder = options.output;
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
       print_character(request, facts);
@@ -117,7 +124,9 @@ int run_and_print(RunRequest request, const Common& common, const std::string& w
   Progress progress(common.progress_style());
   const Report report = run_suite(request, progress);
   progress.finish();
-  write_report(report, request.folder);
+  write_report(report, request.folder, {{}, options.single_file});
+  if (!options.history.empty())
+    append_night(options.history, night_of(report, request.today, request.label));
   if (wanted_folder.empty())
     point_link(request.folder.parent_path() / "latest", request.folder.filename());
   if (common.json) {
@@ -153,6 +162,21 @@ std::vector<Sweep> sweeps_named(const std::string& name) {
 
 }  // namespace
 
+/// What standard output can show: width and colour of a terminal, plain text elsewhere.
+TerminalStyle style_of_stdout() {
+  TerminalStyle style;
+  const char* no_color = std::getenv("NO_COLOR");
+  const char* terminal = std::getenv("TERM");
+  winsize size = {};
+  if (isatty(STDOUT_FILENO) == 1) {
+    if (ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0) style.width = size.ws_col;
+    style.color = (no_color == nullptr || *no_color == '\0') && terminal != nullptr &&
+                  std::string_view(terminal) != "dumb";
+  }
+  style.unicode = false;
+  return style;
+}
+
 void add_nightly(const Registry& registry) {
   struct Options : RunOptions {
     std::string suite, character;
@@ -166,9 +190,12 @@ void add_nightly(const Registry& registry) {
                                                      : fs::path(options->suite);
         request.suite = read_suite(file);
         if (!options->character.empty()) request.suite.characters = {options->character};
+        // A night without a folder of its own is one of many: it belongs to their history.
+        if (options->history.empty() && options->output.empty())
+          options->history = "runs/history.jsonl";
         options->apply_to(request);
         request.character = options->character;
-        return run_and_print(std::move(request), common, options->output);
+        return run_and_print(std::move(request), common, *options);
       });
   command->add_option("suite", options->suite, "suite file [the bundled scenes/nightly.toml]");
   command->add_option("--character", options->character,
@@ -199,7 +226,7 @@ void add_check(const Registry& registry) {
                         " under rig '" + suite.rigs.front().name + "'";
         request.character = options->character;
         suite.judges_weights = true;
-        return run_and_print(std::move(request), common, options->output);
+        return run_and_print(std::move(request), common, *options);
       });
   command
       ->add_option("character", options->character,
@@ -245,7 +272,7 @@ void add_compare(const Registry& registry) {
         options->apply_to(request);
         request.character =
             options->character.empty() ? "scenes/characters/human.toml" : options->character;
-        return run_and_print(std::move(request), common, options->output);
+        return run_and_print(std::move(request), common, *options);
       });
   command->add_option("A", options->first, "the proposed rig: a system or a rig file")->required();
   command->add_option("B", options->second, "the rig to compare with")->required();

@@ -65,6 +65,7 @@ SweepSeries series(const std::string& rig, const std::string& mapping, const std
   s.metric_unit = {
       {"gain", "deg/deg"}, {"kink", "deg"}, {"drift", "deg"}, {"slice area", "of rest"}};
   s.metric_limit = {{"gain", 3}, {"kink", 8}, {"drift", 0.5}, {"slice area", 0.75}};
+  s.per_degree = {{sweep, 1.0}};
   return s;
 }
 
@@ -119,6 +120,34 @@ Finding finding(const std::string& code, const std::string& rig, const std::stri
   f.reproduce = "backbend render --character human.glb --rig " + rig + " --mapping " + mapping +
                 " --pose " + sweep + "=" + significant(at, 7) + " --view profile";
   return f;
+}
+
+/// Forty nights in which kinks stepped up at v012, twist headroom fell and came back, and the rest
+/// stayed.
+void add_trends(Report& r) {
+  for (int n = 0; n < 40; ++n)
+    r.nights.push_back(
+        "2026-" + std::string(n < 9 ? "10-" : "11-") +
+        (n < 9 ? std::to_string(23 + n) : (n < 18 ? "0" : "") + std::to_string(n - 8)) +
+        (n < 20 ? " v011" : " v012"));
+  const auto add = [&](const char* metric, const char* unit, bool more, auto value) {
+    Trend t;
+    t.character = "human";
+    t.rig = "curve";
+    t.mapping = "chest";
+    t.metric = metric;
+    t.unit = unit;
+    t.more_is_worse = more;
+    for (int n = 0; n < 40; ++n) t.value.push_back(value(n));
+    r.trends.push_back(t);
+  };
+  add("kink", "deg", true, [](int n) { return n < 20 ? 11.2 : 14.2; });
+  r.trends.back().steps = {{20, 11.2, 14.2, true, r.nights[20], r.nights[19], ""}};
+  add("headroom twist", "deg", false, [](int n) { return n >= 8 && n < 15 ? 12.0 : 30.0; });
+  r.trends.back().steps = {{8, 30, 12, true, r.nights[8], r.nights[7], r.nights[15]},
+                           {15, 12, 30, false, r.nights[15], r.nights[14], ""}};
+  add("headroom extension", "deg", false, [](int n) { return n == 31 ? kNotMeasured : -4.0; });
+  add("drift", "deg", true, [](int) { return 4.1; });
 }
 
 void add_findings(Report& r) {
@@ -213,6 +242,7 @@ Report sample_report() {
   }
   r.rigs[1].verdict = Verdict::stress;
   add_findings(r);
+  add_trends(r);
   r.canaries = {
       {"isner_chest", "BB001", "vertebra_top", 114.3, 0.3, 114.30001, true, true,
        "top vertebra flips, twin is clean"},
@@ -274,6 +304,7 @@ Report sample_report_named(const std::string& name) {
       s.metric = {{name, {1, 2, 3}}};
       s.metric_unit = {{name, name}};
       s.frame = {name, name, name};
+      s.per_degree = {{name, 1.0}};
     }
   }
   for (Finding& f : r.findings) {
@@ -285,6 +316,12 @@ Report sample_report_named(const std::string& name) {
   for (CanaryResult& c : r.canaries) c.rig = c.code = c.joint = c.detail = name;
   for (PicturePair& p : r.pairs) p = {name, name, name, name, name, name, name, p.finding};
   for (MediaItem& m : r.media) m.title = m.path = name;
+  r.nights.assign(r.nights.size(), name);
+  r.trends.resize(2);
+  for (Trend& t : r.trends) {
+    t.character = t.rig = t.mapping = t.metric = t.unit = name;
+    for (TrendStep& s : t.steps) s.version = s.last_before = s.recovered = name;
+  }
   for (MeshView& m : r.meshes) {
     m.title = m.heat = m.unit = name;
     m.pose_path = m.triangles_path = name;
@@ -328,6 +365,16 @@ Report sample_report_hostile(std::size_t from, std::size_t count) {
       all = one;
       continue;
     }
+    // One of each kind of thing holds every field; more would only make the page longer.
+    one.rigs.resize(1);
+    one.findings.resize(2);
+    one.canaries.resize(1);
+    one.pairs.resize(1);
+    one.pairs[0].finding = 1;
+    one.media.resize(1);
+    one.meshes.resize(1);
+    one.meshes[0].finding = 0;
+    one.checks.resize(1);
     const int findings_before = static_cast<int>(all.findings.size());
     for (PicturePair& p : one.pairs)
       if (p.finding >= 0) p.finding += findings_before;
@@ -344,6 +391,7 @@ Report sample_report_hostile(std::size_t from, std::size_t count) {
     append(all.media, one.media);
     for (MeshView& m : one.meshes) m.finding += findings_before;
     append(all.meshes, one.meshes);
+    append(all.trends, one.trends);
     append(all.checks, one.checks);
     append(all.next, one.next);
     all.provenance.insert(one.provenance.begin(), one.provenance.end());

@@ -469,6 +469,64 @@ test("posed meshes turn in 3D, coloured by their heat", async () => {
   await drawing.close();
 });
 
+test("the trend names each lasting change, and headroom shows its last thirty nights", async () => {
+  const page = await night();
+  const tile = page.locator(".tile", { hasText: /twist/i });
+  assert.match(await tile.locator("svg.spark").getAttribute("aria-label"), /^30 nights, from 12 to 30, last 30; 2 steps$/);
+  const trend = page.locator("#trend");
+  assert.match(await trend.locator("tbody tr", { hasText: "kink" }).first().innerText(), /worse 11.2 → 14.2° from 2026-11-12 v012, last before 2026-11-11 v011/);
+  assert.match(await trend.locator("tbody tr", { hasText: "headroom twist" }).innerText(), /worse 30 → 12° .*recovered at 2026-11-07/);
+  await trend.locator("summary").click();
+  assert.equal(await trend.locator("details tbody tr").count(), 2);
+  await trend.scrollIntoViewIfNeeded();
+  await shot(page, "trend");
+  await done(page);
+});
+
+test("the map shows every measured pose and leads to the findings", async () => {
+  const page = await night();
+  const map = page.locator("#map");
+  assert.equal(await map.locator(".map").count(), 2);
+  assert.match(await map.locator(".map figcaption").first().innerText(), /bend × side 183 poses, 5 findings/);
+  await page.getByLabel("rig on the map").selectOption("isner chest");
+  assert.match(await map.locator(".map figcaption").first().innerText(), /2 findings/);
+  await map.scrollIntoViewIfNeeded();
+  await shot(page, "map");
+  await map.locator(".map").first().locator("a").first().focus();
+  await page.keyboard.press("Enter");
+  await titled(page, "BB001");
+  await done(page);
+});
+
+test("failures are ticked and saved as a file that holds the hashes of what was seen", async () => {
+  const page = await night();
+  const form = page.locator("#approve");
+  const save = form.getByRole("button", { name: "save approvals.json" });
+  await form.getByRole("button", { name: "all or none" }).click();
+  assert.match(await form.locator("output").innerText(), /^3 of 3 failures ticked/);
+  await form.getByRole("button", { name: "all or none" }).click();
+  await page.locator(".worst .card.large h3 a").click();
+  await page.locator("#case").getByLabel("accept as it is").check();
+  await page.keyboard.press("Escape");
+  await page.locator("#case").waitFor({ state: "hidden" });
+  assert.match(await form.locator("output").innerText(), /^1 of 3/);
+  assert.ok(await save.isDisabled(), "who and why are needed");
+  await form.getByLabel("who").fill("lead");
+  await form.getByLabel("why").fill("show start \u2028 <b>");
+  await form.getByLabel("until").fill("2026-12-15");
+  const [download] = await Promise.all([page.waitForEvent("download"), save.click()]);
+  assert.equal(download.suggestedFilename(), "approvals.json");
+  const file = JSON.parse(readFileSync(await download.path(), "utf8"));
+  const hashes = await page.evaluate(() => JSON.parse(document.getElementById("hashes").textContent));
+  assert.deepEqual(file, { schema: "backbend.approvals/1", report: hashes.report, suite: "nightly", author: "lead", reason: "show start \u2028 <b>",
+    until: "2026-12-15", cases: [{ finding: 0, hash: hashes.findings[0] }] });
+  assert.match(hashes.report, /^[0-9a-f]{32}$/);
+  assert.equal(new Set(hashes.findings).size, hashes.findings.length);
+  await form.scrollIntoViewIfNeeded();
+  await shot(page, "approve");
+  await done(page);
+});
+
 test("links into the page lead where they say, and stale ones say so", async () => {
   const page = await night({ hash: "#finding/BB999~gone" });
   assert.match(await page.getByRole("alert").innerText(), /no such finding: BB999~gone/);
@@ -564,7 +622,7 @@ test("no hostile name acts, in any field", async () => {
         remote: addresses.filter((u) => !u.startsWith("#") && !u.startsWith("./")),
         climbing: addresses.filter((u) => u.startsWith("./") && u.split(/[/\\]/).includes("..")) };
     });
-    assert.deepEqual(injected, { scripts: 4, styles: 1, foreign: 0, handlers: 0, remote: [], climbing: [] });
+    assert.deepEqual(injected, { scripts: 5, styles: 1, foreign: 0, handlers: 0, remote: [], climbing: [] });
     text += await page.evaluate(() => [...document.body.children].filter((n) => n.tagName !== "SCRIPT").map((n) => n.textContent).join("\n"));
     await done(page);
   }

@@ -52,7 +52,7 @@ int main(int argc, char** argv) {
   const std::string kind = argv[2];
   if (kind == "hostile") {
     // As many names to a page as still make a page of a real report's size.
-    constexpr std::size_t kPerPage = 24;
+    constexpr std::size_t kPerPage = 64;
     for (std::size_t from = 0; from < hostile_names().size(); from += kPerPage)
       write_page(folder / std::to_string(from), sample_report_hostile(from, kPerPage));
     return 0;

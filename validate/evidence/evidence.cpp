@@ -4,9 +4,13 @@
 #include <cmath>
 
 #include "render/exr.h"
+#include "render/heat_map.h"
 #include "render/png.h"
 #include "render/sheet.h"
+#include "skin/glb_writer.h"
 #include "validate/evidence/video.h"
+#include "validate/report/escape.h"
+#include "validate/report/page_mesh.h"
 
 namespace backbend::validate {
 namespace {
@@ -16,6 +20,9 @@ constexpr std::size_t kPicturedProposed = 6, kPicturedOthers = 3;
 constexpr std::size_t kPicturedFlips = 6;
 /// Heat pictures show the distance between two rigs' bodies on one scale, % of height.
 constexpr float kHeatTop = 10.0f;
+/// Meshes travel inside the page: so many of each rig, none with more vertices.
+constexpr int kMeshesOfRig = 2;
+constexpr std::size_t kMostMeshVertices = 200000;
 /// Sweep frames are many: small, and with fewer samples.
 constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
 
@@ -61,15 +68,50 @@ struct Shooting {
     return name + ".png";
   }
 
-  std::string heat(const PosedCharacter& body, const PosedCharacter& other, std::string_view view,
-                   const std::string& name) {
-    poll_interrupt();
+  /// How far each vertex is from the other body, % of the character's height.
+  std::vector<float> distances(const PosedCharacter& body, const PosedCharacter& other) const {
     const double height = stage.anatomy().height;
     std::vector<float> distance(body.mesh.position.size());
     for (std::size_t v = 0; v < distance.size(); ++v) {
       distance[v] = static_cast<float>(
           100.0 * glm::distance(body.mesh.position[v], other.mesh.position[v]) / height);
     }
+    return distance;
+  }
+
+  /// What a person takes along from one finding: the posed mesh, coloured by its distance to
+  /// `other`, for any viewer (and for the page where `in_page`), and the command that shows it
+  /// again.
+  void hand_out(const Finding& finding, const PosedCharacter& body, const PosedCharacter& other,
+                const std::string& heat_name, const std::string& place, bool in_page,
+                Report& report) const {
+    const std::vector<float> distance = distances(body, other);
+    std::vector<glm::vec3> color(distance.size());
+    for (std::size_t v = 0; v < distance.size(); ++v)
+      color[v] = render::heat_color(distance[v] / kHeatTop);
+    const skin::Character& character = stage.character();
+    folder.write(place + "/pose.glb", skin::encode_posed_glb(character, body.mesh, color));
+    if (!finding.reproduce.empty()) {
+      folder.write(place + "/repro.sh", "#!/bin/sh\n# " + visible(finding.code) + " " +
+                                            visible(finding.rig) + ", " + visible(finding.pose) +
+                                            ": " + visible(finding.detail) + "\nexec " +
+                                            finding.reproduce + "\n");
+    }
+    if (!in_page || distance.size() > kMostMeshVertices) return;
+    const std::string triangles = "meshes/" + file_word(character.name) + ".triangles";
+    folder.write(triangles, encode_mesh_triangles(character.triangles,
+                                                  static_cast<std::uint32_t>(distance.size())));
+    folder.write(place + "/mesh.pose",
+                 encode_mesh_pose(body.mesh.position, distance, 0.0f, kHeatTop));
+    report.meshes.push_back({finding.rig + " (" + finding.mapping + "), " + finding.pose,
+                             place + "/mesh.pose", triangles, heat_name, "% of height", 0.0,
+                             kHeatTop, -1});
+  }
+
+  std::string heat(const PosedCharacter& body, const PosedCharacter& other, std::string_view view,
+                   const std::string& name) {
+    poll_interrupt();
+    const std::vector<float> distance = distances(body, other);
     photographer.pose(body, distance);
     render::Settings heated = settings;
     heated.mode = render::Mode::heat;
@@ -108,7 +150,7 @@ const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
 }
 
 void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
-                  const std::string& place, Report& report) {
+                  const std::string& place, bool in_page, Report& report) {
   const Sweep& sweep = sweep_of(rig, finding);
   const std::string_view view = best_view(finding);
   const PosedCharacter before =
@@ -122,6 +164,7 @@ void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
                         render::encode_png(render::side_by_side(
                             left, finding.rig + ", just before " + at, right, "just after")));
   finding.pictures.heat = shooting.heat(after, before, view, place + "/heat");
+  shooting.hand_out(finding, after, before, "moved in the flip", place, in_page, report);
   PicturePair pair;
   pair.title = finding.rig + " (" + finding.mapping + "): flip of " +
                number_text(finding.value, 1) + " deg at " + finding.pose;
@@ -135,20 +178,27 @@ void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
 }
 
 void picture_finding(Shooting& shooting, const std::vector<RigRecord>& records,
-                     const RigRecord& rig, Finding& finding, const std::string& place) {
+                     const RigRecord& rig, Finding& finding, const std::string& place, bool in_page,
+                     Report& report) {
   const std::string_view view = best_view(finding);
   const PoseDegrees pose = sweep_of(rig, finding).pose_at(finding.control_deg);
   const PosedCharacter here = shooting.posed(rig, pose);
   render::Picture left, right;
   finding.pictures.before = shooting.still(here, view, place + "/" + rig_word(rig), left);
   const RigRecord* other = counterpart(records, rig);
-  if (other == nullptr) return;
+  if (other == nullptr) {
+    const PosedCharacter rest = shooting.posed(rig, PoseDegrees{});
+    shooting.hand_out(finding, here, rest, "moved from rest", place, in_page, report);
+    return;
+  }
   const PosedCharacter there = shooting.posed(*other, pose);
   finding.pictures.other = shooting.still(there, view, place + "/" + rig_word(*other), right);
   shooting.folder.write(place + "/pair.png",
                         render::encode_png(render::side_by_side(
                             left, rig.plan.name + ", " + pose.text(), right, other->plan.name)));
   finding.pictures.heat = shooting.heat(here, there, view, place + "/heat");
+  shooting.hand_out(finding, here, there, "distance to " + other->plan.name, place, in_page,
+                    report);
 }
 
 /// Which findings get pictures: the flips, and the worst others, one of each code.
@@ -337,10 +387,11 @@ void make_evidence(const Stage& stage, const render::Bounds& box, const PictureP
       const std::string place = "findings/" + character + "_" + rig_word(records[r]) + "_" +
                                 file_word(finding.sweep) + "_" + finding.code + "_" +
                                 std::to_string(++number);
+      const bool in_page = number <= kMeshesOfRig;
       if (finding.code == "BB001") {
-        picture_flip(shooting, records[r], finding, place, report);
+        picture_flip(shooting, records[r], finding, place, in_page, report);
       } else {
-        picture_finding(shooting, records, records[r], finding, place);
+        picture_finding(shooting, records, records[r], finding, place, in_page, report);
       }
     }
   }

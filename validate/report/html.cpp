@@ -5,6 +5,7 @@
 #include <set>
 #include <string_view>
 
+#include "validate/files/hash.h"
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
 #include "validate/report/number_text.h"
@@ -83,6 +84,15 @@ std::string island(std::string_view id, const std::string& json) {
          json_for_script(json) + "</script>\n";
 }
 
+/// What an approvals file must name: the report and each finding, by content.
+std::string hashes_json(const Report& report) {
+  std::string out =
+      "{\"report\":" + json_text(content_hash(report_json(report))) + ",\"findings\":[";
+  for (std::size_t i = 0; i < report.findings.size(); ++i)
+    out += (i > 0 ? "," : "") + json_text(finding_hash(report.findings[i]));
+  return out + "]}";
+}
+
 /// What a reader sees where scripts are off: the verdict, the headroom and the worst findings.
 std::string without_script(const Report& report) {
   std::string out = "<p>" + markup_text(report.headline) + "</p>\n<ul>\n";
@@ -125,7 +135,7 @@ std::string page(const Report& report, const PictureBytes& pictures, const Pictu
          markup_text(title) + "</title>\n<style>" + std::string(web::page_css()) +
          "</style>\n</head>\n<body>\n<noscript>\n<h1>" + markup_text(title) + "</h1>\n" +
          without_script(report) + "</noscript>\n<div id=\"page\"></div>\n" +
-         island("report", report_json_compact(report)) +
+         island("report", report_json_compact(report)) + island("hashes", hashes_json(report)) +
          island("pictures", files_json(picture_paths(report), pictures)) +
          island("meshes", files_json(mesh_paths(report), meshes, "application/octet-stream")) +
          "<script>" + std::string(web::page_script()) + "</script>\n</body>\n</html>\n";

@@ -29,6 +29,7 @@ struct SweepSeries {
   std::map<std::string, std::string> metric_unit;
   std::map<std::string, double> metric_limit;  // absent or NaN: no limit is drawn
   std::vector<std::string> frame;              // picture per pose, relative path, empty where none
+  std::map<std::string, double> per_degree;    // degrees of each channel a degree of the control
 };
 
 /// Planned, measured and not measured for one check on one rig: the sums must match.
@@ -98,6 +99,24 @@ struct CheckLegend {
   double limit = 0;          // the default; NaN: none
 };
 
+/// A lasting change of a metric's level from one night on.
+struct TrendStep {
+  int night = 0;                 // index into Report::nights: the first night of the new level
+  double before = 0, after = 0;  // mean levels
+  bool worse = false;
+  std::string version;      // the night and version where the new level began
+  std::string last_before;  // the last one of the old level; empty: not in sight
+  std::string recovered;    // where a later step undid it; empty: it stands
+};
+
+/// One metric of one rig over the nights of the suite's history.
+struct Trend {
+  std::string character, rig, mapping, metric, unit;
+  bool more_is_worse = true;
+  std::vector<double> value;  // one per night; NaN: not measured
+  std::vector<TrendStep> steps;
+};
+
 /// Everything a report shows. report.json is this, and every other form is a function of it.
 struct Report {
   std::string title, suite, headline;
@@ -113,6 +132,8 @@ struct Report {
   std::vector<PicturePair> pairs;
   std::vector<MediaItem> media;
   std::vector<MeshView> meshes;
+  std::vector<std::string> nights;  // of the history, oldest first; tonight is the last
+  std::vector<Trend> trends;        // regressions that stand first; empty without a history
   std::vector<std::string> next;    // commands to type next
   std::vector<CheckLegend> checks;  // by code; every code that was planned
 };

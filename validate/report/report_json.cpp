@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "validate/files/hash.h"
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
 #include "validate/report/number_text.h"
@@ -37,7 +38,8 @@ json value(const SweepSeries& s) {
           {"metric", s.metric},
           {"metric_unit", s.metric_unit},
           {"metric_limit", s.metric_limit},
-          {"frame", s.frame}};
+          {"frame", s.frame},
+          {"per_degree", s.per_degree}};
 }
 
 json value(const Coverage& c) {
@@ -151,6 +153,20 @@ json value(const MeshView& m) {
       {"heat_high", m.heat_high}, {"finding", m.finding}};
 }
 
+json value(const TrendStep& s) {
+  return {{"night", s.night},        {"before", s.before},   {"after", s.after},
+          {"worse", s.worse},        {"version", s.version}, {"last_before", s.last_before},
+          {"recovered", s.recovered}};
+}
+
+json value(const Trend& t) {
+  return {
+      {"character", t.character}, {"rig", t.rig},
+      {"mapping", t.mapping},     {"metric", t.metric},
+      {"unit", t.unit},           {"more_is_worse", t.more_is_worse},
+      {"value", t.value},         {"steps", list(t.steps, [](const auto& s) { return value(s); })}};
+}
+
 json value(const CheckLegend& c) {
   return {{"code", c.code}, {"name", c.name},     {"measures", c.measures},
           {"unit", c.unit}, {"reason", c.reason}, {"limit", c.limit}};
@@ -174,6 +190,8 @@ json value(const Report& r) {
           {"media", list(r.media, [](const auto& m) { return value(m); })},
           {"meshes", list(r.meshes, [](const auto& m) { return value(m); })},
           {"checks", list(r.checks, [](const auto& c) { return value(c); })},
+          {"nights", r.nights},
+          {"trends", list(r.trends, [](const auto& t) { return value(t); })},
           {"next", r.next}};
 }
 
@@ -236,6 +254,12 @@ std::string report_json_compact(const Report& report) {
   Writer writer(false);
   writer.write(value(report));
   return writer.take();
+}
+
+std::string finding_hash(const Finding& finding) {
+  Writer writer(false);
+  writer.write(value(finding));
+  return content_hash(writer.take());
 }
 
 std::string_view report_schema() { return web::report_schema_json(); }

@@ -144,6 +144,7 @@ SweepSeries sweep(Place p) {
   s.metric_unit = p.at("metric_unit").map(text);
   s.metric_limit = p.at("metric_limit").map(number);
   s.frame = p.at("frame").list(text);
+  s.per_degree = p.at("per_degree").map(number);
   for (const auto& [name, values] : s.metric)
     if (values.size() != s.control_deg.size())
       p.refuse("metric '" + visible(name) + "' has " + std::to_string(values.size()) +
@@ -316,6 +317,38 @@ MeshView mesh(Place p) {
   return m;
 }
 
+TrendStep trend_step(Place p) {
+  TrendStep s;
+  s.night = p.at("night").count();
+  s.before = p.at("before").number();
+  s.after = p.at("after").number();
+  s.worse = p.at("worse").flag();
+  s.version = p.at("version").text();
+  s.last_before = p.at("last_before").text();
+  s.recovered = p.at("recovered").text();
+  p.done();
+  return s;
+}
+
+Trend trend(Place p, std::size_t nights) {
+  Trend t;
+  t.character = p.at("character").text();
+  t.rig = p.at("rig").text();
+  t.mapping = p.at("mapping").text();
+  t.metric = p.at("metric").text();
+  t.unit = p.at("unit").text();
+  t.more_is_worse = p.at("more_is_worse").flag();
+  t.value = p.at("value").list(number);
+  t.steps = p.at("steps").list(trend_step);
+  if (t.value.size() != nights)
+    p.refuse("there are " + std::to_string(t.value.size()) + " values for " +
+             std::to_string(nights) + " nights");
+  for (const TrendStep& s : t.steps)
+    if (static_cast<std::size_t>(s.night) >= nights) p.refuse("a step names no night");
+  p.done();
+  return t;
+}
+
 CheckLegend check(Place p) {
   CheckLegend c;
   c.code = p.at("code").text();
@@ -379,6 +412,8 @@ Report parse_report(std::string_view text_in, std::string_view name) {
   for (std::size_t i = 0; i < r.meshes.size(); ++i)
     expect_finding("meshes", i, r.meshes[i].finding);
   r.checks = p.at("checks").list(check);
+  r.nights = texts(p.at("nights"));
+  r.trends = p.at("trends").list([&](const Place& each) { return trend(each, r.nights.size()); });
   r.next = texts(p.at("next"));
   p.done();
   return r;

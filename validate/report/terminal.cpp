@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/history/history_text.h"
 #include "validate/report/digest.h"
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
@@ -165,6 +166,31 @@ void comparison_table(Page& page, const std::vector<const RigResult*>& rigs) {
   }
 }
 
+/// How each rig bends over its leading sweep: one row of marks per rig, all on their own scale.
+void kink_sparks(Page& page, const std::vector<const RigResult*>& rigs) {
+  constexpr std::size_t kName = 14, kMost = 40;
+  for (const RigResult* rig : rigs) {
+    if (rig->sweeps.empty()) continue;
+    const SweepSeries& sweep = rig->sweeps.front();
+    const auto metric = std::find_if(
+        sweep.metric.begin(), sweep.metric.end(),
+        [](const auto& each) { return each.first == "chain_kink" || each.first == "kink"; });
+    if (metric == sweep.metric.end()) continue;
+    double worst = std::nan("");
+    for (const double value : metric->second)
+      if (std::isfinite(value) && !(worst >= value)) worst = value;
+    // Every n-th pose, so that the whole sweep is in sight.
+    const std::size_t step = (metric->second.size() + kMost - 1) / kMost;
+    std::vector<double> shown;
+    for (std::size_t i = 0; i < metric->second.size(); i += step)
+      shown.push_back(metric->second[i]);
+    page.line("  " + padded(visible(rig->rig), kName) + " ",
+              sparkline(shown, kMost, page.unicode()) + "  kink over " + visible(sweep.sweep) +
+                  ", worst " + (std::isfinite(worst) ? significant(worst, 3) : "-") + " deg",
+              Ink::plain, Ink::dim);
+  }
+}
+
 void headroom(Page& page, const Report& report) {
   std::vector<const RigResult*> rest;
   for (const RigResult& rig : report.rigs)
@@ -182,6 +208,7 @@ void headroom(Page& page, const Report& report) {
       headroom_table(page, first);
     else
       comparison_table(page, group);
+    kink_sparks(page, group);
     page.blank();
     rest = others;
   }

@@ -292,6 +292,8 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
     series.sweep = sweep.sweep.name;
     series.channel = sweep.sweep.channel;
     series.mapping = mapping_name(rig.mapping);
+    for (const std::string_view channel : kChannels)
+      series.per_degree[std::string(channel)] = *sweep.sweep.per_degree.find(channel);
     for (const PoseRecord& pose : sweep.poses) series.control_deg.push_back(pose.control_deg);
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       const MetricInfo& info = pose_metrics()[m];

@@ -5,7 +5,10 @@
 #include "validate/evidence/evidence.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
+#include "validate/history/trend.h"
 #include "validate/report/csv.h"
+#include "validate/report/digest.h"
+#include "validate/report/handoff.h"
 #include "validate/report/html.h"
 #include "validate/report/junit.h"
 #include "validate/report/markdown.h"
@@ -159,6 +162,27 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   }
 }
 
+/// Meshes stand in the folders of their findings' pictures.
+void link_meshes(Report& report) {
+  for (MeshView& mesh : report.meshes) {
+    const std::string place = mesh.pose_path.substr(0, mesh.pose_path.rfind('/') + 1);
+    for (std::size_t i = 0; i < report.findings.size() && mesh.finding < 0; ++i)
+      if (report.findings[i].pictures.before.starts_with(place)) mesh.finding = static_cast<int>(i);
+  }
+}
+
+/// Files of the report by their paths, where those stay in the folder.
+PictureBytes files_in(const std::filesystem::path& folder) {
+  return [folder](const std::string& name) -> std::optional<std::vector<std::uint8_t>> {
+    const std::filesystem::path path(name);
+    if (path.is_absolute() || std::find(path.begin(), path.end(), "..") != path.end())
+      return std::nullopt;
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(folder / path, none)) return std::nullopt;
+    return read_bytes(folder / path);
+  };
+}
+
 }  // namespace
 
 std::string RunRequest::character_text(const std::filesystem::path& file) const {
@@ -204,18 +228,41 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     if (!report.findings.front().reproduce.empty())
       report.next.push_back(report.findings.front().reproduce);
   }
+  if (request.baseline) {
+    const Digest digest(report);
+    apply_baseline(
+        report.findings, [&](const Finding& finding) { return digest.role_of(finding); },
+        *request.baseline, request.today);
+    report.provenance["baseline"] = content_hash(baseline_json(*request.baseline));
+  }
+  link_meshes(report);
   conclude(report);
+  if (request.history) {
+    std::vector<Night> nights = *request.history;
+    nights.push_back(night_of(report, request.today, request.label));
+    TrendTable table = trends_of(nights, report.suite);
+    report.nights = std::move(table.nights);
+    report.trends = std::move(table.trends);
+  }
   return report;
 }
 
-void write_report(const Report& report, const std::filesystem::path& path) {
+void write_report(const Report& report, const std::filesystem::path& path, const PageStyle& style) {
   const OutputFolder folder(path);
+  const PictureBytes files = files_in(style.files.empty() ? path : style.files);
   folder.write("report.json", report_json(report));
   folder.write("junit.xml", junit_xml(report));
   folder.write("report.md", markdown_summary(report));
   folder.write("findings.csv", findings_csv(report));
   folder.write("sweeps.csv", sweeps_csv(report));
-  for (const auto& [name, text] : render_html(report)) folder.write(name, text);
+  folder.write("headline.txt", headline_text(report));
+  if (const std::string angles = angles_csv(report); !angles.empty())
+    folder.write("review/angles.csv", angles);
+  if (style.single_file) {
+    folder.write("index.html", render_html_page(report, files));
+  } else {
+    for (const auto& [name, text] : render_html(report, files)) folder.write(name, text);
+  }
 }
 
 }  // namespace backbend::validate

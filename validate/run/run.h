@@ -2,9 +2,12 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "validate/history/baseline.h"
+#include "validate/history/history.h"
 #include "validate/report/report.h"
 #include "validate/run/progress.h"
 #include "validate/run/stage.h"
@@ -17,10 +20,14 @@ struct RunRequest {
   Suite suite;
   skin::AnatomyHints hints;
   DrivenChain chain = DrivenChain::spine;
-  std::filesystem::path folder;  // run folder; empty: nothing is written
-  bool image_pass = true;        // the cheap picture of every pose that image metrics look at
-  std::string character;         // the file as the user named it; empty: the suite's own
-  std::string title;             // first line of the report; empty: the suite's
+  std::filesystem::path folder;      // run folder; empty: nothing is written
+  bool image_pass = true;            // the cheap picture of every pose that image metrics look at
+  std::string character;             // the file as the user named it; empty: the suite's own
+  std::optional<Baseline> baseline;  // what is approved: only new or worse fails then
+  std::optional<std::vector<Night>> history;  // earlier nights, for the report's trends
+  std::string label;                          // what tonight's version is called in the history
+  std::string today;                          // `2026-11-22`; needed with either of the two
+  std::string title;                          // first line of the report; empty: the suite's
 
   /// Called as soon as a character is read, before anything is measured.
   std::function<void(const CharacterFacts&)> on_character;
@@ -34,8 +41,15 @@ struct RunRequest {
 /// Throws Interrupted; WriteError where the run folder cannot be written.
 Report run_suite(const RunRequest& request, Progress& progress);
 
-/// The report in every form (JSON, page, JUnit, Markdown, CSV) into the run's folder, the page
-/// last.
-void write_report(const Report& report, const std::filesystem::path& folder);
+/// How the report's page is written, and where its pictures are.
+struct PageStyle {
+  std::filesystem::path files;  // what the report's paths are relative to; empty: the folder
+  bool single_file = false;     // every picture inside the page
+};
+
+/// The report in every form (JSON, page, JUnit, Markdown, CSV, headline.txt, and review/angles.csv
+/// where there are frames) into the run's folder, the page last.
+void write_report(const Report& report, const std::filesystem::path& folder,
+                  const PageStyle& style = {});
 
 }  // namespace backbend::validate

@@ -62,6 +62,7 @@ function headroomTiles() {
       el("h3", {}, name(channel)),
       el("p", { class: "room" }, h.measured ? signed(h.headroom_deg) + "°" : "not measured",
         falls(h) && el("span", { class: "falls" }, h.measured ? " short" : "")),
+      headroomSpark(rows[0].rig, channel),
       shown.map((row) => el("div", { class: "row" }, el("span", { class: "who" }, who(row)), bullet(row.h),
         el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(row.h)), ", needs ", number(row.h.needs_deg)))),
       rows.length > 3 && el("a", { href: "#rigs" }, plural(rows.length - 3, "more row")));

@@ -135,7 +135,7 @@ function findingsSection() {
     if (bottom > scroller.scrollTop) scroller.scrollTop = bottom;
     paint();
     const f = state.rows[state.at];
-    announce([f.code, checkName(f), visible(f.rig), visible(f.pose), words(standing(f))].join(", "));
+    announce(visible([f.code, checkName(f), f.rig, f.pose, words(standing(f))].join(", ")));
   }
   function keys(event) {
     const page = Math.max(1, Math.floor(scroller.clientHeight / rowHeight) - 2);

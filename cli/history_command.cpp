@@ -1,0 +1,133 @@
+#include <algorithm>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "cli/commands.h"
+#include "validate/files/output_folder.h"
+#include "validate/history/history_text.h"
+#include "validate/history/trend.h"
+#include "validate/report/report_json.h"
+#include "validate/sweeps/sweep.h"
+#include "validate/verdicts/waivers.h"
+
+namespace backbend::cli {
+
+using namespace backbend::validate;
+namespace fs = std::filesystem;
+
+namespace {
+
+struct Options {
+  std::string file = "runs/history.jsonl", add, date, label, suite, character, rig, metric;
+  std::vector<std::string> first_bad;
+  int nights = static_cast<int>(kTrendNights);
+};
+
+int add_run(const Options& options, const Common& common) {
+  fs::path report = options.add;
+  if (fs::is_directory(report)) report /= "report.json";
+  const std::string date = options.date.empty() ? today() : options.date;
+  if (!is_day(date)) throw CLI::ValidationError("--date '" + date + "' is no day like 2026-11-22");
+  const Night night =
+      night_of(parse_report(read_text(report), report.string()), date, options.label);
+  const bool added = append_night(options.file, night);
+  if (!common.quiet)
+    std::fprintf(stderr, "%s %s\n", added ? "added to" : "already the last night of",
+                 options.file.c_str());
+  return 0;
+}
+
+int print_first_bad(const Options& options, const std::vector<Night>& nights) {
+  const std::string& character = options.first_bad[0];
+  const std::string& code = options.first_bad[1];
+  std::set<std::string> known;
+  for (const Night& night : nights)
+    for (const auto& [name, hash] : night.version) known.insert(name);
+  if (!known.contains(character)) {
+    const std::vector<std::string> names(known.begin(), known.end());
+    const auto near = nearest_name(character, names);
+    throw CLI::ValidationError("no night has a character '" + character + "'" +
+                               (near ? ", did you mean '" + *near + "'?" : ""));
+  }
+  const auto onset = first_bad(nights, character, code);
+  if (onset) {
+    std::fputs(onset_text(character, code, *onset, style_of_stdout()).c_str(), stdout);
+  } else {
+    std::printf("%s never failed on %s\n", code.c_str(), character.c_str());
+  }
+  return 0;
+}
+
+nlohmann::json json_of(const TrendTable& table) {
+  nlohmann::json trends = nlohmann::json::array();
+  for (const Trend& t : table.trends) {
+    nlohmann::json steps = nlohmann::json::array();
+    for (const TrendStep& s : t.steps) {
+      steps.push_back({{"version", s.version},
+                       {"last_before", s.last_before},
+                       {"before", s.before},
+                       {"after", s.after},
+                       {"worse", s.worse},
+                       {"recovered", s.recovered}});
+    }
+    trends.push_back({{"character", t.character},
+                      {"rig", t.rig},
+                      {"mapping", t.mapping},
+                      {"metric", t.metric},
+                      {"unit", t.unit},
+                      {"value", t.value},
+                      {"steps", steps}});
+  }
+  return {{"schema", "backbend.history/1"}, {"nights", table.nights}, {"trends", trends}};
+}
+
+int print_history(const Options& options, const Common& common, const std::vector<Night>& nights) {
+  // The last night's suite, unless another is asked for.
+  const std::string suite =
+      !options.suite.empty() || nights.empty() ? options.suite : nights.back().suite;
+  TrendTable table = trends_of(nights, suite, static_cast<std::size_t>(options.nights));
+  const auto hidden = [](const std::string& wanted, const std::string& found) {
+    return !wanted.empty() && wanted != found;
+  };
+  std::erase_if(table.trends, [&](const Trend& t) {
+    return hidden(options.character, t.character) || hidden(options.rig, t.rig) ||
+           hidden(options.metric, t.metric);
+  });
+  if (common.json)
+    std::printf("%s\n", json_of(table).dump(2).c_str());
+  else
+    std::fputs(history_text(table, style_of_stdout()).c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
+void add_history(const Registry& registry) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      registry.add("history", "how every metric went over the nights, and since when a check fails",
+                   [options, &common = registry.common] {
+                     if (!options->add.empty()) return add_run(*options, common);
+                     const std::vector<Night> nights = read_history(options->file);
+                     if (!options->first_bad.empty()) return print_first_bad(*options, nights);
+                     return print_history(*options, common, nights);
+                   });
+  command->add_option("--file", options->file, "the history [runs/history.jsonl]");
+  command->add_option("--add", options->add, "add a run folder or report.json as a night");
+  command->add_option("--date", options->date, "the night of --add, like 2026-11-22 [today]");
+  command->add_option("--label", options->label, "what --add calls this version, like v013");
+  command->add_option("--suite", options->suite, "suite to show [the last night's]");
+  command->add_option("--character", options->character, "show this character alone");
+  command->add_option("--rig", options->rig, "show this rig alone");
+  command->add_option("--metric", options->metric, "show this metric alone");
+  command->add_option("--nights", options->nights, "how many nights to show [90]")
+      ->check(CLI::Range(1, 3660));
+  command
+      ->add_option("--first-bad", options->first_bad,
+                   "CHARACTER CODE: the version where the check began to fail")
+      ->expected(2);
+}
+
+}  // namespace backbend::cli

@@ -1,0 +1,220 @@
+#include "validate/history/history.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "validate/files/hash.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/escape.h"
+#include "validate/report/names.h"
+#include "validate/report/report_json.h"
+#include "validate/run/measure.h"
+#include "validate/verdicts/checks.h"
+#include "validate/verdicts/waivers.h"
+
+namespace backbend::validate {
+namespace {
+
+using nlohmann::json;
+
+bool more_is_worse(const std::string& metric) {
+  for (const MetricInfo& info : pose_metrics()) {
+    if (info.name != metric) continue;
+    const Check* check = find_check(info.code);
+    return check == nullptr || check->sense == Sense::at_most;
+  }
+  return true;
+}
+
+std::string unit_of(const RigResult& rig, const std::string& metric) {
+  for (const SweepSeries& sweep : rig.sweeps)
+    if (const auto unit = sweep.metric_unit.find(metric); unit != sweep.metric_unit.end())
+      return unit->second;
+  return "";
+}
+
+json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+Night night_from(const json& line) {
+  Night night;
+  const auto number_at = [](const json& object, const char* key) {
+    const json& value = object.at(key);
+    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+  };
+  if (line.at("schema").get<std::string>() != kNightSchemaName)
+    throw std::invalid_argument("expected schema '" + std::string(kNightSchemaName) + "'");
+  night.date = line.at("date").get<std::string>();
+  if (!is_day(night.date)) throw std::invalid_argument("'date' is no day like 2026-11-22");
+  night.label = line.at("label").get<std::string>();
+  night.suite = line.at("suite").get<std::string>();
+  night.report = line.at("report").get<std::string>();
+  const auto verdict = verdict_from_word(line.at("verdict").get<std::string>());
+  if (!verdict) throw std::invalid_argument("unknown verdict");
+  night.verdict = *verdict;
+  night.version = line.at("version").get<std::map<std::string, std::string>>();
+  for (const json& v : line.at("values")) {
+    night.values.push_back({v.at("character").get<std::string>(), v.at("rig").get<std::string>(),
+                            v.at("mapping").get<std::string>(), v.at("metric").get<std::string>(),
+                            v.at("unit").get<std::string>(), v.at("more_is_worse").get<bool>(),
+                            number_at(v, "value")});
+  }
+  for (const json& f : line.at("failures")) {
+    night.failures.push_back({f.at("character").get<std::string>(), f.at("rig").get<std::string>(),
+                              f.at("mapping").get<std::string>(), f.at("code").get<std::string>(),
+                              f.at("pose").get<std::string>(), number_at(f, "value")});
+  }
+  return night;
+}
+
+/// A descriptor that closes itself.
+struct Descriptor {
+  explicit Descriptor(int number) : number(number) {}
+  ~Descriptor() {
+    if (number >= 0) ::close(number);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int number;
+};
+
+}  // namespace
+
+Night night_of(const Report& report, const std::string& date, const std::string& label) {
+  Night night;
+  night.date = date;
+  night.label = label;
+  night.suite = report.suite;
+  night.report = content_hash(report_json(report));
+  night.verdict = report.verdict;
+  for (const CharacterFacts& facts : report.characters) night.version[facts.name] = facts.hash;
+  std::map<std::string, Role> role;
+  for (const RigResult& rig : report.rigs) {
+    role[rig.rig] = rig.role;
+    if (rig.role == Role::canary) continue;
+    for (const Headroom& h : rig.headroom) {
+      const double value = h.measured ? h.headroom_deg() : std::numeric_limits<double>::quiet_NaN();
+      night.values.push_back(
+          {rig.character, rig.rig, rig.mapping, "headroom " + h.channel, "deg", false, value});
+    }
+    for (const auto& [metric, value] : rig.summary) {
+      night.values.push_back({rig.character, rig.rig, rig.mapping, metric, unit_of(rig, metric),
+                              more_is_worse(metric), value});
+    }
+  }
+  for (const Finding& f : report.findings) {
+    const auto found = role.find(f.rig);
+    if (f.verdict != Verdict::fail || (found != role.end() && found->second != Role::proposed))
+      continue;
+    const bool known =
+        std::any_of(night.failures.begin(), night.failures.end(), [&](const NightFailure& other) {
+          return std::tie(other.character, other.rig, other.mapping, other.code) ==
+                 std::tie(f.character, f.rig, f.mapping, f.code);
+        });
+    // Findings come worst first.
+    if (!known) night.failures.push_back({f.character, f.rig, f.mapping, f.code, f.pose, f.value});
+  }
+  return night;
+}
+
+std::string night_json(const Night& night) {
+  json values = json::array(), failures = json::array();
+  for (const NightValue& v : night.values) {
+    values.push_back({{"character", valid_utf8(v.character)},
+                      {"rig", valid_utf8(v.rig)},
+                      {"mapping", valid_utf8(v.mapping)},
+                      {"metric", valid_utf8(v.metric)},
+                      {"unit", valid_utf8(v.unit)},
+                      {"more_is_worse", v.more_is_worse},
+                      {"value", number(v.value)}});
+  }
+  for (const NightFailure& f : night.failures) {
+    failures.push_back({{"character", valid_utf8(f.character)},
+                        {"rig", valid_utf8(f.rig)},
+                        {"mapping", valid_utf8(f.mapping)},
+                        {"code", valid_utf8(f.code)},
+                        {"pose", valid_utf8(f.pose)},
+                        {"value", number(f.value)}});
+  }
+  json version = json::object();
+  for (const auto& [character, hash] : night.version)
+    version[valid_utf8(character)] = valid_utf8(hash);
+  const json line = {{"schema", kNightSchemaName},
+                     {"date", night.date},
+                     {"label", valid_utf8(night.label)},
+                     {"suite", valid_utf8(night.suite)},
+                     {"report", night.report},
+                     {"verdict", verdict_word(night.verdict)},
+                     {"version", version},
+                     {"values", values},
+                     {"failures", failures}};
+  return line.dump();
+}
+
+std::vector<Night> parse_history(std::string_view text, std::string_view name) {
+  std::vector<Night> nights;
+  std::size_t number = 0;
+  while (!text.empty()) {
+    ++number;
+    const std::string place = visible(name) + ":" + std::to_string(number) + ": ";
+    const std::size_t end = text.find('\n');
+    if (end == std::string_view::npos) {
+      throw HistoryError(place + "the last line was cut short; remove it, and add its run again " +
+                         "with backbend history --add");
+    }
+    const std::string_view line = text.substr(0, end);
+    text.remove_prefix(end + 1);
+    try {
+      nights.push_back(night_from(json::parse(line.begin(), line.end())));
+    } catch (const json::exception& error) {
+      throw HistoryError(place + "damaged: " + visible(error.what()));
+    } catch (const std::invalid_argument& error) {
+      throw HistoryError(place + "damaged: " + error.what());
+    }
+  }
+  return nights;
+}
+
+std::vector<Night> read_history(const std::filesystem::path& file) {
+  std::error_code none;
+  if (!std::filesystem::exists(file, none)) return {};
+  return parse_history(read_text(file), file.string());
+}
+
+bool append_night(const std::filesystem::path& file, const Night& night) {
+  const auto refuse = [&](const char* what) {
+    const int error = errno;
+    throw WriteError(file.string() + ": " + what + ": " + std::strerror(error), error);
+  };
+  if (file.has_parent_path()) OutputFolder(file.parent_path()).prepare();
+  const Descriptor out(::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
+  if (out.number < 0) refuse("cannot be opened to add a night");
+  // Held until the descriptor closes: two runs that end together add two whole lines.
+  if (::flock(out.number, LOCK_EX) != 0) refuse("cannot be locked");
+  const std::vector<Night> nights = read_history(file);
+  const auto last = std::find_if(nights.rbegin(), nights.rend(),
+                                 [&](const Night& other) { return other.suite == night.suite; });
+  if (last != nights.rend() && last->report == night.report && last->date == night.date)
+    return false;
+  const off_t size = ::lseek(out.number, 0, SEEK_END);
+  const std::string line = night_json(night) + '\n';
+  const ssize_t written = ::write(out.number, line.data(), line.size());
+  if (written != static_cast<ssize_t>(line.size()) || ::fsync(out.number) != 0) {
+    const int error = written >= 0 && written < static_cast<ssize_t>(line.size()) ? ENOSPC : errno;
+    // What was there stays; half a line would make the next reading fail.
+    if (::ftruncate(out.number, size) != 0) errno = error;
+    errno = error;
+    refuse("a night cannot be added");
+  }
+  return true;
+}
+
+}  // namespace backbend::validate
