@@ -16,6 +16,7 @@
 #include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
 #include "validate/report/report.h"
+#include "validate/run/confirmed.h"
 
 namespace backbend::validate {
 namespace {
@@ -52,8 +53,11 @@ struct Studio {
   std::string name, inputs;
 
   explicit Studio(const RenderRequest& request)
+      : Studio(request, load_confirmed(request.character, request.hints)) {}
+
+  Studio(const RenderRequest& request, ConfirmedCharacter confirmed)
       : environment(read_environment(request.settings.environment_file)),
-        stage(load_character(request.character), request.hints, request.chain),
+        stage(std::move(confirmed.character), confirmed.hints, request.chain),
         system(stage.build(request.rig.spec)) {
     const skin::Character& character = stage.character();
     name = request.name.empty() ? character.name + "_" + request.rig.name : request.name;
