@@ -72,6 +72,8 @@ struct RunOptions {
   }
 };
 
+}  // namespace
+
 /// runs/2026-11-21_093100: local time, because people look for "this morning's run".
 fs::path new_run_folder(const std::string& wanted) {
   if (!wanted.empty()) return wanted;
@@ -87,17 +89,20 @@ fs::path new_run_folder(const std::string& wanted) {
   return folder;
 }
 
+namespace {
+
 std::string chain_text(const std::vector<std::string>& joints) {
   std::string text;
   for (const std::string& joint : joints) text += (text.empty() ? "" : " > ") + visible(joint);
   return text.empty() ? "none found" : text;
 }
 
-/// What is judged, and how the character was understood: the first thing a user sees.
-void print_character(const RunRequest& request, const CharacterFacts& facts) {
+}  // namespace
+
+void print_character(const std::string& title, const CharacterFacts& facts, bool has_baseline) {
   const std::string sure =
       facts.sure ? "   sure" : "   not sure: --hip, --chest and --spine settle it";
-  std::printf("%s\n", visible(request.title.empty() ? request.suite.title : request.title).c_str());
+  std::printf("%s\n", visible(title).c_str());
   std::printf(
       "  body   %d part%s, %d vertices, %s high, spine %s long (file units; the reference "
       "length)\n",
@@ -109,34 +114,42 @@ void print_character(const RunRequest& request, const CharacterFacts& facts) {
   std::printf("  arms   %s, %s\n", left.c_str(), right.c_str());
   for (const std::string& note : facts.notes) std::printf("  note   %s\n", visible(note).c_str());
   std::printf("  limits envelope '%s', %s\n\n", facts.envelope.c_str(),
-              request.baseline ? "baseline: new or worse fails" : "no baseline: absolute limits");
+              has_baseline ? "baseline: new or worse fails" : "no baseline: absolute limits");
   std::fflush(stdout);
 }
 
-int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
-  const std::string& wanted_folder = options.output;
-  if (!common.json) {
-    request.on_character = [&request](const CharacterFacts& facts) {
-      print_character(request, facts);
-    };
-  }
-  request.folder = new_run_folder(wanted_folder);
-  Progress progress(common.progress_style());
-  const Report report = run_suite(request, progress);
-  progress.finish();
-  write_report(report, request.folder, {{}, options.single_file});
-  if (!options.history.empty())
-    append_night(options.history, night_of(report, request.today, request.label));
-  if (wanted_folder.empty())
-    point_link(request.folder.parent_path() / "latest", request.folder.filename());
+int publish(const Report& report, const fs::path& folder, bool is_latest, const Common& common,
+            bool single_file) {
+  write_report(report, folder, {{}, single_file});
+  if (is_latest) point_link(folder.parent_path() / "latest", folder.filename());
   if (common.json) {
     std::printf("%s\n", report_json(report).c_str());
   } else {
     TerminalStyle style = style_of_stdout();
-    style.page = (request.folder / "index.html").string();
+    style.page = (folder / "index.html").string();
     std::printf("%s", terminal_summary(report, style).c_str());
   }
   return report.exit_code;
+}
+
+namespace {
+
+int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
+  if (!common.json) {
+    request.on_character = [&request](const CharacterFacts& facts) {
+      print_character(request.title.empty() ? request.suite.title : request.title, facts,
+                      request.baseline.has_value());
+    };
+  }
+  request.folder = new_run_folder(options.output);
+  Progress progress(common.progress_style());
+  const Report report = run_suite(request, progress);
+  progress.finish();
+  const int code =
+      publish(report, request.folder, options.output.empty(), common, options.single_file);
+  if (!options.history.empty())
+    append_night(options.history, night_of(report, request.today, request.label));
+  return code;
 }
 
 /// The rig of a comparison that must be caught, as in every run (specification 8, canaries).
@@ -207,10 +220,17 @@ void add_check(const Registry& registry) {
   struct Options : RunOptions {
     std::string character, rig = "even", mapping = "chest", envelope = "human", sweeps = "standard",
                            chain;
+    BakedOptions baked;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "check", "judge one character under a rig", [options, &common = registry.common] {
+      "check", "judge one character under a rig, or the motion of its own rig",
+      [options, &common = registry.common] {
+        if (!options->baked.clip.empty())
+          return check_baked(options->baked, options->character, options->hints, options->output,
+                             common);
+        if (options->character.empty())
+          throw CLI::RequiredError("a character file, or --baked with a clip");
         RunRequest request;
         Suite& suite = request.suite;
         suite.name = "check";
@@ -228,10 +248,9 @@ void add_check(const Registry& registry) {
         suite.judges_weights = true;
         return run_and_print(std::move(request), common, *options);
       });
-  command
-      ->add_option("character", options->character,
-                   "character file: .glb, .gltf, or a body description .toml")
-      ->required();
+  command->add_option("character", options->character,
+                      "character file: .glb, .gltf, or a body description .toml");
+  add_baked_options(command, options->baked);
   command->add_option("--rig", options->rig,
                       "rig: a system (backbend list rigs) or a rig file [even]");
   command

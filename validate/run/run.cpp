@@ -30,9 +30,10 @@ std::vector<std::string> names_of(const skin::Character& character, const std::v
   return names;
 }
 
-CharacterFacts facts_of(const Stage& stage, const Envelope& envelope) {
-  const skin::Character& character = stage.character();
-  const skin::Anatomy& anatomy = stage.anatomy();
+}  // namespace
+
+CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
+                        const std::string& envelope) {
   CharacterFacts facts;
   facts.name = character.name;
   facts.file = character.file_name;
@@ -48,10 +49,12 @@ CharacterFacts facts_of(const Stage& stage, const Envelope& envelope) {
   facts.left_arm = names_of(character, anatomy.left_arm);
   facts.right_arm = names_of(character, anatomy.right_arm);
   facts.sure = anatomy.sure;
-  facts.envelope = envelope.name;
+  facts.envelope = envelope;
   for (const skin::Warning& warning : character.warnings) facts.notes.push_back(warning.message);
   return facts;
 }
+
+namespace {
 
 RigResult result_of(const RigRecord& record, const JudgeContext& context) {
   RigResult result;
@@ -85,6 +88,8 @@ RigResult result_of(const RigRecord& record, const JudgeContext& context) {
   return result;
 }
 
+}  // namespace
+
 std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   std::vector<CheckLegend> rows;
   for (const Check& check : all_checks()) {
@@ -100,6 +105,8 @@ std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   }
   return rows;
 }
+
+namespace {
 
 /// A character that cannot be used is an entry of the report, so that the others still run.
 Finding input_finding(const std::filesystem::path& file, const std::string& why) {
@@ -128,7 +135,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
   const Stage stage(std::move(confirmed.character), confirmed.hints, request.chain);
   const Envelope envelope = envelope_of(suite, confirmed);
-  report.characters.push_back(facts_of(stage, envelope));
+  report.characters.push_back(facts_of(stage.character(), stage.anatomy(), envelope.name));
   if (request.on_character) request.on_character(report.characters.back());
   const JudgeContext context{stage, limits, envelope, request.character_text(file)};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
