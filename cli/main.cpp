@@ -5,7 +5,7 @@
 #include <exception>
 #include <thread>
 
-#include "cli/commands.h"
+#include "cli/judging_commands.h"
 #include "render/scene.h"
 #include "skin/character.h"
 #include "solver/spine_system.h"
@@ -143,6 +143,8 @@ int main(int argument_count, char** arguments) {
   add_inspect(registry);
   add_bake(registry);
   add_body(registry);
+  add_calibrate(registry);
+  add_diff(registry);
   add_report(registry);
   add_list(registry);
   add_explain(registry);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
+#include <atomic>
 #include <cmath>
 
 #include "validate/calibrate/faults.h"
@@ -165,9 +166,17 @@ TEST(Calibrate, FindsEveryFaultOfItsTargetSizeAndFlagsNoCleanPose) {
   const auto body = tube_body(22);
   const CalibrationBody* bodies[] = {body.get()};
   std::vector<std::string> told;
-  const CalibrationReport report =
-      calibrate(small_plan(), bodies, [&](const std::string& what) { told.push_back(what); });
-  EXPECT_EQ(told.size(), 3u);
+  std::size_t planned = 0;
+  std::atomic<std::size_t> done{0};
+  CalibrationWatch watch;
+  watch.on_stage = [&](const std::string& stage, std::size_t steps) {
+    told.push_back(stage);
+    planned += steps;
+  };
+  watch.on_step = [&] { ++done; };
+  const CalibrationReport report = calibrate(small_plan(), bodies, watch);
+  EXPECT_EQ(told.size(), 4u);
+  EXPECT_EQ(done, planned);
   EXPECT_EQ(report.detectors.size(), 12u);
   for (const Sensitivity& s : report.detectors) {
     EXPECT_TRUE(s.ok()) << s.detector << " on " << s.body << ": smallest " << s.smallest
@@ -178,7 +187,7 @@ TEST(Calibrate, FindsEveryFaultOfItsTargetSizeAndFlagsNoCleanPose) {
   }
   EXPECT_TRUE(report.ok());
   EXPECT_EQ(detector_lines(report).size(), report.detectors.size());
-  EXPECT_EQ(detector_lines(report)[0], "flip  10 bones: from 1.2 deg, 0 of 5 clean poses flagged");
+  EXPECT_EQ(detector_lines(report)[0], "flip  10 bones: from 1.2 deg, 0 of 40 clean poses flagged");
 }
 
 TEST(Calibrate, SaysTheSameOnOneThreadAndOnMany) {
@@ -190,6 +199,12 @@ TEST(Calibrate, SaysTheSameOnOneThreadAndOnMany) {
   const std::string many = calibration_json(calibrate(plan, bodies));
   const oneapi::tbb::global_control one(oneapi::tbb::global_control::max_allowed_parallelism, 1);
   EXPECT_EQ(calibration_json(calibrate(plan, bodies)), many);
+}
+
+TEST(Calibrate, EndsWhereItsWatcherThrows) {
+  CalibrationWatch watch;
+  watch.on_step = [] { throw std::runtime_error("enough"); };
+  EXPECT_THROW(calibrate(small_plan(), {}, watch), std::runtime_error);
 }
 
 TEST(Calibrate, OfNothingIsNotOk) { EXPECT_FALSE(CalibrationReport().ok()); }

@@ -52,25 +52,17 @@ bool CalibrationReport::ok() const {
 
 CalibrationReport calibrate(const CalibrationPlan& plan,
                             std::span<const CalibrationBody* const> bodies,
-                            const std::function<void(const std::string&)>& progress) {
+                            const CalibrationWatch& watch) {
   CalibrationReport report;
   report.plan = plan;
-  const auto tell = [&](const std::string& what) {
-    if (progress) progress(what);
-  };
   const auto take = [&](std::vector<Sensitivity> rows) {
     for (Sensitivity& row : rows) report.detectors.push_back(std::move(row));
   };
-  tell("flip");
-  report.detectors.push_back(try_flip_detector(plan));
-  for (int bones : plan.chain_bones) {
-    tell("chain of " + std::to_string(bones) + " bones");
-    take(try_chain_detectors(plan, bones));
-  }
+  report.detectors.push_back(try_flip_detector(plan, watch));
+  for (int bones : plan.chain_bones) take(try_chain_detectors(plan, bones, watch));
   for (const CalibrationBody* body : bodies) {
-    tell(body->name());
-    take(try_mesh_detectors(plan, *body));
-    take(try_weight_detectors(plan, *body));
+    take(try_mesh_detectors(plan, *body, watch));
+    take(try_weight_detectors(plan, *body, watch));
   }
   return report;
 }
@@ -93,6 +85,26 @@ std::vector<std::string> detector_lines(const CalibrationReport& report) {
     lines.push_back(std::move(line));
   }
   return lines;
+}
+
+std::string calibration_table(const CalibrationReport& report) {
+  std::string text =
+      "| detector | check | tried on | alarm over | clean, flagged | smallest found | target | "
+      "found "
+      "at the target | at its place | ROC area |\n|---|---|---|---|---|---|---|---|---|---|\n";
+  for (const Sensitivity& s : report.detectors) {
+    const auto hit = std::ranges::find(s.hits, s.target, &HitRate::size);
+    const bool tried = hit != s.hits.end();
+    text += "| " + s.detector + " | " + s.code + " | " + s.body + " | " +
+            short_number(s.threshold) + " " + s.unit + " | " + std::to_string(s.clean) + ", " +
+            std::to_string(s.false_alarms) + " | " +
+            (std::isfinite(s.smallest) ? short_number(s.smallest) + " " + s.unit : "none") + " | " +
+            short_number(s.target) + " " + s.unit + " | " +
+            (tried ? std::to_string(hit->found) + " of " + std::to_string(hit->tried) : "") +
+            " | " + (tried ? std::to_string(hit->placed) : "") + " | " +
+            (tried ? short_number(hit->roc_area) : "") + " |\n";
+  }
+  return text;
 }
 
 std::string calibration_json(const CalibrationReport& report) {

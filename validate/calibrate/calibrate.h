@@ -18,6 +18,21 @@ struct CalibrationPlan {
   std::vector<int> chain_bones{6, 10, 24, 33};
 };
 
+/// What is told of a calibration while it runs; either may be empty.
+struct CalibrationWatch {
+  /// A stage begins, of so many steps: `mesh of mh_male_13k`. Never from two threads at once.
+  std::function<void(const std::string& stage, std::size_t steps)> on_stage;
+  /// A step is done. From any thread; what it throws ends the calibration.
+  std::function<void()> on_step;
+
+  void begin(const std::string& stage, std::size_t steps) const {
+    if (on_stage) on_stage(stage, steps);
+  }
+  void step() const {
+    if (on_step) on_step();
+  }
+};
+
 struct CalibrationReport {
   CalibrationPlan plan;
   std::vector<Sensitivity> detectors;  // in the order they were tried
@@ -28,24 +43,29 @@ struct CalibrationReport {
 /// with no false alarm. Clean poses are those of `even`, whose continuity is proven.
 ///
 /// Chain detectors are tried on chains of `chain_bones` bones, mesh detectors on each body. The
-/// result is the same for any number of threads. `progress` is told the name of each detector and
-/// body as it begins.
+/// result is the same for any number of threads.
 CalibrationReport calibrate(const CalibrationPlan& plan,
                             std::span<const CalibrationBody* const> bodies,
-                            const std::function<void(const std::string&)>& progress = {});
+                            const CalibrationWatch& watch = {});
 
 /// One line a detector: `chain kink  24 bones: from 0.5 deg, 0 of 2000 clean poses flagged`.
 std::vector<std::string> detector_lines(const CalibrationReport& report);
+
+/// The figures as a table in Markdown, one row a detector: what docs/calibration.md holds.
+std::string calibration_table(const CalibrationReport& report);
 
 /// The report as JSON text (`backbend.calibration/1`), keys sorted.
 std::string calibration_json(const CalibrationReport& report);
 
 // The trials, by what they are tried on.
-std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bones);
-Sensitivity try_flip_detector(const CalibrationPlan& plan);
+std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bones,
+                                             const CalibrationWatch& watch);
+Sensitivity try_flip_detector(const CalibrationPlan& plan, const CalibrationWatch& watch);
 std::vector<Sensitivity> try_mesh_detectors(const CalibrationPlan& plan,
-                                            const CalibrationBody& body);
+                                            const CalibrationBody& body,
+                                            const CalibrationWatch& watch);
 std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
-                                              const CalibrationBody& body);
+                                              const CalibrationBody& body,
+                                              const CalibrationWatch& watch);
 
 }  // namespace backbend::validate

@@ -1,5 +1,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
+#include <array>
 #include <cmath>
 
 #include "validate/calibrate/calibrate.h"
@@ -83,10 +84,11 @@ struct ChainDetector {
 
 /// Clean poses, measured once for all detectors.
 std::vector<ChainMeasures> measure_clean(const CalibrationPlan& plan, int bones,
-                                         std::uint64_t stream) {
+                                         std::uint64_t stream, const CalibrationWatch& watch) {
   std::vector<ChainMeasures> out(plan.clean_poses);
   oneapi::tbb::parallel_for(std::size_t{0}, out.size(), [&](std::size_t i) {
     out[i] = CleanChain(bones, plan.seed + stream, i).measure();
+    watch.step();
   });
   return out;
 }
@@ -99,7 +101,8 @@ std::vector<double> read_clean(const std::vector<ChainMeasures>& poses,
 }
 
 std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, int bones,
-                                   const ChainDetector& detector, double threshold) {
+                                   const ChainDetector& detector, double threshold,
+                                   const CalibrationWatch& watch) {
   std::vector<FaultTrial> trials;
   for (std::size_t k = 0; k < detector.sizes.size(); ++k) {
     const auto readings = read_all(plan.fault_poses, [&](std::size_t i) {
@@ -107,6 +110,7 @@ std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, int bones,
       Draw draw(plan.seed + kFault + k, ~static_cast<std::uint64_t>(i));
       const int joint = detector.inject(chain, draw, detector.sizes[k]);
       const ChainMeasures measured = chain.measure();
+      watch.step();
       return Reading{detector.read(measured),
                      joint < 0 || std::abs(detector.place(measured) - joint) <= 1};
     });
@@ -123,7 +127,8 @@ int inner_joint(const CleanChain& chain, Draw& draw) {
 
 }  // namespace
 
-std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bones) {
+std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bones,
+                                             const CalibrationWatch& watch) {
   const ChainDetector kink{
       "chain kink",
       "BB010",
@@ -187,24 +192,29 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
             draw.direction() * (0.01 * size * chain_length(chain.rig->rest().position)));
         return -1;
       }};
-  const std::vector<ChainMeasures> set = measure_clean(plan, bones, kThreshold);
-  const std::vector<ChainMeasures> test = measure_clean(plan, bones, kClean);
+  const std::array detectors{&kink, &roll, &drift_turn, &drift_shift};
+  std::size_t faults = 0;
+  for (const ChainDetector* detector : detectors) faults += detector->sizes.size();
+  watch.begin("chain of " + std::to_string(bones) + " bones",
+              2 * plan.clean_poses + faults * plan.fault_poses);
+  const std::vector<ChainMeasures> set = measure_clean(plan, bones, kThreshold, watch);
+  const std::vector<ChainMeasures> test = measure_clean(plan, bones, kClean, watch);
   std::vector<Sensitivity> out;
-  for (const ChainDetector* detector : {&kink, &roll, &drift_turn, &drift_shift}) {
+  for (const ChainDetector* detector : detectors) {
     const double threshold = threshold_from(read_clean(set, *detector), detector->floor);
     out.push_back(judge_detector(detector->name, detector->code, std::to_string(bones) + " bones",
                                  detector->unit, detector->target, threshold,
                                  read_clean(test, *detector),
-                                 try_faults(plan, bones, *detector, threshold)));
+                                 try_faults(plan, bones, *detector, threshold, watch)));
   }
   return out;
 }
 
-Sensitivity try_flip_detector(const CalibrationPlan& plan) {
+Sensitivity try_flip_detector(const CalibrationPlan& plan, const CalibrationWatch& watch) {
   constexpr int kBones = 10, kIntervals = 60;
   const std::vector<double> sizes{1.2, 2.0, 5.0, 20.0, 180.0};
-  // A sweep costs hundreds of poses: an eighth of the number of poses are hundreds of thousands.
-  const std::size_t sweeps = std::max<std::size_t>(1, plan.clean_poses / 8);
+  const std::size_t sweeps = plan.clean_poses;  // each of hundreds of poses
+  watch.begin("flips", sweeps + sizes.size() * plan.fault_poses);
   const auto read = [&](std::uint64_t seed, std::size_t i, double size) {
     Draw draw(seed, i);
     const auto rig =
@@ -225,6 +235,7 @@ Sensitivity try_flip_detector(const CalibrationPlan& plan) {
       placed = placed || (std::abs(jump.t - t) < 1e-5 && jump.joints[0].joint == joint &&
                           std::abs(jump.size_deg() - size) < 1e-3 * size);
     }
+    watch.step();
     return Reading{report.certified ? largest : std::numeric_limits<double>::quiet_NaN(), placed};
   };
   const std::vector<double> clean =

@@ -117,7 +117,7 @@ std::vector<double> values_of(const std::vector<Reading>& readings) {
 /// What every detector reads on clean poses: [detector][pose].
 std::vector<std::vector<double>> read_clean(const CalibrationPlan& plan, const BodyPoses& poses,
                                             const std::vector<MeshDetector>& detectors,
-                                            std::uint64_t stream) {
+                                            std::uint64_t stream, const CalibrationWatch& watch) {
   std::vector<std::vector<double>> out(detectors.size(), std::vector<double>(plan.clean_poses));
   oneapi::tbb::parallel_for(std::size_t{0}, plan.clean_poses, [&](std::size_t i) {
     Draw draw(plan.seed + stream, i);
@@ -125,12 +125,14 @@ std::vector<std::vector<double>> read_clean(const CalibrationPlan& plan, const B
     const BodyMeasures reference = poses.reference(c);
     for (std::size_t d = 0; d < detectors.size(); ++d)
       out[d][i] = detectors[d].read(c.clean, reference).value;
+    watch.step();
   });
   return out;
 }
 
 std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, const BodyPoses& poses,
-                                   const MeshDetector& detector, double threshold) {
+                                   const MeshDetector& detector, double threshold,
+                                   const CalibrationWatch& watch) {
   // Within one and a half bones: a fault between two joints shows at either.
   const double near = 1.5 / poses.body().bones();
   std::vector<FaultTrial> trials;
@@ -147,6 +149,7 @@ std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, const BodyPoses&
       if (detector.inject_mesh) place = detector.inject_mesh(mesh, draw, size);
       readings[i] = detector.read(poses.measure(c, mesh), reference);
       readings[i].placed = place < 0.0 || std::abs(readings[i].place - place) <= near;
+      watch.step();
     });
     FaultTrial trial{size, values_of(readings), 0};
     for (const Reading& r : readings) trial.placed += r.value > threshold && r.placed;
@@ -296,18 +299,22 @@ std::vector<MeshDetector> detectors_for(const BodyPoses& poses) {
 }  // namespace
 
 std::vector<Sensitivity> try_mesh_detectors(const CalibrationPlan& plan,
-                                            const CalibrationBody& body) {
+                                            const CalibrationBody& body,
+                                            const CalibrationWatch& watch) {
   const BodyPoses poses(body);
   const std::vector<MeshDetector> detectors = detectors_for(poses);
-  const auto set = read_clean(plan, poses, detectors, kThreshold);
-  const auto test = read_clean(plan, poses, detectors, kClean);
+  std::size_t faults = 0;
+  for (const MeshDetector& detector : detectors) faults += detector.sizes.size();
+  watch.begin("mesh of " + body.name(), 2 * plan.clean_poses + faults * plan.fault_poses);
+  const auto set = read_clean(plan, poses, detectors, kThreshold, watch);
+  const auto test = read_clean(plan, poses, detectors, kClean, watch);
   std::vector<Sensitivity> out;
   for (std::size_t d = 0; d < detectors.size(); ++d) {
     const MeshDetector& detector = detectors[d];
     const double threshold = threshold_from(set[d], detector.floor);
     out.push_back(judge_detector(detector.name, detector.code, body.name(), detector.unit,
                                  detector.target, threshold, test[d],
-                                 try_faults(plan, poses, detector, threshold)));
+                                 try_faults(plan, poses, detector, threshold, watch)));
   }
   return out;
 }

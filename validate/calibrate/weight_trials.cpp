@@ -30,7 +30,8 @@ int far_joint(const skin::Character& character, std::size_t vertex, Draw& draw, 
 }  // namespace
 
 std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
-                                              const CalibrationBody& body) {
+                                              const CalibrationBody& body,
+                                              const CalibrationWatch& watch) {
   const skin::Character& character = body.character();
   const WeightHygiene clean = examine(character, character.influences);
   // Weights do not change with the pose: one reading is all the clean ones there are.
@@ -39,6 +40,8 @@ std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
   // An examination of a heavy mesh takes a while, and each vertex is one as good as another.
   const std::size_t tries = std::min<std::size_t>(plan.fault_poses, 50);
 
+  const std::vector<double> sizes{0.02, 0.05, 0.1, 1.0};
+  watch.begin("weights of " + body.name(), tries * (1 + sizes.size()));
   FaultTrial stray{1.0, std::vector<double>(tries, 0.0), 0};
   std::vector<char> named(tries, 0);
   oneapi::tbb::parallel_for(std::size_t{0}, tries, [&](std::size_t i) {
@@ -58,11 +61,12 @@ std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
     named[i] =
         found.stray_vertex >= 0 &&
         character.place[static_cast<std::size_t>(found.stray_vertex)] == character.place[vertex];
+    watch.step();
   });
   stray.placed = static_cast<std::size_t>(std::ranges::count(named, 1));
 
   std::vector<FaultTrial> sums;
-  for (double size : {0.02, 0.05, 0.1, 1.0}) {
+  for (double size : sizes) {
     FaultTrial trial{size, std::vector<double>(tries, 0.0), 0};
     std::vector<char> right(tries, 0);
     oneapi::tbb::parallel_for(std::size_t{0}, tries, [&](std::size_t i) {
@@ -73,6 +77,7 @@ std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
       const WeightHygiene found = examine(character, influences);
       trial.value[i] = 100.0 * found.worst_sum;
       right[i] = found.worst_sum_vertex == static_cast<int>(vertex);
+      watch.step();
     });
     trial.placed = static_cast<std::size_t>(std::ranges::count(right, 1));
     sums.push_back(std::move(trial));

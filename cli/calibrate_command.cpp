@@ -1,0 +1,102 @@
+#include <cstdio>
+
+#include "cli/judging_commands.h"
+#include "validate/calibrate/calibrate.h"
+#include "validate/files/data_folder.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/escape.h"
+#include "validate/run/stage.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::cli {
+namespace {
+
+using namespace backbend::validate;
+
+struct CalibrateOptions {
+  std::vector<std::string> characters;
+  std::vector<int> tubes{8, 24};
+  CalibrationPlan plan;
+  std::string output = ".";
+};
+
+std::vector<std::unique_ptr<CalibrationBody>> bodies_of(const CalibrateOptions& options) {
+  std::vector<std::string> files = options.characters;
+  if (files.empty())
+    files.push_back((data_folder() / "scenes" / "characters" / "human.toml").string());
+  std::vector<std::unique_ptr<CalibrationBody>> bodies;
+  for (const int bones : options.tubes) bodies.push_back(tube_body(bones));
+  for (const std::string& file : files) {
+    skin::Character character = load_character(file);
+    skin::Anatomy anatomy = skin::find_anatomy(character, {});
+    bodies.push_back(std::make_unique<CalibrationBody>(std::move(character), std::move(anatomy)));
+  }
+  return bodies;
+}
+
+int calibrate_and_print(const CalibrateOptions& options, const Common& common) {
+  const OutputFolder folder(options.output);
+  folder.prepare();  // a job of minutes fails early
+  const auto bodies = bodies_of(options);
+  std::vector<const CalibrationBody*> tried;
+  for (const auto& body : bodies) tried.push_back(body.get());
+  Progress progress(common.progress_style());
+  CalibrationWatch watch;
+  watch.on_stage = [&](const std::string& stage, std::size_t steps) {
+    progress.start(visible(stage), steps);
+  };
+  watch.on_step = [&] {
+    poll_interrupt();
+    progress.step();
+  };
+  const CalibrationReport report = calibrate(options.plan, tried, watch);
+  progress.finish();
+  const std::string json = calibration_json(report);
+  folder.write("calibration.json", json);
+  folder.write("calibration.md", calibration_table(report));
+  if (common.json) {
+    std::fputs(json.c_str(), stdout);
+  } else {
+    for (const std::string& line : detector_lines(report))
+      std::printf("%s\n", visible(line).c_str());
+    std::printf("\n%s; wrote %s and %s\n",
+                report.ok() ? "every detector reached its target without a false alarm"
+                            : "NOT every detector reached its target without a false alarm",
+                (folder.path() / "calibration.json").c_str(),
+                (folder.path() / "calibration.md").c_str());
+  }
+  return report.ok() ? kExitOk : kExitFindings;
+}
+
+}  // namespace
+
+void add_calibrate(const Registry& registry) {
+  auto options = std::make_shared<CalibrateOptions>();
+  CLI::App* command = registry.add(
+      "calibrate", "the smallest fault each detector finds without a false alarm",
+      [options, &common = registry.common] { return calibrate_and_print(*options, common); });
+  command->add_option("characters", options->characters,
+                      "character files to try the mesh detectors on [the bundled human]");
+  command
+      ->add_option("--poses", options->plan.clean_poses,
+                   "clean poses per body, and as many that set the thresholds [2000]")
+      ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--faults", options->plan.fault_poses, "faulted poses per size and body [200]")
+      ->check(CLI::Range(1, 1000000));
+  command
+      ->add_option("--bones", options->plan.chain_bones,
+                   "bones of the chains to try, separated by commas [6,10,24,33]")
+      ->delimiter(',')
+      ->check(CLI::Range(4, 64));
+  command
+      ->add_option("--tubes", options->tubes,
+                   "bones of the round bodies to try, separated by commas [8,24]")
+      ->delimiter(',')
+      ->check(CLI::Range(4, 64));
+  command->add_option("--seed", options->plan.seed, "seed of all poses and faults [20261121]");
+  command->add_option("-o,--output", options->output,
+                      "folder for calibration.json and calibration.md [.]");
+}
+
+}  // namespace backbend::cli

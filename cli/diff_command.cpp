@@ -1,0 +1,47 @@
+#include <cstdio>
+
+#include "cli/judging_commands.h"
+#include "validate/run/picture_diff.h"
+
+namespace backbend::cli {
+
+void add_diff(const Registry& registry) {
+  struct Options {
+    std::string a, b;
+    validate::PictureLimits limits;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = registry.add(
+      "diff", "two EXR pictures, or two folders of them, as a person would see it",
+      [options, &common = registry.common] {
+        validate::Progress progress(common.progress_style());
+        const validate::PictureDiff diff =
+            validate::diff_pictures(options->a, options->b, options->limits, progress);
+        progress.finish();
+        std::fputs(
+            (common.json ? validate::picture_diff_json(diff) : validate::picture_diff_text(diff))
+                .c_str(),
+            stdout);
+        return diff.exit_code();
+      });
+  command->add_option("A", options->a, "EXR file or folder: what it should look like")->required();
+  command->add_option("B", options->b, "EXR file or folder: what it looks like")->required();
+  command
+      ->add_option("--flip", options->limits.perceptual,
+                   "largest mean perceptual difference (FLIP, HDR), 0 to 1 [0.01]")
+      ->check(CLI::Range(0.0, 1.0));
+  command
+      ->add_option("--normal-deg", options->limits.normal_deg,
+                   "largest mean angle between normals, degrees [0.05]")
+      ->check(CLI::Range(0.0, 180.0));
+  command
+      ->add_option("--outline-px", options->limits.outline_px,
+                   "largest distance that 95 % of the outline may keep, pixels [0.5]")
+      ->check(CLI::Range(0.0, 100000.0));
+  command
+      ->add_option("--overlap", options->limits.overlap,
+                   "least overlap of the silhouettes, 0 to 1 [0.995]")
+      ->check(CLI::Range(0.0, 1.0));
+}
+
+}  // namespace backbend::cli

@@ -1,0 +1,110 @@
+#include "validate/metrics/frame_difference.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+namespace backbend::validate {
+namespace {
+
+constexpr int kSize = 48;
+
+/// A grey disc on black with its alpha, normals that face the camera, and a variance where asked.
+render::Frame disc(double centre_x, double grey = 0.4, double variance = -1.0) {
+  render::Frame frame;
+  frame.width = frame.height = kSize;
+  render::Layer color{{"R", "G", "B", "A"}, false, {}}, normal{{"N.X", "N.Y", "N.Z"}, false, {}},
+      spread{{"variance.R", "variance.G", "variance.B"}, false, {}};
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const bool inside = std::hypot(x - centre_x, y - 24.0) < 12.0;
+      const float value = inside ? static_cast<float>(grey) : 0.0f;
+      color.data.insert(color.data.end(), {value, value, value, inside ? 1.0f : 0.0f});
+      normal.data.insert(normal.data.end(), {0.0f, 0.0f, inside ? 1.0f : 0.0f});
+      spread.data.insert(spread.data.end(), 3, static_cast<float>(variance));
+    }
+  frame.layers = {color, normal};
+  if (variance >= 0.0) frame.layers.push_back(spread);
+  return frame;
+}
+
+const PictureMeasure& measure(const FrameDifference& d, const std::string& name) {
+  for (const PictureMeasure& m : d.measures)
+    if (m.name == name) return m;
+  throw std::runtime_error("no measure " + name);
+}
+
+TEST(FrameDifference, OfAFrameAndItselfIsNothingAtAll) {
+  const FrameDifference d = frame_difference(disc(24), disc(24));
+  EXPECT_TRUE(d.identical);
+  EXPECT_EQ(d.verdict(), Verdict::pass);
+  EXPECT_EQ(measure(d, "perceptual_hdr_mean").value, 0.0);
+  EXPECT_EQ(measure(d, "silhouette_overlap").value, 1.0);
+  EXPECT_EQ(measure(d, "outline_largest").value, 0.0);
+  EXPECT_EQ(measure(d, "normal_largest").value, 0.0);
+}
+
+TEST(FrameDifference, MeasuresAMoveInPixels) {
+  const FrameDifference d = frame_difference(disc(24), disc(27));
+  EXPECT_FALSE(d.identical);
+  EXPECT_EQ(d.verdict(), Verdict::fail);
+  EXPECT_EQ(measure(d, "outline_largest").value, 3.0);
+  EXPECT_EQ(measure(d, "outline_p95").verdict, Verdict::fail);
+  EXPECT_EQ(measure(d, "perceptual_hdr_mean").verdict, Verdict::fail);
+  // Where both show the disc it faces the same way.
+  EXPECT_EQ(measure(d, "normal_mean").verdict, Verdict::pass);
+}
+
+TEST(FrameDifference, LetsNoiseDecideWhereTheVarianceIsKnown) {
+  const double variance = 0.0025;  // a standard deviation of 0.05
+  render::Frame a = disc(24, 0.4, variance), b = disc(24, 0.4, variance);
+  std::mt19937 rng(5);
+  for (render::Frame* frame : {&a, &b})
+    for (std::size_t p = 0; p < frame->layers[0].data.size(); p += 4)
+      for (std::size_t c = 0; c < 3; ++c) {
+        double sum = -6.0;  // twelve even draws of variance 1/12 each
+        for (int i = 0; i < 12; ++i) sum += (rng() >> 8) * 0x1p-24;
+        frame->layers[0].data[p + c] += static_cast<float>(0.05 * sum);
+      }
+  const FrameDifference noisy = frame_difference(a, b);
+  EXPECT_FALSE(noisy.identical);
+  EXPECT_GT(measure(noisy, "perceptual_hdr_mean").value, PictureLimits{}.perceptual);
+  EXPECT_EQ(noisy.verdict(), Verdict::pass);
+  // A disc that is brighter by ten standard deviations is no noise.
+  for (std::size_t p = 0; p < b.layers[0].data.size(); p += 4)
+    if (b.layers[0].data[p + 3] > 0) b.layers[0].data[p] += 0.5f;
+  const FrameDifference brighter = frame_difference(a, b);
+  EXPECT_EQ(brighter.verdict(), Verdict::fail);
+  EXPECT_EQ(measure(brighter, "within_noise").verdict, Verdict::fail);
+}
+
+TEST(FrameDifference, WhatOneSideLacksIsNotMeasured) {
+  render::Frame bare = disc(24);
+  bare.layers.pop_back();
+  const FrameDifference d = frame_difference(disc(24), bare);
+  EXPECT_EQ(d.only_a, (std::vector<std::string>{"N.X", "N.Y", "N.Z"}));
+  EXPECT_EQ(measure(d, "normal_mean").verdict, Verdict::not_measured);
+  EXPECT_EQ(d.verdict(), Verdict::not_measured);
+  render::Frame neither = disc(24);
+  neither.layers.erase(neither.layers.begin());
+  render::Frame other = neither;
+  other.layers[0].names = {"Q.X", "Q.Y", "Q.Z"};
+  EXPECT_EQ(frame_difference(neither, other).verdict(), Verdict::not_measured);
+}
+
+TEST(FrameDifference, AValueThatIsNoNumberIsNotMeasured) {
+  render::Frame broken = disc(24);
+  broken.layers[0].data[4 * 24 * kSize] = std::numeric_limits<float>::quiet_NaN();
+  EXPECT_EQ(frame_difference(disc(24), broken).verdict(), Verdict::not_measured);
+}
+
+TEST(FrameDifference, OfDifferentSizesIsRefused) {
+  render::Frame small = disc(24);
+  small.height = 1;
+  for (render::Layer& layer : small.layers) layer.data.resize(kSize * layer.names.size());
+  EXPECT_THROW(frame_difference(disc(24), small), ImageError);
+}
+
+}  // namespace
+}  // namespace backbend::validate
