@@ -57,9 +57,11 @@ std::vector<Step> find_steps(std::span<const double> values, double least) {
     const double noise = freedom > 0 ? std::sqrt((past_squares + level.squares) / freedom) : 0;
     bool stepped = false;
     std::size_t at = i;
-    if (noise < least) {
-      stepped = level.count > 0 && std::abs(values[i] - level.mean) > least;
-    } else if (level.count >= 2 && freedom >= kLeastFreedom) {
+    if (freedom < kLeastFreedom) {
+      // Too few nights to know the noise, or that there is none.
+    } else if (noise < least) {
+      stepped = std::abs(values[i] - level.mean) > least;
+    } else if (level.count >= 2) {
       const double t = (values[i] - level.mean) / (noise * std::sqrt(1 + 1 / level.count));
       const double score = std::clamp(normal_score(t, freedom), -kMostScore, kMostScore);
       if (up == 0) up_from = i;
