@@ -2,9 +2,13 @@
 
 #include "cli/commands.h"
 #include "skin/body.h"
+#include "skin/body_proxy.h"
 #include "skin/glb_writer.h"
+#include "skin/gltf_reader.h"
 #include "validate/files/data_folder.h"
+#include "validate/files/import.h"
 #include "validate/files/output_folder.h"
+#include "validate/run/confirmed.h"
 #include "validate/run/measure.h"
 #include "validate/run/stage.h"
 #include "validate/sweeps/suite.h"
@@ -30,21 +34,32 @@ Sweep sweep_named(const std::string& name) {
 
 }  // namespace
 
+/// A description is made as it says; around a skeleton of any other file goes a proxy body.
+skin::Character made_body(const fs::path& source, const skin::AnatomyHints& hints,
+                          const skin::BodyOptions& options) {
+  if (source.extension() == ".toml")
+    return skin::make_body(skin::read_body_description(source), options);
+  const skin::Character skeleton = skin::read_skeleton(load_document(source));
+  return skin::make_proxy_body(skeleton, skin::find_anatomy(skeleton, hints), options);
+}
+
 void add_body(const Registry& registry) {
   struct Options {
-    std::string description, output;
+    std::string source, output;
     int vertices = 0;
+    skin::AnatomyHints hints;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "body", "make a character from a description: a closed mesh with smooth weights, as .glb",
+      "body",
+      "make a character, .glb: a closed mesh with smooth weights, from a description or around a "
+      "skeleton",
       [options, &common = registry.common] {
-        const fs::path description = options->description.empty()
-                                         ? data_folder() / "scenes" / "characters" / "human.toml"
-                                         : fs::path(options->description);
-        const skin::Character character =
-            skin::make_body(skin::read_body_description(description),
-                            {.vertices = options->vertices, .poll = poll_interrupt});
+        const fs::path source = options->source.empty()
+                                    ? data_folder() / "scenes" / "characters" / "human.toml"
+                                    : fs::path(options->source);
+        const skin::Character character = made_body(
+            source, options->hints, {.vertices = options->vertices, .poll = poll_interrupt});
         const fs::path file(options->output);
         OutputFolder(file.parent_path()).write(file.filename(), skin::encode_glb(character));
         if (!common.quiet) {
@@ -54,13 +69,15 @@ void add_body(const Registry& registry) {
         }
         return 0;
       });
-  command->add_option("description", options->description,
-                      "body description .toml [the bundled human]");
+  command->add_option("source", options->source,
+                      "body description .toml, or a skeleton: .glb, .gltf, .fbx, .dae, .bvh "
+                      "[the bundled human]");
   command
       ->add_option("--vertices", options->vertices,
                    "how many vertices, about [what the description says]")
       ->check(CLI::Range(1000, 20'000'000));
   command->add_option("-o,--output", options->output, "the .glb to write")->required();
+  add_anatomy_options(command, options->hints);
 }
 
 void add_bake(const Registry& registry) {
@@ -73,7 +90,8 @@ void add_bake(const Registry& registry) {
   CLI::App* command = registry.add(
       "bake", "a rig's sweep as a skinned animation, .glb, that every viewer plays",
       [options, &common = registry.common] {
-        const Stage stage(load_character(options->character), options->hints);
+        ConfirmedCharacter confirmed = load_confirmed(options->character, options->hints);
+        const Stage stage(std::move(confirmed.character), confirmed.hints);
         const auto system = stage.build(read_rig(options->rig).spec);
         const Sweep sweep = sweep_named(options->sweep);
         skin::GlbAnimation animation;
@@ -95,7 +113,7 @@ void add_bake(const Registry& registry) {
       });
   command
       ->add_option("character", options->character,
-                   "character file: .glb, .gltf, or a body description .toml")
+                   "character file: .glb, .gltf, .fbx, .dae, or a body description .toml")
       ->required();
   command->add_option("--rig", options->rig,
                       "rig: a system (backbend list rigs) or a rig file [curve]");

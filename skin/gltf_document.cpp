@@ -61,7 +61,12 @@ class Loader {
 
   GltfDocument load() {
     const Bytes bytes = read_regular_file(path_);
-    hash_.add(bytes);
+    return load(bytes, bytes);
+  }
+
+  /// `hashed` stands for the glTF in the content hash.
+  GltfDocument load(const Bytes& bytes, const Bytes& hashed) {
+    hash_.add(hashed);
     GltfContainer container = open_gltf_container(out_.file, bytes);
     json root = parse(container.json_text);
     binary_ = std::move(container.binary);
@@ -290,5 +295,9 @@ class Loader {
 }  // namespace
 
 GltfDocument load_gltf(const std::filesystem::path& file) { return Loader(file).load(); }
+
+GltfDocument load_gltf(const ConvertedFile& converted) {
+  return Loader(converted.file).load(converted.gltf, converted.source);
+}
 
 }  // namespace backbend::skin

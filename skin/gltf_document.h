@@ -27,4 +27,13 @@ struct GltfDocument {
 /// know, nests deeper than any honest file, or lacks a buffer. A missing picture is a warning.
 GltfDocument load_gltf(const std::filesystem::path& file);
 
+/// Another program's file that was turned into glTF in memory: its name, its own bytes (which the
+/// content hash is of), and the glTF. What that refers to is looked for beside `file`.
+struct ConvertedFile {
+  std::filesystem::path file;
+  std::vector<std::uint8_t> source;
+  std::vector<std::uint8_t> gltf;
+};
+GltfDocument load_gltf(const ConvertedFile& converted);
+
 }  // namespace backbend::skin

@@ -76,28 +76,30 @@ void check_finite(const std::string& file, const Character& character) {
   }
 }
 
-}  // namespace
-
-Character read_character(const std::filesystem::path& file) {
-  GltfDocument document = load_gltf(file);
+/// What a character has without its mesh, and where its nodes stood in the file.
+Character start_character(const GltfDocument& document, std::vector<int>& index_of_file_node) {
   Character character;
+  const std::filesystem::path file(document.file);
   character.name = file.stem().string();
   character.file_name = file.filename().string();
   character.content_hash_low = document.content_hash_low;
   character.content_hash_high = document.content_hash_high;
-  character.images = std::move(document.images);
-  character.warnings = std::move(document.warnings);
+  character.images = document.images;
+  character.warnings = document.warnings;
   character.materials = read_materials(*document.model, character.images.size());
   GltfNodes nodes = read_nodes(*document.model, document.file);
   character.nodes = std::move(nodes.nodes);
+  index_of_file_node = std::move(nodes.index_of_file_node);
+  return character;
+}
 
-  const GltfGeometry geometry =
-      read_geometry(*document.model, document.file, nodes.index_of_file_node, character);
-  if (character.triangles.empty()) throw CharacterError(document.file + ": no triangles to judge");
-  if (std::all_of(geometry.vertex_skin.begin(), geometry.vertex_skin.end(),
-                  [](int skin) { return skin < 0; }))
-    throw CharacterError(document.file + ": no mesh with a skin: nothing follows a skeleton");
+bool has_skin(const GltfGeometry& geometry) {
+  return std::any_of(geometry.vertex_skin.begin(), geometry.vertex_skin.end(),
+                     [](int skin) { return skin >= 0; });
+}
 
+void finish_character(const GltfDocument& document, const GltfGeometry& geometry,
+                      Character& character) {
   for (Warning& warning : settle_rest_pose(character, geometry.skins, geometry.vertex_skin))
     character.warnings.push_back(std::move(warning));
   hold_unweighted(character, geometry);
@@ -105,7 +107,42 @@ Character read_character(const std::filesystem::path& file) {
   Places places = weld(bind_points(character, geometry));
   character.place = std::move(places.place);
   character.place_count = places.count;
+}
+
+}  // namespace
+
+Character read_character(const std::filesystem::path& file) {
+  return read_character(load_gltf(file));
+}
+
+Character read_character(const GltfDocument& document) {
+  std::vector<int> index_of_file_node;
+  Character character = start_character(document, index_of_file_node);
+  const GltfGeometry geometry =
+      read_geometry(*document.model, document.file, index_of_file_node, character);
+  if (character.triangles.empty())
+    throw CharacterError(document.file +
+                         ": no triangles to judge; backbend body makes a body for a skeleton");
+  if (!has_skin(geometry))
+    throw CharacterError(document.file + ": no mesh with a skin: nothing follows a skeleton");
+  finish_character(document, geometry, character);
   return character;
+}
+
+Character read_skeleton(const GltfDocument& document) {
+  std::vector<int> index_of_file_node;
+  Character character = start_character(document, index_of_file_node);
+  Character bare = character;
+  const GltfGeometry geometry =
+      read_geometry(*document.model, document.file, index_of_file_node, character);
+  if (!character.triangles.empty() && has_skin(geometry)) {
+    finish_character(document, geometry, character);
+    return character;
+  }
+  if (bare.nodes.size() < 2) throw CharacterError(document.file + ": no skeleton");
+  for (std::size_t n = 0; n < bare.nodes.size(); ++n)
+    bare.joints.push_back({static_cast<int>(n), glm::dmat4(1.0)});
+  return bare;
 }
 
 }  // namespace backbend::skin

@@ -2,6 +2,7 @@
 #include <filesystem>
 
 #include "skin/character.h"
+#include "skin/gltf_document.h"
 
 namespace backbend::skin {
 
@@ -17,5 +18,11 @@ namespace backbend::skin {
 /// 2.0, broken, or without a skinned mesh. Reads nothing outside the file's folder.
 /// Source: glTF 2.0 specification, sections 3.6 and 3.7.
 Character read_character(const std::filesystem::path& file);
+Character read_character(const GltfDocument& document);
+
+/// The same for a file that may hold a skeleton alone (BVH, an early rig): without a skinned mesh
+/// every node is a joint and all vertex arrays are empty. Throws CharacterError also for fewer than
+/// two nodes.
+Character read_skeleton(const GltfDocument& document);
 
 }  // namespace backbend::skin

@@ -1,9 +1,10 @@
 # Fails when a file includes a layer that its own layer may not know.
 set(solver_uses "solver")
 set(skin_uses "solver|skin")
+set(import_uses "skin|import")
 set(render_uses "render")
 set(validate_uses "solver|skin|render|validate")
-foreach(layer solver skin render validate)
+foreach(layer solver skin import render validate)
   file(GLOB_RECURSE sources ${ROOT}/${layer}/*.h ${ROOT}/${layer}/*.cpp)
   foreach(source ${sources})
     file(STRINGS ${source} includes REGEX "^#include \"[a-z]+/")

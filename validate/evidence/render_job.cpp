@@ -14,6 +14,7 @@
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
 #include "validate/report/report.h"
+#include "validate/run/confirmed.h"
 
 namespace backbend::validate {
 namespace {
@@ -28,7 +29,10 @@ struct Studio {
   std::string name, inputs;
 
   explicit Studio(const RenderRequest& request)
-      : stage(load_character(request.character), request.hints, request.chain),
+      : Studio(request, load_confirmed(request.character, request.hints)) {}
+
+  Studio(const RenderRequest& request, ConfirmedCharacter confirmed)
+      : stage(std::move(confirmed.character), confirmed.hints, request.chain),
         system(stage.build(request.rig.spec)) {
     const skin::Character& character = stage.character();
     name = request.name.empty() ? character.name + "_" + request.rig.name : request.name;

@@ -6,8 +6,10 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <system_error>
 #include <thread>
@@ -104,6 +106,16 @@ int wait_for(pid_t child) {
   return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
+/// Writes all of it, or until the reader goes away: SIGPIPE is ignored by the program.
+void write_all(int descriptor, std::span<const std::uint8_t> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) return;
+    bytes = bytes.subspan(static_cast<std::size_t>(written));
+  }
+}
+
 }  // namespace
 
 ChildResult run_child(
@@ -154,6 +166,63 @@ CapturedChild capture_child(const std::vector<std::string>& argv) {
   CapturedChild result;
   result.output = drain(output.read_end, 0);
   result.exit_code = wait_for(child);
+  return result;
+}
+
+FilteredChild filter_child(const std::vector<std::string>& argv,
+                           std::span<const std::uint8_t> input, std::size_t most_bytes,
+                           double seconds) {
+  using Clock = std::chrono::steady_clock;
+  const auto deadline = Clock::now() + std::chrono::duration<double>(seconds);
+  Pipe in, out, complaints;
+  const pid_t child = spawn(argv, in.read_end, out.write_end, complaints.write_end);
+  in.close_read();
+  out.close_write();
+  complaints.close_write();
+  FilteredChild result;
+  std::thread feeder([&] {
+    write_all(in.write_end, input);
+    in.close_write();
+  });
+  std::thread listener([&] { result.complaint = drain(complaints.read_end, 4096); });
+  std::vector<std::uint8_t> block(1 << 16);
+  const auto stop = [&](bool& why) {
+    why = true;
+    ::kill(-child, SIGKILL);
+  };
+  while (true) {
+    const auto left =
+        std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
+    pollfd wait{out.read_end, POLLIN, 0};
+    const int ready =
+        left <= 0 ? 0 : ::poll(&wait, 1, static_cast<int>(std::min<long>(left, 1000)));
+    if (ready < 0 && errno == EINTR) continue;
+    if (left <= 0) {
+      stop(result.too_long);
+      break;
+    }
+    if (ready == 0) continue;
+    const ssize_t got = ::read(out.read_end, block.data(), block.size());
+    if (got < 0 && errno == EINTR) continue;
+    if (got <= 0) break;
+    result.output.insert(result.output.end(), block.begin(), block.begin() + got);
+    if (result.output.size() > most_bytes) {
+      stop(result.too_much);
+      break;
+    }
+  }
+  // A child that closed its output may still run: its time goes on.
+  while (!result.too_long && !result.too_much) {
+    siginfo_t ended{};
+    if (::waitid(P_PID, static_cast<id_t>(child), &ended, WEXITED | WNOHANG | WNOWAIT) != 0 ||
+        ended.si_pid == child)
+      break;
+    if (Clock::now() >= deadline) stop(result.too_long);
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  result.exit_code = wait_for(child);
+  feeder.join();
+  listener.join();
   return result;
 }
 

@@ -27,4 +27,18 @@ struct CapturedChild {
 };
 CapturedChild capture_child(const std::vector<std::string>& argv);
 
+/// Runs a program that turns its standard input into its standard output, and stops it (with
+/// SIGKILL) once it has run for `seconds` or written more than `most_bytes`. Throws ReadError where
+/// it cannot be started.
+struct FilteredChild {
+  int exit_code = -1;     // 128 + signal where a signal ended it
+  bool too_long = false;  // stopped for its time
+  bool too_much = false;  // stopped for its output
+  std::vector<std::uint8_t> output;
+  std::string complaint;  // the end of what it wrote to standard error
+};
+FilteredChild filter_child(const std::vector<std::string>& argv,
+                           std::span<const std::uint8_t> input, std::size_t most_bytes,
+                           double seconds);
+
 }  // namespace backbend::validate

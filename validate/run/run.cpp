@@ -11,6 +11,7 @@
 #include "validate/report/markdown.h"
 #include "validate/report/report_json.h"
 #include "validate/run/canary.h"
+#include "validate/run/confirmed.h"
 #include "validate/run/image_pass.h"
 #include "validate/run/judge.h"
 #include "validate/run/owner.h"
@@ -109,14 +110,24 @@ Finding input_finding(const std::filesystem::path& file, const std::string& why)
   return finding;
 }
 
+/// A suite that asks for another envelope than the usual one means it; else the character's own
+/// counts.
+Envelope envelope_of(const Suite& suite, const ConfirmedCharacter& confirmed) {
+  const bool usual = suite.envelope.name == "human";
+  if (!usual || !confirmed.sidecar || confirmed.sidecar->envelope.empty()) return suite.envelope;
+  return find_envelope(confirmed.sidecar->envelope).value_or(suite.envelope);
+}
+
 void run_character(const RunRequest& request, const std::filesystem::path& file,
                    const LimitSet& limits, const OutputFolder& folder, Progress& progress,
                    Report& report) {
   const Suite& suite = request.suite;
-  const Stage stage(load_character(file), request.hints, request.chain);
-  report.characters.push_back(facts_of(stage, suite.envelope));
+  ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
+  const Stage stage(std::move(confirmed.character), confirmed.hints, request.chain);
+  const Envelope envelope = envelope_of(suite, confirmed);
+  report.characters.push_back(facts_of(stage, envelope));
   if (request.on_character) request.on_character(report.characters.back());
-  const JudgeContext context{stage, limits, suite.envelope, request.character_text(file)};
+  const JudgeContext context{stage, limits, envelope, request.character_text(file)};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
   if (!body.mesh().open_reason.empty())
     report.characters.back().notes.push_back("volume has no meaning here: " +
@@ -136,8 +147,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
           report.canaries.push_back(run_canary(plan, suite.sweeps, context));
         continue;
       }
-      records.push_back(
-          measure_rig(stage, body, plan, mapping, suite.sweeps, suite.envelope, progress));
+      records.push_back(measure_rig(stage, body, plan, mapping, suite.sweeps, envelope, progress));
     }
   }
 

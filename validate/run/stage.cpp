@@ -5,6 +5,7 @@
 #include "render/png.h"
 #include "skin/body.h"
 #include "skin/gltf_reader.h"
+#include "validate/files/import.h"
 #include "validate/run/progress.h"
 
 namespace backbend::validate {
@@ -35,7 +36,7 @@ skin::Character load_character(const std::filesystem::path& file) {
   if (file.extension() == ".toml") {
     return skin::make_body(skin::read_body_description(file), {.poll = poll_interrupt});
   }
-  return skin::read_character(file);
+  return skin::read_character(load_document(file));
 }
 
 skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy& whole) {

@@ -65,7 +65,7 @@ class Stage {
   skin::PosedMesh rest_;
 };
 
-/// Reads a character: .glb or .gltf, or a body description (.toml), which is made into a mesh.
+/// Reads a character: .glb, .gltf, .fbx, .dae; or a body description (.toml), made into a mesh.
 /// Throws skin::CharacterError.
 skin::Character load_character(const std::filesystem::path& file);
 

@@ -1,0 +1,217 @@
+// A sidecar says the same after writing and reading, does what it says, and refuses what it cannot
+// do.
+#include "skin/sidecar.h"
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "skin/skinning.h"
+#include "skin/weight_suggestions.h"
+#include "tests/skin/stick_figure.h"
+
+namespace backbend::skin {
+namespace {
+
+namespace fs = std::filesystem;
+
+Sidecar full_sidecar() {
+  Sidecar out;
+  out.spine = {"hips", "spi\"ne\\", "che\x01st\n", "n\xC3\xA9ck", "head"};
+  out.chest = "n\xC3\xA9ck";
+  out.left_arm = {"l1", "l2"};
+  out.right_arm = {"r1", "r2"};
+  out.up = "+Z";
+  out.forward = "-Y";
+  out.metres_per_unit = 0.0254;
+  out.leave_out = {"hair", "# prop"};
+  out.namespaces = {"hero:", "rig|"};
+  out.envelope = "cartoon";
+  out.controls = {{"extension", "chest_ctl", "X", -1}, {"twist", "chest_ctl", "Y", 1}};
+  return out;
+}
+
+std::string refusal(const std::string& text) {
+  try {
+    parse_sidecar(text, "hero.backbend.toml");
+    return "";
+  } catch (const CharacterError& error) {
+    return error.what();
+  }
+}
+
+TEST(Sidecar, SaysTheSameAfterWritingAndReading) {
+  for (const Sidecar& sidecar : {Sidecar{}, full_sidecar()}) {
+    const std::string text = sidecar_text(sidecar);
+    const Sidecar again = parse_sidecar(text, "hero.backbend.toml");
+    EXPECT_EQ(again, sidecar);
+    EXPECT_EQ(sidecar_text(again), text);
+  }
+}
+
+TEST(Sidecar, StandsBesideItsCharacterAndIsFoundByItself) {
+  EXPECT_EQ(sidecar_path("a/hero.v2.fbx"), fs::path("a/hero.v2.backbend.toml"));
+  const fs::path folder =
+      fs::temp_directory_path() / ("backbend sidecar " + std::to_string(::getpid()));
+  fs::create_directories(folder);
+  EXPECT_FALSE(read_sidecar(folder / "hero.glb"));
+  std::ofstream(folder / "hero.backbend.toml") << sidecar_text(full_sidecar());
+  EXPECT_EQ(read_sidecar(folder / "hero.glb"), full_sidecar());
+  fs::remove_all(folder);
+}
+
+TEST(Sidecar, RefusesWhatItDoesNotKnowNamingFileLineAndKey) {
+  const std::string head = "schema = \"backbend.sidecar/1\"\n";
+  EXPECT_EQ(refusal(head), "");
+  EXPECT_NE(refusal("").find("`schema`"), std::string::npos);
+  const auto says = [&](const std::string& line, const std::string& words) {
+    const std::string message = refusal(head + line + "\n");
+    EXPECT_EQ(message.rfind("hero.backbend.toml:", 0), 0u) << line << ": " << message;
+    EXPECT_NE(message.find(words), std::string::npos) << line << ": " << message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+  };
+  says("spin = 1", "unknown key 'spin'");
+  says("[skeleton]\nspine = \"hips\"", "hero.backbend.toml:3:");
+  says("[skeleton]\nspine = [1]", "expected a text");
+  says("[space]\nup = \"up\"", "expected one of +X, -X");
+  says("[space]\nmetres_per_unit = nan", "metres_per_unit");
+  says("[space]\nmetres_per_unit = 0", "metres_per_unit");
+  says("envelope = \"giant\"", "expected one of human");
+  says("skeleton = 3", "no table");
+  says("[[control]]\nchannel = \"twist\"", "needs");
+  says("[[control]]\nchannel = \"twist\"\ncontrol = \"c\"\naxis = \"X\"\nsign = 2", "`sign`");
+  says("[skeleton", "hero.backbend.toml:2:");
+  says("[skeleton]\nchest = \"\xFF\"", "hero.backbend.toml:");
+}
+
+TEST(Sidecar, HoldsTheAnatomyThatWasFoundAndGivesItBack) {
+  const Character figure = stick_figure();
+  const Anatomy found = find_anatomy(figure);
+  const Sidecar sidecar = sidecar_of(figure, found);
+  EXPECT_FALSE(contradiction(sidecar, found));
+  const Anatomy again = find_anatomy(figure, hints_with(sidecar, {}));
+  EXPECT_EQ(again.spine, found.spine);
+  EXPECT_EQ(again.chest_index, found.chest_index);
+  EXPECT_EQ(again.left_arm, found.left_arm);
+  EXPECT_EQ(again.right_arm, found.right_arm);
+
+  Anatomy turned = found;
+  turned.forward = -found.forward;
+  EXPECT_TRUE(contradiction(sidecar, turned));
+}
+
+TEST(Sidecar, GivesWayToTheCommandLine) {
+  AnatomyHints said;
+  said.chest = "spine";
+  const AnatomyHints both = hints_with(full_sidecar(), said);
+  EXPECT_EQ(both.chest, "spine");
+  EXPECT_TRUE(both.spine.empty());
+  EXPECT_EQ(both.left_arm, full_sidecar().left_arm);
+}
+
+TEST(Sidecar, TakesNamespacesAwayAndBringsMetres) {
+  Character figure = stick_figure();
+  const Character before = figure;
+  for (Node& node : figure.nodes) node.name = "hero:" + node.name;
+  Sidecar sidecar;
+  sidecar.namespaces = {"hero:"};
+  sidecar.metres_per_unit = 0.5;
+  apply_sidecar(sidecar, figure);
+  const PosedMesh rest = rest_mesh(before), half = rest_mesh(figure);
+  for (std::size_t n = 0; n < figure.nodes.size(); ++n) {
+    EXPECT_EQ(figure.nodes[n].name, before.nodes[n].name);
+    EXPECT_EQ(figure.nodes[n].world_from_node[3] * glm::dvec4(2, 2, 2, 1),
+              before.nodes[n].world_from_node[3]);
+  }
+  ASSERT_GT(rest.position.size(), 0u);
+  for (std::size_t v = 0; v < rest.position.size(); ++v)
+    EXPECT_LT(glm::distance(2.0f * half.position[v], rest.position[v]), 1e-6f);
+  EXPECT_NE(figure.content_hash_low, before.content_hash_low);
+}
+
+TEST(Sidecar, LeavesPartsOutAndKeepsTheOthersAsTheyWere) {
+  // The figure thrice: `body`, `hair`, and a copy of the body behind it.
+  Character one = stick_figure();
+  const auto vertices = static_cast<std::uint32_t>(one.vertex_count());
+  const auto triangles = static_cast<std::uint32_t>(one.triangles.size());
+  one.parts = {
+      {.name = "body", .material = 0, .triangle_count = triangles, .vertex_count = vertices}};
+  Character three = one;
+  for (std::uint32_t copy = 1; copy < 3; ++copy) {
+    Part part = one.parts[0];
+    part.name = copy == 1 ? "hair" : "coat";
+    part.first_vertex = copy * vertices;
+    part.first_triangle = copy * triangles;
+    three.parts.push_back(part);
+    for (std::uint32_t v = 0; v < vertices; ++v) {
+      three.bind_position.push_back(one.bind_position[v]);
+      three.bind_normal.push_back(one.bind_normal[v]);
+      if (!one.uv.empty()) three.uv.push_back(one.uv[v]);
+      three.influences.push_back(one.influences[v]);
+      three.place.push_back(one.place[v] + copy * one.place_count);
+    }
+    for (const glm::uvec3& t : one.triangles) three.triangles.push_back(t + copy * vertices);
+  }
+  three.place_count = 3 * one.place_count;
+  Sidecar sidecar;
+  sidecar.leave_out = {"hair"};
+  apply_sidecar(sidecar, three);
+  ASSERT_EQ(three.parts.size(), 2u);
+  EXPECT_EQ(three.parts[1].name, "coat");
+  EXPECT_EQ(three.vertex_count(), 2 * one.vertex_count());
+  EXPECT_EQ(three.place_count, 2 * one.place_count);
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    EXPECT_EQ(three.bind_position[vertices + v], one.bind_position[v]);
+    EXPECT_EQ(three.influences[vertices + v].joint, one.influences[v].joint);
+  }
+  for (std::uint32_t t = 0; t < triangles; ++t)
+    EXPECT_EQ(three.triangles[triangles + t], one.triangles[t] + vertices);
+
+  sidecar.leave_out = {"wig"};
+  EXPECT_THROW(apply_sidecar(sidecar, three), CharacterError);
+  sidecar.leave_out = {"body", "coat"};
+  EXPECT_THROW(apply_sidecar(sidecar, three), CharacterError);
+}
+
+TEST(WeightSuggestions, NameEachChangeThatHygieneCallsForAndNoOther) {
+  Character figure = stick_figure();
+  const Anatomy anatomy = find_anatomy(figure);
+  const auto find = [&](const std::string& code) -> std::optional<WeightSuggestion> {
+    for (const auto& one : suggest_weights(figure, judge_weights(figure, anatomy)))
+      if (one.code == code) return one;
+    return std::nullopt;
+  };
+  EXPECT_FALSE(find("prune_tiny"));
+  EXPECT_FALSE(find("keep_four"));
+  EXPECT_FALSE(find("renormalise"));
+  ASSERT_GT(figure.joints.size(), 6u);
+
+  Influences many;
+  many.joint = {0, 1, 2, 3, 4, 5};
+  many.weight = {0.5f, 0.25f, 0.125f, 0.0625f, 0.05859375f, 0.00390625f};  // sums to 1
+  figure.influences[3] = many;
+  const auto tiny = find("prune_tiny");
+  ASSERT_TRUE(tiny);
+  EXPECT_EQ(tiny->vertices, 1u);
+  EXPECT_EQ(tiny->first_vertex, 3u);
+  EXPECT_EQ(tiny->moves, 0.00390625);
+  const auto four = find("keep_four");
+  ASSERT_TRUE(four);
+  EXPECT_EQ(four->vertices, 1u);
+  EXPECT_EQ(four->moves, 0.0625);
+
+  figure.renormalised_vertices = 2;
+  figure.worst_weight_sum = 0.75;
+  const auto sums = find("renormalise");
+  ASSERT_TRUE(sums);
+  EXPECT_EQ(sums->moves, 0.25);
+}
+
+TEST(WeightSuggestions, SayThatNothingIsToBeChanged) {
+  EXPECT_EQ(suggestions_text({}), "  nothing to change");
+}
+
+}  // namespace
+}  // namespace backbend::skin

@@ -1,0 +1,78 @@
+#include "validate/files/import.h"
+
+#include <algorithm>
+#include <csignal>
+#include <string>
+
+#include "skin/asset_folder.h"
+#include "skin/printable.h"
+#include "validate/files/child_process.h"
+#include "validate/files/output_folder.h"
+
+namespace backbend::validate {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string kind_of(const fs::path& file) {
+  std::string ending = file.extension().string();
+  if (!ending.empty()) ending.erase(0, 1);
+  for (char& c : ending)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return ending;
+}
+
+/// The program beside this one: <prefix>/bin/backbend has it in <prefix>/libexec/backbend, a build
+/// folder in its own libexec/backbend.
+fs::path import_program() {
+  std::error_code error;
+  const fs::path program = fs::read_symlink("/proc/self/exe", error);
+  const fs::path found =
+      program.parent_path().parent_path() / "libexec" / "backbend" / "backbend-import";
+  if (fs::is_regular_file(found, error)) return found;
+  throw ReadError("cannot find backbend-import, which reads FBX, Collada and BVH: expected " +
+                  found.string());
+}
+
+/// Why the child came back without a file, for a person who has only the file.
+std::string cause_of(const FilteredChild& child) {
+  const std::string other = "; export it as glTF, or anew, and try that";
+  if (child.too_long || child.exit_code == 128 + SIGPROF || child.exit_code == 128 + SIGXCPU)
+    return "takes longer to read than any honest file of its size" + other;
+  if (child.too_much) return "grows beyond any honest file of its size" + other;
+  if (child.exit_code > 128)
+    return "Assimp crashed reading it (signal " + std::to_string(child.exit_code - 128) +
+           "): the file is broken, or of a kind that Assimp does not know" + other;
+  std::string said = child.complaint;
+  while (!said.empty() && said.back() == '\n') said.pop_back();
+  if (said.empty()) return "Assimp cannot read it" + other;
+  return "Assimp cannot read it: " + skin::printable(said);
+}
+
+}  // namespace
+
+bool is_imported(const fs::path& file) {
+  const std::string kind = kind_of(file);
+  return kind == "fbx" || kind == "dae" || kind == "bvh";
+}
+
+skin::GltfDocument import_document(const fs::path& file) {
+  skin::ConvertedFile converted{file, skin::read_regular_file(file), {}};
+  const auto size = converted.source.size();
+  if (size == 0) throw skin::CharacterError(file.string() + ": the file is empty");
+  // The program limits its own memory and processor time; this stops one that merely waits.
+  const double seconds = 60.0 + 1e-5 * static_cast<double>(size);
+  const std::size_t most = std::min(skin::kMaxFileBytes, (std::size_t{64} << 20) + 16 * size);
+  FilteredChild child =
+      filter_child({import_program().string(), kind_of(file)}, converted.source, most, seconds);
+  if (child.exit_code != 0 || child.output.empty())
+    throw skin::CharacterError(file.string() + ": " + cause_of(child));
+  converted.gltf = std::move(child.output);
+  return skin::load_gltf(converted);
+}
+
+skin::GltfDocument load_document(const fs::path& file) {
+  return is_imported(file) ? import_document(file) : skin::load_gltf(file);
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+
+#include "skin/gltf_document.h"
+
+namespace backbend::validate {
+
+/// Whether a file's ending is that of a format which Assimp reads for us: .fbx, .dae, .bvh, in
+/// whatever case.
+bool is_imported(const std::filesystem::path& file);
+
+/// An FBX, Collada or BVH file as glTF with everything in it: skeleton, skinned meshes, materials,
+/// animations. FBX comes out +Y up in metres; the others keep what their files say.
+///
+/// Read by a process of its own (`backbend-import`), which may crash, hang or eat memory without
+/// taking us along. Throws skin::CharacterError, one line `file: cause`.
+skin::GltfDocument import_document(const std::filesystem::path& file);
+
+/// Any file that holds a skeleton: glTF as it is, the others through import_document(). Throws
+/// skin::CharacterError.
+skin::GltfDocument load_document(const std::filesystem::path& file);
+
+}  // namespace backbend::validate

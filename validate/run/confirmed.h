@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+
+#include "skin/anatomy.h"
+#include "skin/sidecar.h"
+
+namespace backbend::validate {
+
+/// A character as a person confirmed it, ready for a Stage.
+struct ConfirmedCharacter {
+  skin::Character character;
+  skin::AnatomyHints hints;              // from the command line first, then the sidecar
+  std::optional<skin::Sidecar> sidecar;  // where one stands beside the file
+};
+
+/// load_character() with the sidecar beside it, if there is one: it counts as part of the content.
+/// Throws skin::CharacterError also for a broken sidecar, and, unless it is about to be confirmed
+/// anew, where the character is not any more as it was confirmed.
+ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::AnatomyHints hints,
+                                  bool about_to_confirm = false);
+
+}  // namespace backbend::validate
