@@ -19,8 +19,15 @@ namespace fs = std::filesystem;
 
 Sidecar full_sidecar() {
   Sidecar out;
-  out.spine = {"hips", "spi\"ne\\", "che\x01st\n", "n\xC3\xA9ck", "head"};
-  out.chest = "n\xC3\xA9ck";
+  out.spine = {"hips", "spi\"ne\\",
+               "che\x01"
+               "st\n",
+               "n\xC3\xA9"
+               "ck",
+               "head"};
+  out.chest =
+      "n\xC3\xA9"
+      "ck";
   out.left_arm = {"l1", "l2"};
   out.right_arm = {"r1", "r2"};
   out.up = "+Z";

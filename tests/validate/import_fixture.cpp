@@ -11,6 +11,7 @@ constexpr int kJoints = 4;
 
 std::string list(const std::vector<double>& values, const char* between) {
   std::ostringstream out;
+  out.precision(12);  // FBX counts 46 186 158 000 ticks a second
   for (std::size_t i = 0; i < values.size(); ++i) out << (i ? between : "") << values[i];
   return out.str();
 }
