@@ -1,11 +1,13 @@
 #pragma once
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "skin/anatomy.h"
+#include "validate/report/report.h"
 #include "validate/run/progress.h"
 #include "validate/run/stage.h"
 #include "validate/sweeps/suite.h"
@@ -48,6 +50,25 @@ validate::DrivenChain driven_chain(const std::string& chain, const validate::Rig
 
 /// `640x480`. Throws CLI::ValidationError for anything else, or a side outside 16..16384.
 std::pair<int, int> parse_resolution(const std::string& text);
+
+/// `runs/DATE_TIME`, or what was asked for.
+std::filesystem::path new_run_folder(const std::string& wanted);
+/// What is judged, and how the character was understood: the first thing a user sees.
+void print_character(const std::string& title, const validate::CharacterFacts& facts);
+/// Writes a report into its run folder (`is_latest`: the link beside it points there), prints it,
+/// and gives its exit code.
+int publish(const validate::Report& report, const std::filesystem::path& folder, bool is_latest,
+            const Common& common);
+
+/// `check --baked`: motion that another program solved.
+struct BakedOptions {
+  std::string clip, animation;
+  std::vector<std::string> joint_map;  // CHARACTER_JOINT=CLIP_JOINT
+  double frames_per_second = 24.0;
+};
+void add_baked_options(CLI::App* command, BakedOptions& options);
+int check_baked(const BakedOptions& options, const std::string& character,
+                const skin::AnatomyHints& hints, const std::string& output, const Common& common);
 
 void add_solve(const Registry& registry);
 void add_inspect(const Registry& registry);

@@ -52,6 +52,8 @@ struct RunOptions {
   }
 };
 
+}  // namespace
+
 /// runs/2026-11-21_093100: local time, because people look for "this morning's run".
 fs::path new_run_folder(const std::string& wanted) {
   if (!wanted.empty()) return wanted;
@@ -66,6 +68,8 @@ fs::path new_run_folder(const std::string& wanted) {
     folder = fs::path("runs") / (std::string(name) + "-" + std::to_string(again));
   return folder;
 }
+
+namespace {
 
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.
 TerminalStyle style_of_stdout() {
@@ -88,11 +92,12 @@ std::string chain_text(const std::vector<std::string>& joints) {
   return text.empty() ? "none found" : text;
 }
 
-/// What is judged, and how the character was understood: the first thing a user sees.
-void print_character(const RunRequest& request, const CharacterFacts& facts) {
+}  // namespace
+
+void print_character(const std::string& title, const CharacterFacts& facts) {
   const std::string sure =
       facts.sure ? "   sure" : "   not sure: --hip, --chest and --spine settle it";
-  std::printf("%s\n", visible(request.title.empty() ? request.suite.title : request.title).c_str());
+  std::printf("%s\n", visible(title).c_str());
   std::printf(
       "  body   %d part%s, %d vertices, %s high, spine %s long (file units; the reference "
       "length)\n",
@@ -107,27 +112,32 @@ void print_character(const RunRequest& request, const CharacterFacts& facts) {
   std::fflush(stdout);
 }
 
+int publish(const Report& report, const fs::path& folder, bool is_latest, const Common& common) {
+  write_report(report, folder);
+  if (is_latest) point_link(folder.parent_path() / "latest", folder.filename());
+  if (common.json) {
+    std::printf("%s\n", report_json(report).c_str());
+  } else {
+    TerminalStyle style = style_of_stdout();
+    style.page = (folder / "index.html").string();
+    std::printf("%s", terminal_summary(report, style).c_str());
+  }
+  return report.exit_code;
+}
+
+namespace {
+
 int run_and_print(RunRequest request, const Common& common, const std::string& wanted_folder) {
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
-      print_character(request, facts);
+      print_character(request.title.empty() ? request.suite.title : request.title, facts);
     };
   }
   request.folder = new_run_folder(wanted_folder);
   Progress progress(common.progress_style());
   const Report report = run_suite(request, progress);
   progress.finish();
-  write_report(report, request.folder);
-  if (wanted_folder.empty())
-    point_link(request.folder.parent_path() / "latest", request.folder.filename());
-  if (common.json) {
-    std::printf("%s\n", report_json(report).c_str());
-  } else {
-    TerminalStyle style = style_of_stdout();
-    style.page = (request.folder / "index.html").string();
-    std::printf("%s", terminal_summary(report, style).c_str());
-  }
-  return report.exit_code;
+  return publish(report, request.folder, wanted_folder.empty(), common);
 }
 
 /// The rig of a comparison that must be caught, as in every run (specification 8, canaries).
@@ -180,10 +190,17 @@ void add_check(const Registry& registry) {
   struct Options : RunOptions {
     std::string character, rig = "even", mapping = "chest", envelope = "human", sweeps = "standard",
                            chain;
+    BakedOptions baked;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "check", "judge one character under a rig", [options, &common = registry.common] {
+      "check", "judge one character under a rig, or the motion of its own rig",
+      [options, &common = registry.common] {
+        if (!options->baked.clip.empty())
+          return check_baked(options->baked, options->character, options->hints, options->output,
+                             common);
+        if (options->character.empty())
+          throw CLI::RequiredError("a character file, or --baked with a clip");
         RunRequest request;
         Suite& suite = request.suite;
         suite.name = "check";
@@ -201,10 +218,9 @@ void add_check(const Registry& registry) {
         suite.judges_weights = true;
         return run_and_print(std::move(request), common, options->output);
       });
-  command
-      ->add_option("character", options->character,
-                   "character file: .glb, .gltf, or a body description .toml")
-      ->required();
+  command->add_option("character", options->character,
+                      "character file: .glb, .gltf, or a body description .toml");
+  add_baked_options(command, options->baked);
   command->add_option("--rig", options->rig,
                       "rig: a system (backbend list rigs) or a rig file [even]");
   command

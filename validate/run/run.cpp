@@ -26,9 +26,10 @@ std::vector<std::string> names_of(const skin::Character& character, const std::v
   return names;
 }
 
-CharacterFacts facts_of(const Stage& stage, const Envelope& envelope) {
-  const skin::Character& character = stage.character();
-  const skin::Anatomy& anatomy = stage.anatomy();
+}  // namespace
+
+CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
+                        const std::string& envelope) {
   CharacterFacts facts;
   facts.name = character.name;
   facts.file = character.file_name;
@@ -44,10 +45,12 @@ CharacterFacts facts_of(const Stage& stage, const Envelope& envelope) {
   facts.left_arm = names_of(character, anatomy.left_arm);
   facts.right_arm = names_of(character, anatomy.right_arm);
   facts.sure = anatomy.sure;
-  facts.envelope = envelope.name;
+  facts.envelope = envelope;
   for (const skin::Warning& warning : character.warnings) facts.notes.push_back(warning.message);
   return facts;
 }
+
+namespace {
 
 RigResult result_of(const RigRecord& record, const JudgeContext& context) {
   RigResult result;
@@ -81,6 +84,8 @@ RigResult result_of(const RigRecord& record, const JudgeContext& context) {
   return result;
 }
 
+}  // namespace
+
 std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   std::vector<CheckLegend> rows;
   for (const Check& check : all_checks()) {
@@ -96,6 +101,8 @@ std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   }
   return rows;
 }
+
+namespace {
 
 /// A character that cannot be used is an entry of the report, so that the others still run.
 Finding input_finding(const std::filesystem::path& file, const std::string& why) {
@@ -114,7 +121,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
                    Report& report) {
   const Suite& suite = request.suite;
   const Stage stage(load_character(file), request.hints, request.chain);
-  report.characters.push_back(facts_of(stage, suite.envelope));
+  report.characters.push_back(facts_of(stage.character(), stage.anatomy(), suite.envelope.name));
   if (request.on_character) request.on_character(report.characters.back());
   const JudgeContext context{stage, limits, suite.envelope, request.character_text(file)};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());

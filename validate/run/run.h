@@ -9,6 +9,7 @@
 #include "validate/run/progress.h"
 #include "validate/run/stage.h"
 #include "validate/sweeps/suite.h"
+#include "validate/verdicts/limits.h"
 
 namespace backbend::validate {
 
@@ -33,6 +34,12 @@ struct RunRequest {
 /// One character that cannot be used is an entry of the report, never the end of the others.
 /// Throws Interrupted; WriteError where the run folder cannot be written.
 Report run_suite(const RunRequest& request, Progress& progress);
+
+/// How a character was understood, for the head of a report.
+CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
+                        const std::string& envelope);
+/// A row for every check that the report's rigs planned, with the limit in force.
+std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits);
 
 /// The report in every form (JSON, page, JUnit, Markdown, CSV) into the run's folder, the page
 /// last.

@@ -26,6 +26,10 @@ Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
   return gap || rig.coverage.empty() ? Verdict::not_measured : Verdict::pass;
 }
 
+std::string rig_text(const RigResult& rig) {
+  return rig.mapping.empty() ? rig.rig : rig.rig + " (" + rig.mapping + ")";
+}
+
 std::string plural(std::size_t count, const std::string& word) {
   return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
 }
@@ -49,13 +53,12 @@ void conclude(Report& report) {
           std::find_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
             return belongs(finding, rig) && finding.verdict == Verdict::fail;
           });
-      report.reasons.push_back(
-          rig.rig + " (" + rig.mapping + "): " + plural(count, "finding") + ", worst " +
-          worst->code + " " + std::string(find_check(worst->code)->name) + " " +
-          number_text(worst->value, 2) + " " + worst->unit + " at " + worst->pose);
+      report.reasons.push_back(rig_text(rig) + ": " + plural(count, "finding") + ", worst " +
+                               worst->code + " " + std::string(find_check(worst->code)->name) +
+                               " " + number_text(worst->value, 2) + " " + worst->unit + " at " +
+                               worst->pose);
     } else if (rig.verdict == Verdict::not_measured) {
-      report.reasons.push_back(rig.rig + " (" + rig.mapping +
-                               "): not everything that decides was measured");
+      report.reasons.push_back(rig_text(rig) + ": not everything that decides was measured");
     }
   }
   for (const CanaryResult& canary : report.canaries) {

@@ -1,0 +1,69 @@
+#include <cstdio>
+
+#include "cli/commands.h"
+#include "validate/clips/clip_run.h"
+#include "validate/files/output_folder.h"
+
+namespace backbend::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace backbend::validate;
+
+JointMap joint_map(const std::vector<std::string>& pairs) {
+  JointMap names;
+  for (const std::string& pair : pairs) {
+    const std::size_t equals = pair.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == pair.size())
+      throw CLI::ValidationError("'" + pair + "' is no pair CHARACTER_JOINT=CLIP_JOINT");
+    names[pair.substr(0, equals)] = pair.substr(equals + 1);
+  }
+  return names;
+}
+
+/// A path as a shell takes it back.
+std::string in_shell(const std::string& path) {
+  if (path.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
+                             "._-/+@%") == std::string::npos)
+    return path;
+  std::string text = "'";
+  for (const char c : path) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+}  // namespace
+
+void add_baked_options(CLI::App* command, BakedOptions& options) {
+  command->add_option("--baked", options.clip,
+                      "judge YOUR RIG by its motion: .glb, backbend.clip/1, .mdd or .pc2");
+  command->add_option("--clip", options.animation,
+                      "of a --baked file, only this animation or sweep [all]");
+  command
+      ->add_option("--joint-map", options.joint_map,
+                   "joints that --baked names otherwise: CHARACTER_JOINT=CLIP_JOINT,...")
+      ->delimiter(',')
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command
+      ->add_option("--clip-fps", options.frames_per_second,
+                   "frames a second of a --baked .pc2, 1 to 1000 [24]")
+      ->check(CLI::Range(1.0, 1000.0));
+}
+
+int check_baked(const BakedOptions& options, const std::string& character,
+                const skin::AnatomyHints& hints, const std::string& output, const Common& common) {
+  ClipRequest request;
+  request.character = character;
+  request.clip = options.clip;
+  request.options = {options.animation, options.frames_per_second};
+  request.hints = hints;
+  request.names = joint_map(options.joint_map);
+  request.command =
+      "backbend check " + (character.empty() ? "" : character + " ") + "--baked " + options.clip;
+  if (!common.json) request.on_character = print_character;
+  Progress progress(common.progress_style());
+  const Report report = run_clip(request, progress);
+  const fs::path folder = new_run_folder(output);
+  return publish(report, folder, output.empty(), common);
+}
+
+}  // namespace backbend::cli

@@ -1,0 +1,159 @@
+"""Exports a Blender rig's motion for backbend.
+
+    blender --background hero.blend --python backbend_blender.py -- mapping.json hero.clip [--stress]
+
+The mapping names the armature, its spine, and which control stands for which channel; see
+docs/bridges/blender.md. Constraints, drivers, Spline IK and B-Bones are Blender's own: what is
+written down is what Blender shows.
+"""
+
+import json
+import math
+import os
+import sys
+
+import bpy
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+import backbend_clip  # noqa: E402  (beside this file)
+
+ROTATIONS = {"rx": 0, "ry": 1, "rz": 2}
+LOCATIONS = {"x": 0, "y": 1, "z": 2}
+
+
+def columns(matrix):
+    return [matrix[row][column] for column in range(4) for row in range(4)]
+
+
+def depth(bone):
+    return 0 if bone.parent is None else 1 + depth(bone.parent)
+
+
+class Scene:
+    """One armature, and perhaps a mesh, as backbend_clip.record() drives and reads them."""
+
+    def __init__(self, mapping):
+        self.armature = self.named(mapping.get("armature"), "ARMATURE")
+        self.mesh = self.named(mapping["mesh"], "MESH") if mapping.get("mesh") else None
+        self.rest = {}
+        # Parents first. A B-Bone is a chain of its own: its segments follow it.
+        self.bones = sorted(self.armature.data.bones, key=lambda bone: (depth(bone), bone.name))
+        self.joints = []  # (name, parent index, bone name, segment or None)
+        where = {}
+        for bone in self.bones:
+            parent = where.get(bone.parent.name, -1) if bone.parent else -1
+            where[bone.name] = len(self.joints)
+            self.joints.append((bone.name, parent, bone.name, None))
+            for segment in range(bone.bbone_segments if bone.bbone_segments > 1 else 0):
+                self.joints.append((self.segment_name(bone.name, segment), len(self.joints) - 1, bone.name, segment))
+        self.spine = []
+        for name in mapping["spine"]:
+            if name not in self.armature.data.bones:
+                raise ValueError(f"spine: no bone '{name}' in '{self.armature.name}'")
+            segments = self.armature.data.bones[name].bbone_segments
+            if segments > 1:
+                self.spine += [self.segment_name(name, k) for k in range(segments)]
+            else:
+                self.spine.append(name)
+
+    @staticmethod
+    def segment_name(bone, segment):
+        return f"{bone}.seg{segment:02d}"
+
+    @staticmethod
+    def named(name, kind):
+        if name is None:
+            found = [thing for thing in bpy.data.objects if thing.type == kind]
+            if len(found) != 1:
+                raise ValueError(f"{len(found)} objects of type {kind}: name one in the mapping")
+            return found[0]
+        if name not in bpy.data.objects or bpy.data.objects[name].type != kind:
+            raise ValueError(f"no object '{name}' of type {kind}")
+        return bpy.data.objects[name]
+
+    def rest_matrices(self):
+        world = self.armature.matrix_world
+        out = []
+        for _, _, bone, segment in self.joints:
+            matrix = world @ self.armature.data.bones[bone].matrix_local
+            if segment is not None:
+                matrix = matrix @ self.armature.pose.bones[bone].bbone_segment_matrix(segment, rest=True)
+            out.append(columns(matrix))
+        return out
+
+    def set_control(self, control, channel, value):
+        """`control` is a pose bone or an object. `channel`: rx ry rz (degrees), x y z, or the name
+        of a property."""
+        if control in self.armature.pose.bones:
+            target = self.armature.pose.bones[control]
+        elif control in bpy.data.objects:
+            target = bpy.data.objects[control]
+        else:
+            raise ValueError(f"no bone or object '{control}'")
+        if channel in ROTATIONS:
+            if target.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
+                target.rotation_mode = "XYZ"  # a number of degrees beyond 180 needs a number
+            holder, key, value = target.rotation_euler, ROTATIONS[channel], math.radians(value)
+        elif channel in LOCATIONS:
+            holder, key = target.location, LOCATIONS[channel]
+        elif channel in target.keys():
+            holder, key = target, channel
+        else:
+            raise ValueError(f"'{control}' has no channel '{channel}'")
+        rest = self.rest.setdefault((control, channel), holder[key])
+        holder[key] = rest + value
+        target.id_data.update_tag()
+
+    def read_pose(self):
+        bpy.context.view_layer.update()
+        graph = bpy.context.evaluated_depsgraph_get()
+        armature = self.armature.evaluated_get(graph)
+        matrices = []
+        for _, _, bone, segment in self.joints:
+            pose = armature.pose.bones[bone]
+            matrix = armature.matrix_world @ pose.matrix
+            if segment is not None:
+                matrix = matrix @ pose.bbone_segment_matrix(segment, rest=False)
+            matrices.append(columns(matrix))
+        points = []
+        if self.mesh is not None:
+            body = self.mesh.evaluated_get(graph)
+            mesh = body.to_mesh()
+            for vertex in mesh.vertices:
+                points.extend(body.matrix_world @ vertex.co)
+            body.to_mesh_clear()
+        return matrices, points
+
+
+def export(mapping, path, stress=False):
+    """Drives the standard (or stress) sweeps and writes the clip."""
+    backbend_clip.check_mapping(mapping)
+    scene = Scene(mapping)
+    rest = scene.rest_matrices()
+    _, points = scene.read_pose()
+    writer = backbend_clip.ClipWriter(
+        [(name, parent, rest[k]) for k, (name, parent, _, _) in enumerate(scene.joints)],
+        points=len(points) // 3, up="Z", metres_per_unit=bpy.context.scene.unit_settings.scale_length,
+        program="Blender " + bpy.app.version_string, scene=bpy.data.filepath,
+        spine=scene.spine, arms=mapping.get("arms"))
+    backbend_clip.record(mapping, stress, scene.set_control, scene.read_pose, writer)
+    writer.save(path)
+
+
+def main(arguments):
+    stress = "--stress" in arguments
+    files = [word for word in arguments if word != "--stress"]
+    if len(files) != 2:
+        raise SystemExit("usage: ... --python backbend_blender.py -- MAPPING.json OUT.clip [--stress]")
+    try:
+        with open(files[0], encoding="utf-8") as file:
+            mapping = json.load(file)
+        export(mapping, files[1], stress)
+    except (OSError, ValueError) as error:
+        # Blender's own exit code says nothing about its scripts.
+        print(f"backbend: {files[0]}: {error}", file=sys.stderr)
+        sys.exit(3)
+
+
+if __name__ == "__main__":
+    main(sys.argv[sys.argv.index("--") + 1:] if "--" in sys.argv else [])

@@ -1,0 +1,70 @@
+#include "skin/clip.h"
+
+#include <xxhash.h>
+
+#include <algorithm>
+#include <string_view>
+
+#include "skin/asset_folder.h"
+#include "skin/printable.h"
+
+namespace backbend::skin {
+namespace {
+
+bool starts_with(const std::vector<std::uint8_t>& bytes, std::string_view text) {
+  return bytes.size() >= text.size() && std::equal(text.begin(), text.end(), bytes.begin());
+}
+
+/// The first line of a `backbend.clip/1`: JSON that names the schema near its start.
+bool is_backbend_clip(const std::vector<std::uint8_t>& bytes) {
+  const std::string_view head(reinterpret_cast<const char*>(bytes.data()),
+                              std::min<std::size_t>(bytes.size(), 1 << 20));
+  return !head.empty() && head.front() == '{' &&
+         head.substr(0, head.find('\n')).find("backbend.clip/") != std::string_view::npos;
+}
+
+void keep_sweep(Clip& clip, const std::string& name) {
+  const auto found = std::find_if(clip.sweeps.begin(), clip.sweeps.end(),
+                                  [&](const ClipSweep& sweep) { return sweep.name == name; });
+  if (found == clip.sweeps.end())
+    throw CharacterError(clip.file_name + ": no sweep " + in_quotes(name) + " in it");
+  const ClipSweep sweep = *found;
+  const auto cut = [&](auto& values, std::size_t width) {
+    if (values.empty()) return;
+    const auto begin = values.begin() + static_cast<std::ptrdiff_t>(sweep.first * width);
+    values = std::remove_reference_t<decltype(values)>(
+        begin, begin + static_cast<std::ptrdiff_t>(sweep.count * width));
+  };
+  cut(clip.time, 1);
+  cut(clip.world, clip.joint_count());
+  cut(clip.point, clip.point_count);
+  cut(clip.control_value, clip.control.size());
+  clip.sweeps = {{sweep.name, 0, sweep.count}};
+}
+
+}  // namespace
+
+Clip read_clip(const std::filesystem::path& file, const ClipOptions& options) {
+  const std::string ending = file.extension().string();
+  std::vector<std::uint8_t> bytes = read_regular_file(file);
+  Clip clip;
+  if (is_backbend_clip(bytes)) {
+    clip = parse_backbend_clip(file.string(), bytes);
+  } else if (starts_with(bytes, "POINTCACHE2")) {
+    clip = parse_pc2(file.string(), bytes, options.frames_per_second);
+  } else if (ending == ".mdd" || ending == ".MDD") {
+    clip = parse_mdd(file.string(), bytes);  // MDD has no mark of its own
+  } else {
+    bytes = {};
+    return read_gltf_clip(file, options);
+  }
+  const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
+  clip.content_hash_low = hash.low64;
+  clip.content_hash_high = hash.high64;
+  clip.name = file.stem().string();
+  clip.file_name = file.filename().string();
+  if (!options.animation.empty()) keep_sweep(clip, options.animation);
+  return clip;
+}
+
+}  // namespace backbend::skin

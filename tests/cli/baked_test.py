@@ -1,0 +1,202 @@
+"""backbend check --baked: the motion of another program's rig, from any form of clip."""
+
+import json
+import math
+import struct
+import sys
+
+from glb import HUMAN, tube
+from harness import CommandTest, SOURCE, character
+
+sys.path.insert(0, str(SOURCE / "scenes/bridges"))
+import backbend_clip  # noqa: E402  (the bridges' own writer)
+
+SPACING = 1.6 / len(HUMAN)
+
+
+def column_matrix(height, twist_deg, bend_deg=0.0):
+    """A joint of the tube, turned about its length, then bent forward; column by column."""
+    t, b = math.radians(twist_deg), math.radians(bend_deg)
+    ct, st, cb, sb = math.cos(t), math.sin(t), math.cos(b), math.sin(b)
+    return [ct, sb * st, -cb * st, 0, 0, cb, sb, 0, st, -sb * ct, cb * ct, 0, 0, height, 0, 1]
+
+
+def twisting_clip(path, twist_at, frames=40, points=None, sweep="twist"):
+    """Joint `spine` twists by twist_at(frame), everything above goes along."""
+    joints = [(name, k - 1, column_matrix(SPACING * k, 0)) for k, name in enumerate(HUMAN)]
+    writer = backbend_clip.ClipWriter(joints, points=len(points(0)) // 3 if points else 0, program="test",
+                                      spine=HUMAN[:4])
+    for frame in range(frames):
+        matrices = [column_matrix(SPACING * k, twist_at(frame) if k >= 1 else 0) for k in range(len(HUMAN))]
+        writer.add(matrices, points(frame) if points else None, sweep=sweep, controls={"twist": twist_at(frame)})
+    writer.save(str(path))
+    return path
+
+
+def steady(frame):
+    return 2.0 * frame
+
+
+def flipping(frame):
+    """What a twist read back from a matrix does on its way through 180 degrees."""
+    return 2.0 * frame + 140.0 if frame < 20 else 2.0 * frame + 140.0 - 180.0
+
+
+def report_of(folder):
+    return json.loads((folder / "report.json").read_text())
+
+
+def codes(report):
+    return [finding["code"] for finding in report["findings"] if finding["verdict"] == "fail"]
+
+
+class JudgingAClip(CommandTest):
+    def body(self):
+        return self.write("tube.glb", tube())
+
+    def test_steady_motion_has_no_finding_of_a_flip(self):
+        clip = twisting_clip(self.folder / "steady.clip", steady)
+        result = self.backbend("check", self.body(), "--baked", clip, "-o", "out")
+        report = report_of(self.folder / "out")
+        self.assertEqual(result.returncode, report["exit_code"], result.stderr)
+        self.assertNotIn("BB001", codes(report))
+        self.assertIn("Judging YOUR RIG", result.stdout.splitlines()[0])
+
+    def test_a_jump_is_found_at_its_frame_joint_and_control_value(self):
+        clip = twisting_clip(self.folder / "flip.clip", flipping)
+        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=1)
+        found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
+        self.assertEqual(len(found), 1, found)
+        self.assertEqual(found[0]["place"], {"joint": "spine"})
+        self.assertEqual(found[0]["frame"], 1021)
+        self.assertAlmostEqual(found[0]["control_deg"], 0.0)
+        # 178 degrees back where the motion around says 2 on.
+        self.assertAlmostEqual(found[0]["value"], 180.0, delta=0.01)
+        self.assertIn("--baked", found[0]["reproduce"])
+
+    def test_a_skeleton_alone_is_judged_by_its_chain(self):
+        clip = twisting_clip(self.folder / "flip.clip", flipping)
+        result = self.assert_runs("check", "--baked", clip, "-o", "out", code=1)
+        self.assertIn("chain only", result.stdout)
+        self.assertIn("BB001", codes(report_of(self.folder / "out")))
+
+    def test_the_sums_of_every_check_match_and_the_canary_sings(self):
+        clip = twisting_clip(self.folder / "steady.clip", steady)
+        self.backbend("check", self.body(), "--baked", clip, "-o", "out")
+        report = report_of(self.folder / "out")
+        for row in report["rigs"][0]["coverage"]:
+            self.assertEqual(row["planned"], row["measured"] + row["not_measured"] + row["not_applicable"], row)
+        self.assertTrue(report["canaries"][0]["ok"], report["canaries"])
+        self.assertIn("jumps from", report["detectors"][0])
+
+    def test_joints_of_another_name_are_mapped_by_the_user(self):
+        clip = twisting_clip(self.folder / "flip.clip", flipping)
+        names = ["pelvis", "abdomen", "thorax", "cervical", "skull"]
+        body = self.write("other.glb", tube(names))
+        pairs = ",".join(f"{ours}={theirs}" for ours, theirs in zip(names, HUMAN))
+        self.assert_runs("check", body, "--baked", clip, "--spine", ",".join(names), "--joint-map", pairs,
+                         "-o", "out", code=1)
+        self.assertIn("BB001", codes(report_of(self.folder / "out")))
+
+    def test_fewer_frames_than_tell_a_jump_are_not_called_clean(self):
+        clip = twisting_clip(self.folder / "short.clip", steady, frames=4)
+        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=5)
+
+    def test_bad_clips_are_refused_in_one_line_and_nothing_is_written(self):
+        body = self.body()
+        clip = twisting_clip(self.folder / "a.clip", steady)
+        cut = self.write("cut.clip", clip.read_bytes()[:-1])
+        self.assert_refused("check", body, "--baked", cut, names=["cut.clip", "bytes of numbers"])
+        self.assert_refused("check", body, "--baked", body, names=["tube.glb", "/animations"])
+        self.assert_refused("check", body, "--baked", self.folder / "none.clip", names=["none.clip"])
+        self.assert_refused("check", body, "--baked", clip, "--clip", "walk", names=["no sweep 'walk'"])
+        self.assert_refused("check", body, "--baked", clip, "--joint-map", "hips=nobody",
+                            names=["no joint 'nobody'"])
+        self.assert_refused("check", body, "--baked", clip, "--joint-map", "hips", code=2, names=["'hips'"])
+        self.assert_refused("check", code=2, names=["--baked"])
+
+
+def tube_positions():
+    """The tube's vertices as it is at rest, and the joints and weights of each."""
+    rows = []
+    tube(vertex=lambda i, position, joints, weights: rows.append((position, joints, weights)))
+    return rows
+
+
+def blended(twist_deg, widen=1.0):
+    """Linear blending of the tube under a twist of all joints but the hips."""
+    t = math.radians(twist_deg)
+    out = []
+    for (x, y, z), joints, weights in tube_positions():
+        turned = sum(w for j, w in zip(joints, weights) if j >= 1)
+        px = (1 - turned) * x + turned * (math.cos(t) * x + math.sin(t) * z)
+        pz = (1 - turned) * z + turned * (-math.sin(t) * x + math.cos(t) * z)
+        out += [widen * px, y, widen * pz]
+    return out
+
+
+class JudgingPoints(CommandTest):
+    """Caches of points: bodies as a rig's own deformers make them."""
+
+    def body(self):
+        return self.write("tube.glb", tube())
+
+    def caches(self, twist_at, frames=40):
+        count = len(tube_positions())
+        data = [blended(twist_at(f)) for f in range(frames)]
+        mdd = struct.pack(">ii", frames, count) + struct.pack(f">{frames}f", *(f / 24 for f in range(frames)))
+        mdd += b"".join(struct.pack(f">{3 * count}f", *row) for row in data)
+        pc2 = struct.pack("<12siiffi", b"POINTCACHE2\0", 1, count, 0.0, 1.0, frames)
+        pc2 += b"".join(struct.pack(f"<{3 * count}f", *row) for row in data)
+        return [self.write("cache.mdd", mdd), self.write("cache.pc2", pc2)]
+
+    def test_a_flip_is_seen_in_the_points_alone(self):
+        for cache in self.caches(flipping):
+            with self.subTest(cache.name):
+                self.assert_runs("check", self.body(), "--baked", cache, "-o", cache.name + ".out", code=1)
+                found = [f for f in report_of(self.folder / (cache.name + ".out"))["findings"] if f["code"] == "BB001"]
+                self.assertEqual([f["frame"] for f in found], [1021])
+
+    def test_steady_points_hold_no_flip(self):
+        for cache in self.caches(steady):
+            with self.subTest(cache.name):
+                self.backbend("check", self.body(), "--baked", cache, "-o", cache.name + ".out")
+                self.assertNotIn("BB001", codes(report_of(self.folder / (cache.name + ".out"))))
+
+    def test_points_without_a_body_are_refused(self):
+        self.assert_refused("check", "--baked", self.caches(steady)[0], names=["need the mesh"])
+
+    def test_points_of_another_mesh_are_refused(self):
+        body = self.write("finer.glb", tube(rings=12))
+        self.assert_refused("check", body, "--baked", self.caches(steady)[0], names=["are not the 96 vertices"])
+
+    def test_blending_is_trusted_where_it_gives_the_points(self):
+        body = self.body()
+        for widen, word in ((1.0, "trusted"), (1.2, "not about your rig")):
+            with self.subTest(word):
+                clip = twisting_clip(self.folder / "both.clip", steady,
+                                     points=lambda f, widen=widen: blended(steady(f), widen))
+                result = self.backbend("check", body, "--baked", clip, "-o", f"out{widen}")
+                line = [line for line in result.stdout.splitlines() if "LBS against your deformers" in line]
+                self.assertEqual(len(line), 1, result.stdout + result.stderr)
+                self.assertIn(word, line[0])
+
+
+class JudgingRealMotion(CommandTest):
+    def test_captured_acrobatics_hold_no_flip(self):
+        clip = character("mh_female_cmu_49_08_baked.glb")
+        result = self.backbend("check", "--baked", clip, "-o", "out")
+        report = report_of(self.folder / "out")
+        self.assertEqual(result.returncode, report["exit_code"], result.stderr)
+        self.assertIn(result.returncode, (0, 1))
+        self.assertEqual([f for f in report["findings"] if f["code"] in ("BB001", "BB010", "BB020", "BB021")], [])
+        poses = sum(len(sweep["control_deg"]) for sweep in report["rigs"][0]["sweeps"])
+        self.assertEqual(poses, 144)
+
+    def test_the_same_bytes_for_any_thread_count(self):
+        clip = character("mh_female_cmu_49_08_baked.glb")
+        reports = []
+        for threads in ("1", "3"):
+            self.backbend("check", "--baked", clip, "-o", threads, "--threads", threads)
+            reports.append((self.folder / threads / "report.json").read_bytes())
+        self.assertEqual(*reports)

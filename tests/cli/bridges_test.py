@@ -1,0 +1,253 @@
+"""The bridges: what other programs write for `backbend check --baked`."""
+
+import json
+import math
+import shutil
+import subprocess
+import sys
+import unittest
+
+from harness import CommandTest, SOURCE
+
+BRIDGES = SOURCE / "scenes/bridges"
+sys.path.insert(0, str(BRIDGES))
+import backbend_clip  # noqa: E402
+import backbend_maya  # noqa: E402
+
+BLENDER = shutil.which("blender")
+
+# A spine of five bones, 1 m tall, with a chest control beside it.
+RIG = """
+import math, sys
+import bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+data = bpy.data.armatures.new("rig")
+rig = bpy.data.objects.new("rig", data)
+bpy.context.collection.objects.link(rig)
+bpy.context.view_layer.objects.active = rig
+bpy.ops.object.mode_set(mode="EDIT")
+
+def bone(name, head, tail, parent=None, connect=False, deform=True):
+    new = data.edit_bones.new(name)
+    new.head, new.tail = (0, 0, head), (0, 0, tail)
+    new.use_deform = deform
+    if parent:
+        new.parent, new.use_connect = data.edit_bones[parent], connect
+    return new
+"""
+
+# Spline IK keeps each bone's own roll, so the chest's twist is handed to the bones by drivers that
+# read it back from a matrix: the way it is done, and the way it flips.
+SPLINE_IK = RIG + """
+for k in range(5):
+    bone(f"spine{k}", 0.2 * k, 0.2 * (k + 1), f"spine{k - 1}" if k else None, k > 0)
+bone("chest", 1.0, 1.2, deform=False)
+bpy.ops.object.mode_set(mode="OBJECT")
+line = bpy.data.curves.new("line", "CURVE")
+line.dimensions = "3D"
+spline = line.splines.new("POLY")
+spline.points.add(5)
+for k, point in enumerate(spline.points):
+    point.co = (0, 0, 0.2 * k, 1)
+curve = bpy.data.objects.new("line", line)
+bpy.context.collection.objects.link(curve)
+ik = rig.pose.bones["spine4"].constraints.new("SPLINE_IK")
+ik.target, ik.chain_count, ik.y_scale_mode = curve, 5, "FIT_CURVE"
+for k in range(5):
+    posed = rig.pose.bones[f"spine{k}"]
+    posed.rotation_mode = "XYZ"
+    driver = posed.driver_add("rotation_euler", 1).driver
+    variable = driver.variables.new()
+    variable.type = "TRANSFORMS"
+    target = variable.targets[0]
+    target.id, target.bone_target = rig, "chest"
+    target.transform_type, target.rotation_mode = "ROT_Y", "SWING_TWIST_Y"
+    target.transform_space = "LOCAL_SPACE"
+    driver.expression = f"{variable.name} * {'0.0' if k == 0 else '0.25'}"
+"""
+
+# One B-Bone of five segments whose end handle is the chest: its roll is the handle's.
+B_BONE = RIG + """
+bone("hips", -0.2, 0.0)
+spine = bone("spine", 0.0, 1.0, "hips")
+bone("chest", 1.0, 1.2, "hips", deform=False)
+spine.bbone_segments = 5
+spine.bbone_handle_type_start = spine.bbone_handle_type_end = "ABSOLUTE"
+spine.bbone_custom_handle_start, spine.bbone_custom_handle_end = data.edit_bones["hips"], data.edit_bones["chest"]
+bpy.ops.object.mode_set(mode="OBJECT")
+"""
+
+EXPORT = """
+sys.path.insert(0, {folder!r})
+import backbend_blender
+mapping = {{"spine": {spine!r},
+            "channels": {{"twist": [{{"control": "chest", "channel": "ry"}}]}}}}
+backbend_blender.export(mapping, {path!r}, stress={stress})
+"""
+
+
+def flips(report):
+    return [finding for finding in report["findings"] if finding["code"] == "BB001"]
+
+
+@unittest.skipUnless(BLENDER, "Blender is not installed")
+class ExportingFromBlender(CommandTest):
+    def export(self, rig, spine, stress):
+        clip = self.folder / "rig.clip"
+        script = self.write("make.py", rig + EXPORT.format(folder=str(BRIDGES), spine=spine, path=str(clip),
+                                                           stress=stress))
+        told = subprocess.run([BLENDER, "--background", "--factory-startup", "--python-exit-code", "9", "--python", script],
+                              cwd=self.folder, capture_output=True, text=True, timeout=300)
+        self.assertEqual(told.returncode, 0, told.stdout + told.stderr)
+        return clip
+
+    def report(self, clip):
+        result = self.backbend("check", "--baked", clip, "-o", clip.stem + ".run")
+        self.assertIn(result.returncode, (0, 1), result.stderr)
+        return json.loads((self.folder / (clip.stem + ".run") / "report.json").read_text())
+
+    def test_spline_ik_whose_twist_is_read_from_a_matrix_flips_at_180(self):
+        spine = [f"spine{k}" for k in range(5)]
+        clip = self.export(SPLINE_IK, spine, stress=True)
+        found = flips(self.report(clip))
+        self.assertTrue(found)
+        # Twist comes back to one reading at +180 and -180, and nowhere else in +-360.
+        for finding in found:
+            self.assertLessEqual(abs(abs(finding["control_deg"]) - 180), 2, finding)
+        self.assertEqual({finding["control_deg"] > 0 for finding in found}, {True, False})
+
+    def test_spline_ik_within_half_a_turn_does_not(self):
+        clip = self.export(SPLINE_IK, [f"spine{k}" for k in range(5)], stress=False)
+        self.assertEqual(flips(self.report(clip)), [])
+
+    def test_a_b_bone_whose_handle_twists_flips_at_180(self):
+        clip = self.export(B_BONE, ["hips", "spine"], stress=True)
+        header = json.loads(clip.read_bytes().split(b"\n", 1)[0])
+        self.assertEqual(header["spine"], ["hips"] + [f"spine.seg{k:02d}" for k in range(5)])
+        found = flips(self.report(clip))
+        self.assertTrue(found)
+        for finding in found:
+            self.assertLessEqual(abs(abs(finding["control_deg"]) - 180), 2, finding)
+
+    def test_a_b_bone_within_half_a_turn_does_not(self):
+        clip = self.export(B_BONE, ["hips", "spine"], stress=False)
+        self.assertEqual(flips(self.report(clip)), [])
+
+
+class FakeMaya:
+    """A scene of three joints, of which `chest` follows the attribute `ctl.rotateY` by half."""
+
+    def __init__(self):
+        self.value = {"ctl.rotateY": 5.0, "ctl.swing": 0.0}
+        self.path = ["|hips", "|hips|grp|spine", "|hips|grp|spine|chest"]
+
+    def objExists(self, name):
+        return name in self.value or any(path.endswith("|" + name) for path in self.path)
+
+    def ls(self, name, long):
+        return [path for path in self.path if path.endswith("|" + name)]
+
+    def listRelatives(self, root, allDescendents, type, fullPath):
+        return list(reversed(self.path[1:]))
+
+    def xform(self, name, query, worldSpace, matrix=False, translation=False):
+        if translation:
+            return [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]
+        half = math.radians(self.value["ctl.rotateY"] - 5.0) / 2
+        turned = name.endswith("chest")
+        c, s = (math.cos(half), math.sin(half)) if turned else (1.0, 0.0)
+        # Row vectors, as Maya writes them.
+        return [c, 0, -s, 0, 0, 1, 0, 0, s, 0, c, 0, 0, 10.0 * self.path.index(name), 0, 1]
+
+    def getAttr(self, name):
+        return self.value[name]
+
+    def setAttr(self, name, value):
+        self.value[name] = value
+
+    def upAxis(self, query, axis):
+        return "y"
+
+    def currentUnit(self, query, linear):
+        return "cm"
+
+    def about(self, version):
+        return "2025"
+
+    def file(self, query, sceneName):
+        return "/studio/secret/hero.ma"
+
+
+MAPPING = {"spine": ["hips", "spine", "chest"], "mesh": "body",
+           "channels": {"twist": [{"control": "ctl", "channel": "ry", "per_degree": 2.0}]}}
+
+
+class ExportingFromMaya(CommandTest):
+    """The core of the Maya script, with a stand-in for maya.cmds."""
+
+    def export(self, mapping=None, cmds=None):
+        path = self.folder / "maya.clip"
+        cmds = cmds or FakeMaya()
+        backbend_maya.export_with(cmds, mapping or MAPPING, str(path), say=lambda line: None)
+        header, numbers = path.read_bytes().split(b"\n", 1)
+        return json.loads(header), numbers, cmds
+
+    def test_joints_know_their_parents_across_groups(self):
+        header, _, _ = self.export()
+        self.assertEqual([(j["name"], j["parent"]) for j in header["joints"]],
+                         [("hips", -1), ("spine", 0), ("chest", 1)])
+
+    def test_every_value_of_a_sweep_is_a_pose_with_its_control(self):
+        header, numbers, _ = self.export()
+        values = [pose["controls"]["twist"] for pose in header["poses"]]
+        self.assertEqual(values, list(range(-90, 91, 2)))
+        self.assertEqual(len(numbers), 4 * len(values) * (16 * 3 + 3 * 2))
+
+    def test_the_scene_is_left_as_it_was(self):
+        _, _, cmds = self.export()
+        self.assertEqual(cmds.value["ctl.rotateY"], 5.0)
+
+    def test_no_path_of_the_studio_is_written(self):
+        header, _, _ = self.export()
+        self.assertEqual(header["source"]["file"], "hero.ma")
+
+    def test_the_tool_reads_it(self):
+        self.export(dict(MAPPING, spine=["hips", "spine", "chest"]))
+        result = self.backbend("check", "--baked", "maya.clip", "-o", "out")
+        self.assertIn(result.returncode, (0, 1), result.stderr)
+        report = json.loads((self.folder / "out/report.json").read_text())
+        self.assertEqual(flips(report), [])
+        # Centimetres became metres.
+        self.assertAlmostEqual(report["characters"][0]["spine_length"], 0.2, places=6)
+
+    def test_mistakes_of_a_mapping_are_named(self):
+        for change, words in (({"channels": {}}, "channels"),
+                              ({"channels": {"bend": []}}, "'bend' is none of"),
+                              ({"channels": {"twist": [{"control": "ctl"}]}}, "channels/twist/0/channel"),
+                              ({"channels": {"twist": [{"control": "ctl", "channel": "rq"}]}}, "ctl.rq"),
+                              ({"spine": ["hips"]}, "fewer than two"),
+                              ({"spine": ["hips", "torso"]}, "'torso'"),
+                              ({"root": "world"}, "'world'")):
+            with self.subTest(words):
+                with self.assertRaises(ValueError) as caught:
+                    self.export(dict(MAPPING, **change))
+                self.assertIn(words, str(caught.exception))
+                self.assertFalse((self.folder / "maya.clip").exists())
+
+
+class WritingClips(CommandTest):
+    def test_a_writer_refuses_what_no_reader_takes(self):
+        writer = backbend_clip.ClipWriter([("hips", -1, [1.0] * 16)])
+        with self.assertRaises(ValueError):
+            writer.add([[1.0] * 15])
+        with self.assertRaises(ValueError):
+            writer.add([[math.nan] * 16])
+        with self.assertRaises(ValueError):
+            writer.add([[1.0] * 16], points=[1.0])
+        self.assertEqual(writer.header["poses"], [])
+
+    def test_a_stress_sweep_stands_for_the_standard_one(self):
+        names = [name for name, _ in backbend_clip.sweeps({"twist": [], "side": []}, stress=True)]
+        self.assertEqual(sorted(names), ["side", "twist"])
+        twist = dict(backbend_clip.sweeps({"twist": []}, stress=True))["twist"]
+        self.assertEqual((twist[0], twist[-1], len(twist)), (-360, 360, 361))

@@ -1,0 +1,160 @@
+#include "validate/clips/clip_run.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "skin/anatomy_hints.h"
+#include "skin/matrix_facts.h"
+#include "skin/printable.h"
+#include "validate/clips/clip_judge.h"
+#include "validate/files/hash.h"
+#include "validate/run/run.h"
+#include "validate/run/verdict.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+using skin::CharacterError;
+
+// Linear blending this near to a rig's own deformers (share of the spine's length) says the same
+// about the body: the limits on it are ten times as wide.
+constexpr double kTrustedBlending = 0.01;
+
+/// The spine that is named, on a skeleton without a body to find it by.
+skin::Anatomy named_anatomy(const skin::Character& character, const skin::AnatomyHints& hints) {
+  skin::Anatomy out;
+  const skin::HintedSpine spine = skin::resolve_spine_hints(character, hints);
+  out.spine = spine.chain;
+  if (out.spine.empty() && spine.hip >= 0 && spine.chest >= 0)
+    for (int node = spine.chest; node >= 0;
+         node = character.nodes[static_cast<Index>(node)].parent) {
+      out.spine.insert(out.spine.begin(), node);
+      if (node == spine.hip) break;
+    }
+  if (out.spine.size() < 2 || (spine.hip >= 0 && out.spine.front() != spine.hip))
+    throw CharacterError(character.file_name +
+                         ": cannot tell the spine of a skeleton without a body; name it with "
+                         "--spine, or --hip and --chest, or in the clip's header");
+  const skin::HintedArms arms = skin::resolve_arm_hints(character, hints);
+  out.left_arm = arms.left;
+  out.right_arm = arms.right;
+  out.chest_index = out.spine.size() - 1;
+  out.head = out.spine.back();
+  glm::dvec3 low(0.0), high(0.0);
+  for (Index n = 0; n < character.nodes.size(); ++n) {
+    const glm::dvec3 place = skin::origin(character.nodes[n].world_from_node);
+    low = n == 0 ? place : glm::min(low, place);
+    high = n == 0 ? place : glm::max(high, place);
+  }
+  out.height = glm::length(high - low);
+  for (Index k = 1; k < out.spine.size(); ++k) {
+    const auto at = [&](Index i) {
+      return skin::origin(character.nodes[static_cast<Index>(out.spine[i])].world_from_node);
+    };
+    out.spine_length += glm::distance(at(k - 1), at(k));
+  }
+  if (!(out.spine_length > 0.0))
+    throw CharacterError(character.file_name + ": the spine's joints stand in one place");
+  return out;
+}
+
+skin::AnatomyHints with_clip(skin::AnatomyHints hints, const skin::Clip& clip) {
+  if (hints.spine.empty() && hints.hip.empty() && hints.chest.empty()) hints.spine = clip.spine;
+  if (hints.left_arm.empty()) hints.left_arm = clip.left_arm;
+  if (hints.right_arm.empty()) hints.right_arm = clip.right_arm;
+  return hints;
+}
+
+std::string blending_note(double error, double spine_length) {
+  // Characters are in metres.
+  const std::string head =
+      "LBS against your deformers: p99 " + number_text(1000.0 * error, 1) + " mm: ";
+  return head + (error <= kTrustedBlending * spine_length
+                     ? "trusted"
+                     : "mesh findings under LBS are not about your rig; here its own points are "
+                       "measured");
+}
+
+struct Judged {
+  const skin::Character& character;
+  const skin::Anatomy& anatomy;
+  const BodyMetrics* metrics;
+};
+
+Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judged& on,
+                  Progress& progress) {
+  Report report;
+  report.suite = "check";
+  report.title = "Judging YOUR RIG: the motion of " + clip.file_name + " on " +
+                 (on.metrics == nullptr ? "its own joints (no body was given: chain only)"
+                                        : on.character.file_name);
+  report.provenance["backbend"] = BACKBEND_VERSION;
+  report.provenance["clip " + clip.name] = hash_text(clip.content_hash_high, clip.content_hash_low);
+  const ClipBody body(on.character, on.anatomy, clip, request.names);
+  const ClipSystem system(on.character, on.anatomy, body);
+
+  report.characters.push_back(facts_of(on.character, on.anatomy, "the clip"));
+  CharacterFacts& facts = report.characters.back();
+  report.provenance["character " + facts.name] = facts.hash;
+  facts.notes.push_back(std::to_string(clip.frame_count()) + " frames in " +
+                        std::to_string(clip.sweeps.size()) +
+                        (clip.sweeps.size() == 1 ? " sweep" : " sweeps") +
+                        (clip.source.empty() ? "" : ", from " + clip.source));
+  for (const skin::Warning& warning : clip.warnings) facts.notes.push_back(warning.message);
+  for (const std::string& note : body.notes()) facts.notes.push_back(note);
+  if (const double error = body.blending_error(); std::isfinite(error))
+    facts.notes.push_back(blending_note(error, on.anatomy.spine_length));
+  if (request.on_character) request.on_character(report.title, facts);
+
+  const LimitSet limits = clip_limits();
+  const ClipContext context{on.character, on.anatomy, clip,   body,
+                            system,       on.metrics, limits, request.command};
+  const ClipRecord record =
+      measure_clip(on.character, on.anatomy, clip, body, system, on.metrics, progress);
+  report.findings = judge_clip(record, context);
+  book_clip_owners(context, record, report.findings);
+
+  RigResult rig;
+  rig.character = on.character.name;
+  rig.rig = clip.name;
+  rig.system = "clip";
+  rig.coverage = clip_coverage(record);
+  rig.sweeps = clip_series(record, limits);
+  for (const SweepSeries& series : rig.sweeps)
+    for (const auto& [name, values] : series.metric)
+      for (const double value : values) {
+        if (!std::isfinite(value)) continue;
+        const auto [worst, is_new] = rig.summary.emplace(name, value);
+        if (!is_new)
+          worst->second = name == "slice_area" ? std::min(worst->second, value)
+                                               : std::max(worst->second, value);
+      }
+  report.rigs.push_back(std::move(rig));
+  if (std::any_of(clip.sweeps.begin(), clip.sweeps.end(),
+                  [](const skin::ClipSweep& sweep) { return sweep.count >= 10; }))
+    report.canaries.push_back(clip_canary(record, context));
+  report.detectors.push_back(clip_sensitivity(record));
+  report.checks = legend(report, limits);
+  if (!report.findings.empty()) report.next = {"backbend explain " + report.findings.front().code};
+  conclude(report);
+  return report;
+}
+
+}  // namespace
+
+Report run_clip(const ClipRequest& request, Progress& progress) {
+  const skin::Clip clip = skin::read_clip(request.clip, request.options);
+  std::filesystem::path file = request.character;
+  if (file.empty() && !clip.file_node.empty()) file = request.clip;
+  if (file.empty()) {
+    const skin::Character skeleton = bare_skeleton(clip);
+    const skin::Anatomy anatomy = named_anatomy(skeleton, with_clip(request.hints, clip));
+    return judge_body(request, clip, {skeleton, anatomy, nullptr}, progress);
+  }
+  const Stage stage(load_character(file), request.hints);
+  const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+  return judge_body(request, clip, {stage.character(), stage.anatomy(), &metrics}, progress);
+}
+
+}  // namespace backbend::validate

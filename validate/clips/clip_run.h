@@ -1,0 +1,35 @@
+#pragma once
+#include <filesystem>
+#include <functional>
+#include <string>
+
+#include "skin/anatomy.h"
+#include "skin/clip.h"
+#include "validate/clips/clip_body.h"
+#include "validate/report/report.h"
+#include "validate/run/progress.h"
+
+namespace backbend::validate {
+
+/// A baked clip to judge: `check [CHARACTER] --baked CLIP`.
+struct ClipRequest {
+  std::filesystem::path character;  // empty: the clip's own body, or its skeleton alone
+  std::filesystem::path clip;
+  skin::ClipOptions options;
+  skin::AnatomyHints hints;
+  JointMap names;
+  std::string command;  // as the user typed it, for reproduce lines
+
+  /// Called as soon as the clip lies on the character, before anything is measured.
+  std::function<void(const std::string& title, const CharacterFacts&)> on_character;
+};
+
+/// Judges motion that another program solved: flips, kinks and arm pops of the chain, and the
+/// surface against an even bend with the same ends and weights (specification 6 and 8).
+///
+/// Frames cannot be bisected, so a flip is an outlier of the clip's own motion, and the report
+/// states the smallest one that would have been found. Every frame lies inside the envelope: the
+/// clip is what the character must do. Throws CharacterError, Interrupted.
+Report run_clip(const ClipRequest& request, Progress& progress);
+
+}  // namespace backbend::validate
