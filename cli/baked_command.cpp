@@ -57,8 +57,8 @@ int check_baked(const BakedOptions& options, const std::string& character,
   request.options = {options.animation, options.frames_per_second};
   request.hints = hints;
   request.names = joint_map(options.joint_map);
-  request.command =
-      "backbend check " + (character.empty() ? "" : character + " ") + "--baked " + options.clip;
+  request.command = "backbend check " + (character.empty() ? "" : in_shell(character) + " ") +
+                    "--baked " + in_shell(options.clip);
   if (!common.json) request.on_character = print_character;
   Progress progress(common.progress_style());
   const Report report = run_clip(request, progress);

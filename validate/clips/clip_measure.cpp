@@ -193,8 +193,12 @@ std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::ve
     const auto beyond = [&](const glm::dvec3& expected) {
       return glm::length(step[f] - expected * duration[f]);
     };
-    change.push_back(f == 0      ? std::min(beyond(pace(1)), beyond(pace(2)))
-                     : f == last ? std::min(beyond(pace(last - 1)), beyond(pace(last - 2)))
+    // At the ends the neighbours stand on one side: their pace, or where it leads.
+    const auto at_end = [&](Index one, Index two) {
+      return std::min({beyond(pace(one)), beyond(pace(two)), beyond(2.0 * pace(one) - pace(two))});
+    };
+    change.push_back(f == 0      ? at_end(1, 2)
+                     : f == last ? at_end(last - 1, last - 2)
                                  : beyond(0.5 * (pace(f - 1) + pace(f + 1))));
   }
   out[0] = 0.0;
