@@ -308,5 +308,20 @@ TEST(Light, OfTwiceTheStrengthGivesExactlyTwiceThePicture) {
     ASSERT_EQ(twice[i], i % 4 == 3 ? once[i] : 2.0f * once[i]) << i;
 }
 
+TEST(Light, OfTwoSkiesIsTheSumOfTheirs) {
+  Settings settings = under_sky(64);
+  const auto sum_under = [&](const std::function<float(int)>& light) {
+    settings.environment = sky_of(light);
+    const std::vector<float> picture = ball(settings).find("R")->data;
+    double sum = 0.0;
+    for (std::size_t i = 0; i < picture.size(); ++i) sum += i % 4 == 3 ? 0.0f : picture[i];
+    return sum;
+  };
+  const double left = sum_under([](int i) { return i % 16 < 8 ? 0.5f : 0.0f; });
+  const double right = sum_under([](int i) { return i % 16 < 8 ? 0.0f : 0.8f; });
+  const double whole = sum_under([](int i) { return i % 16 < 8 ? 0.5f : 0.8f; });
+  EXPECT_NEAR(left + right, whole, 0.005 * whole);
+}
+
 }  // namespace
 }  // namespace backbend::render
