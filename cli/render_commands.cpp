@@ -76,8 +76,9 @@ struct PictureOptions {
                      "stop sampling where the error over the square root of the light is below "
                      "this; 0: never [the preset's]")
         ->check(CLI::Range(0.0, 1.0));
-    command->add_flag("--denoise,!--no-denoise", denoise,
-                      "add a denoised layer, which PNG and video show [the preset's]");
+    command->add_flag_function(
+        "--denoise,!--no-denoise", [this](std::int64_t count) { denoise = count > 0; },
+        "add a denoised layer, which PNG and video show [the preset's]");
     command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
     command
         ->add_option("--mode", request.settings.mode,

@@ -142,11 +142,11 @@ class Review(CommandTest):
         self.assertFalse((self.folder / "out/turn.1005.exr").exists())
         self.assertEqual((frames[0].width, frames[0].height), (64, 48))
         self.assertEqual(frames[0].text("backbend/spp"), "2")
-        self.assertIn("denoised.R", frames[0].channels)  # as the preset has it
+        self.assertIn("denoised.R", sorted(frames[0].channels))  # as the preset has it
         # From the front, first with the light where it always is, then from behind.
-        self.assertEqual(frames[2].channels, frames[0].channels)
-        self.assertEqual(frames[3].channels["Z"], frames[0].channels["Z"])
-        self.assertNotEqual(frames[3].channels["R"], frames[0].channels["R"])
+        self.assertTrue(frames[2].channels == frames[0].channels)
+        self.assertTrue(frames[3].channels["Z"] == frames[0].channels["Z"])
+        self.assertFalse(frames[3].channels["R"] == frames[0].channels["R"])
         self.assertEqual(told_by("ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames",
                                  "-of", "csv=p=0", self.folder / "out/turn.mp4").strip(), "4")
 
