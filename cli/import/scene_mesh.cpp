@@ -1,4 +1,4 @@
-#include "import/scene_mesh.h"
+#include "cli/import/scene_mesh.h"
 
 #include <assimp/mesh.h>
 

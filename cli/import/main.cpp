@@ -17,7 +17,7 @@
 #include <sstream>
 #include <string>
 
-#include "import/scene_glb.h"
+#include "cli/import/scene_glb.h"
 #include "skin/asset_folder.h"
 #include "skin/character.h"
 

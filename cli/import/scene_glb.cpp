@@ -1,4 +1,4 @@
-#include "import/scene_glb.h"
+#include "cli/import/scene_glb.h"
 
 #include <assimp/scene.h>
 
@@ -8,7 +8,7 @@
 #include <map>
 #include <string>
 
-#include "import/scene_mesh.h"
+#include "cli/import/scene_mesh.h"
 #include "skin/glb_writer_document.h"
 #include "skin/glb_writer_skeleton.h"
 #include "skin/matrix_facts.h"
