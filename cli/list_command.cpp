@@ -4,6 +4,8 @@
 #include "cli/commands.h"
 #include "render/cameras.h"
 #include "solver/spine_system.h"
+#include "validate/report/escape.h"
+#include "validate/sweeps/suite.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 
@@ -112,14 +114,22 @@ void add_list(const Registry& registry) {
 }
 
 void add_explain(const Registry& registry) {
-  auto code = std::make_shared<std::string>();
+  struct Options {
+    std::string code, suite, character;
+  };
+  auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "explain", "what a finding's code means, how it is measured, what to try",
-      [code, &common = registry.common] {
+      [options, &common = registry.common] {
+        const std::string* code = &options->code;
         const Check* check = find_check(*code);
         if (check == nullptr) {
           throw CLI::ValidationError("no check has the code '" + *code +
                                      "'; backbend list checks shows all");
+        }
+        std::vector<Limit> history;
+        if (!options->suite.empty()) {
+          history = limits_for(read_suite(options->suite).rules, options->character).history(*code);
         }
         const std::pair<const char*, std::string> lines[] = {
             {"measures", std::string(check->measures)},
@@ -138,6 +148,12 @@ void add_explain(const Registry& registry) {
                                    {"default_limit", check->limit},
                                    {"unit", check->unit}};
           for (const auto& [key, text] : lines) object[key] = text;
+          for (const Limit& limit : history)
+            object["limits"].push_back({{"value", limit.value},
+                                        {"layer", name_of(limit.layer)},
+                                        {"origin", valid_utf8(limit.origin)},
+                                        {"owner", valid_utf8(limit.owner)},
+                                        {"reason", valid_utf8(limit.reason)}});
           std::printf("%s\n", object.dump(2).c_str());
           return 0;
         }
@@ -145,9 +161,23 @@ void add_explain(const Registry& registry) {
         for (const auto& [key, text] : lines) {
           if (!text.empty()) std::printf("  %-9s %s\n", key, text.c_str());
         }
+        for (std::size_t i = 0; i < history.size(); ++i) {
+          const Limit& limit = history[i];
+          const bool in_force = i + 1 == history.size();
+          std::printf("  %-9s %s: %s %s, %s (%s; %s)\n", in_force ? "in force" : "before",
+                      std::string(name_of(limit.layer)).c_str(),
+                      number_text(limit.value, 6).c_str(), std::string(check->unit).c_str(),
+                      visible(limit.reason).c_str(), visible(limit.owner).c_str(),
+                      visible(limit.origin).c_str());
+        }
         return 0;
       });
-  command->add_option("code", *code, "a code such as BB001")->required();
+  command->add_option("code", options->code, "a code such as BB001")->required();
+  CLI::Option* suite =
+      command->add_option("--suite", options->suite,
+                          "suite file whose limits are in force: shows where the limit comes from");
+  command->add_option("--for", options->character, "with --suite: the character's name")
+      ->needs(suite);
 }
 
 }  // namespace backbend::cli

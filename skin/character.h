@@ -96,6 +96,7 @@ struct Character {
   std::vector<std::uint32_t> unweighted;  // vertices that came without any weight, ascending
   std::size_t renormalised_vertices = 0;  // whose weights did not sum to 1 in the file
   double worst_weight_sum = 1.0;          // of those
+  int worst_weight_vertex = -1;           // that has it; -1: none, or in a part that was left out
   std::vector<Warning> warnings;
 
   std::size_t vertex_count() const { return bind_position.size(); }

@@ -54,6 +54,8 @@ class Reader {
       for (std::size_t p = 0; p < primitives(instance).size(); ++p) add_primitive(instance, p);
     character_.renormalised_vertices = tally_.renormalised;
     character_.worst_weight_sum = tally_.worst_sum;
+    if (tally_.renormalised > 0)
+      character_.worst_weight_vertex = static_cast<int>(tally_.worst_vertex);
     for (Warning& warning : weight_warnings(tally_))
       character_.warnings.push_back(std::move(warning));
     return std::move(out_);

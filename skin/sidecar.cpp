@@ -157,6 +157,7 @@ void drop_parts(Character& character, const std::vector<bool>& drop) {
   out.influences.clear();
   out.place.clear();
   out.unweighted.clear();
+  out.worst_weight_vertex = -1;
   std::vector<std::uint32_t> place_number(character.place_count, UINT32_MAX);
   out.place_count = 0;
   for (std::size_t p = 0; p < character.parts.size(); ++p) {
@@ -172,6 +173,8 @@ void drop_parts(Character& character, const std::vector<bool>& drop) {
       std::uint32_t& place = place_number[character.place[v]];
       if (place == UINT32_MAX) place = out.place_count++;
       out.place.push_back(place);
+      if (static_cast<int>(v) == character.worst_weight_vertex)
+        out.worst_weight_vertex = static_cast<int>(new_first + (v - first));
       if (std::binary_search(character.unweighted.begin(), character.unweighted.end(), v))
         out.unweighted.push_back(new_first + (v - first));
     }

@@ -104,6 +104,42 @@ TEST_F(SuiteFile, ACanaryNeedsADutyOnASweepThatIsThere) {
             std::string::npos);
 }
 
+TEST_F(SuiteFile, LimitsComeInLayersAndEachSaysWhereItIsFrom) {
+  const Suite suite = read_suite(
+      write(std::string(kSmall) + "[[limit]]\ncode = \"BB020\"\nvalue = 1.5\nlayer = \"studio\"\n"
+                                  "owner = \"rigging\"\nreason = \"no props in this studio\"\n"
+                                  "[[limit]]\ncode = \"BB020\"\nvalue = 3\ncharacter = \"blob\"\n"
+                                  "owner = \"ann\"\nreason = \"it has no hands\"\n"));
+  const double table = LimitSet().of("BB020").value;
+  EXPECT_EQ(limits_for(suite.rules, "hero").of("BB020").value, 1.5);
+  const std::vector<Limit> history = limits_for(suite.rules, "blob").history("BB020");
+  ASSERT_EQ(history.size(), 3u);
+  EXPECT_EQ(history[0].value, table);
+  EXPECT_EQ(history[1].layer, LimitLayer::studio);
+  EXPECT_EQ(history[2].value, 3.0);
+  EXPECT_NE(history[2].origin.find(".toml:"), std::string::npos);
+}
+
+TEST_F(SuiteFile, ALimitOrWaiverThatNobodyAnswersForIsRefused) {
+  EXPECT_NE(
+      error_of(std::string(kSmall) + "[[limit]]\ncode = \"BB020\"\nvalue = 9\nowner = \"x\"\n")
+          .find("needs 'reason'"),
+      std::string::npos);
+  EXPECT_NE(error_of(std::string(kSmall) +
+                     "[[limit]]\ncode = \"BB02O\"\nvalue = 9\nowner = \"x\"\nreason = "
+                     "\"y\"\n")
+                .find("did you mean BB020"),
+            std::string::npos);
+  const std::string waiver = "[[waiver]]\ncode = \"BB020\"\nowner = \"x\"\nreason = \"y\"\n";
+  EXPECT_NE(error_of(kSmall + waiver).find("needs 'expires'"), std::string::npos);
+  EXPECT_NE(error_of(kSmall + waiver + "expires = \"2026-02-30\"\n").find("2026-02-30"),
+            std::string::npos);
+  EXPECT_EQ(
+      read_suite(write(std::string(kSmall) + waiver + "expires = \"2026-02-28\"\nrig = \"r\"\n"))
+          .rules.waivers.size(),
+      1u);
+}
+
 TEST(ReadRig, TakesOptionsInline) {
   const RigPlan plan = read_rig("isner:vertebrae=7,depth=[0.3, 0.4],length=stretchy");
   EXPECT_EQ(plan.spec.system, "isner");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "validate/run/judge.h"
 #include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
@@ -14,12 +15,6 @@ using Index = std::size_t;
 // Fewer frames have no pace to compare a step with (see find_clip_flips).
 constexpr Index kLeastFrames = 5;
 
-double excess(const Check& check, double value, double limit) {
-  constexpr double kFloor = 1e-9;
-  return check.sense == Sense::at_most ? value / std::max(limit, kFloor)
-                                       : limit / std::max(value, kFloor);
-}
-
 /// What a baked clip says anything about.
 bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, MetricId metric) {
   switch (metric) {
@@ -27,7 +22,12 @@ bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, Metri
     case MetricId::flip_margin:
     case MetricId::lost_twist:
     case MetricId::end_gap:
-    case MetricId::arm_slide:  // arms move on purpose
+    case MetricId::arm_slide:         // arms move on purpose
+    case MetricId::chain_twist_jump:  // nor is a twist known that the chain should carry
+    case MetricId::predictability:
+    case MetricId::mirror:  // nobody asks a clip for another pose
+    case MetricId::return_to_rest:
+    case MetricId::range_of_motion:
       return false;
     case MetricId::chain_kink:
       return record.has_corners;
@@ -105,29 +105,6 @@ std::vector<Finding> flip_findings(const ClipRecord& record, const ClipContext& 
   return out;
 }
 
-void set_place(const ClipContext& context, MetricId metric, int place, Finding& finding) {
-  switch (metric) {
-    case MetricId::chain_kink:
-    case MetricId::uneven_bend:
-      if (place >= 0) finding.joint = context.system.joint_names()[static_cast<Index>(place)];
-      break;
-    case MetricId::mesh_kink:
-    case MetricId::twist_jump:
-    case MetricId::slice_area:
-    case MetricId::surface_fold:
-    case MetricId::feasibility:
-      finding.slice = place;
-      break;
-    case MetricId::strain:
-    case MetricId::inverted:
-    case MetricId::dihedral:
-      finding.vertex = place;
-      break;
-    default:
-      break;
-  }
-}
-
 std::optional<Index> worst_failing(const ClipSweepRecord& sweep, MetricId metric,
                                    const Check& check, double limit) {
   std::optional<Index> worst;
@@ -149,7 +126,7 @@ Finding metric_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   Finding finding = start_finding(context, sweep, check.code, pose);
   const Measured& measured = sweep.poses[pose].at(metric);
   finding.value = measured.value;
-  set_place(context, metric, measured.place, finding);
+  set_place(metric, measured.place, context.system.joint_names(), finding);
   if (!decides(metric, check)) finding.verdict = Verdict::stress;
   std::size_t frames = 0;
   for (const PoseRecord& each : sweep.poses)
@@ -207,6 +184,7 @@ std::vector<Finding> judge_clip(const ClipRecord& record, const ClipContext& con
       const auto metric = static_cast<MetricId>(m);
       const Check& check = *find_check(pose_metrics()[m].code);
       if (!check.decides || !is_applicable(record, sweep, metric)) continue;
+      if (metric == MetricId::non_finite && !sweep.flips.finite) continue;  // a finding already
       const auto worst = worst_failing(sweep, metric, check, context.limits.of(check.code).value);
       if (worst) findings.push_back(metric_finding(context, sweep, metric, check, *worst));
     }

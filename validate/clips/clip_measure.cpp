@@ -137,7 +137,9 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
     const auto curve = system.intended_curve(record.control, kCurvePoints);
     const ChainMeasures chain =
         measure_chain({pose, system.rest(), curve, at_rest.curve, record.body.twist});
+    record.at(MetricId::non_finite) = {chain.finite ? 0.0 : 1.0, -1};
     if (chain.finite) {
+      record.at(MetricId::uneven_twist) = {chain.uneven_twist, -1};
       record.at(MetricId::uneven_bend) = {chain.max_over_mean, chain.max_turn_joint};
       record.at(MetricId::length_change) = {100.0 * chain.length_change, -1};
     }
@@ -145,7 +147,7 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
   // What only a control can say; arms are measured over the whole sweep.
   for (const MetricId id :
        {MetricId::lost_twist, MetricId::end_gap, MetricId::flip_margin, MetricId::gain,
-        MetricId::arm_slide, MetricId::arm_drift, MetricId::arm_shift})
+        MetricId::arm_slide, MetricId::arm_drift, MetricId::arm_shift, MetricId::chain_twist_jump})
     record.at(id) = {};
   int joint = -1;
   const double corner = system.corner_deg(frame, joint);

@@ -8,13 +8,6 @@
 namespace backbend::validate {
 namespace {
 
-/// By how much a value misses its limit, as a factor of it: comparable between checks.
-double excess(const Check& check, double value, double limit) {
-  constexpr double kFloor = 1e-9;
-  return check.sense == Sense::at_most ? value / std::max(limit, kFloor)
-                                       : limit / std::max(value, kFloor);
-}
-
 /// A word as a shell takes it back: as it is where nothing in it is special.
 std::string quoted(const std::string& word) {
   const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
@@ -88,30 +81,10 @@ Finding flip_finding(const RigRecord& rig, const JudgeContext& context, const Sw
   return finding;
 }
 
-/// The place of a metric in the words of a finding.
-void set_place(const RigRecord& rig, MetricId metric, int place, Finding& finding) {
-  switch (metric) {
-    case MetricId::chain_kink:
-    case MetricId::uneven_bend:
-    case MetricId::flip_margin:
-      finding.joint = joint_name(rig, place);
-      break;
-    case MetricId::mesh_kink:
-    case MetricId::twist_jump:
-    case MetricId::slice_area:
-    case MetricId::surface_fold:
-    case MetricId::feasibility:
-      finding.slice = place;
-      break;
-    case MetricId::strain:
-    case MetricId::inverted:
-    case MetricId::dihedral:
-    case MetricId::arm_slide:
-      finding.vertex = place;
-      break;
-    default:
-      break;
-  }
+std::string name_at(const std::vector<std::string>& names, int place) {
+  return place >= 0 && place < static_cast<int>(names.size())
+             ? names[static_cast<std::size_t>(place)]
+             : "";
 }
 
 struct Worst {
@@ -158,7 +131,7 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
   Finding finding = start_finding(rig, context, sweep, check.code, pose.body, pose.control_deg);
   finding.pose_index = static_cast<int>(index);
   finding.value = pose.at(metric).value;
-  set_place(rig, metric, pose.at(metric).place, finding);
+  set_place(metric, pose.at(metric).place, rig.system->joint_names(), finding);
   finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, finding.limit);
   finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
                    finding.unit + ", over the limit from " + sweep.sweep.channel + " " +
@@ -175,16 +148,44 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
 }  // namespace
 
 std::string joint_name(const RigRecord& rig, int joint) {
-  const std::vector<std::string>& names = rig.system->joint_names();
-  return joint >= 0 && joint < static_cast<int>(names.size())
-             ? names[static_cast<std::size_t>(joint)]
-             : "";
+  return name_at(rig.system->joint_names(), joint);
+}
+
+void set_place(MetricId metric, int place, const std::vector<std::string>& joint_names,
+               Finding& finding) {
+  switch (metric) {
+    case MetricId::chain_kink:
+    case MetricId::uneven_bend:
+    case MetricId::flip_margin:
+    case MetricId::chain_twist_jump:
+    case MetricId::mirror:
+    case MetricId::return_to_rest:
+    case MetricId::range_of_motion:
+      finding.joint = name_at(joint_names, place);
+      break;
+    case MetricId::mesh_kink:
+    case MetricId::twist_jump:
+    case MetricId::slice_area:
+    case MetricId::surface_fold:
+    case MetricId::feasibility:
+      finding.slice = place;
+      break;
+    case MetricId::strain:
+    case MetricId::inverted:
+    case MetricId::dihedral:
+    case MetricId::arm_slide:
+      finding.vertex = place;
+      break;
+    default:
+      break;
+  }
 }
 
 bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose) {
   if (metric == MetricId::flip_margin) return !rig.system->rest().flip_margin.empty();
   if (metric == MetricId::volume) return !rig.open_mesh;
   if (metric == MetricId::arm_slide) return rig.has_arms;
+  if (metric == MetricId::range_of_motion) return rig.has_arms;  // a human's is asked of no snake
   if (metric == MetricId::lost_twist)
     return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0;
   return true;
@@ -214,6 +215,54 @@ std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context
            excess(*find_check(b.code), b.value, b.limit);
   });
   return findings;
+}
+
+std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& context,
+                                 const WeightHygiene& weights, bool judges_weights) {
+  const skin::Character& character = context.stage.character();
+  const struct {
+    std::string_view code;
+    double value;
+    int vertex;
+    std::string detail;
+  } facts[] = {
+      // The reader has made all sums 1 and kept the worst of those that storage does not explain.
+      {"BB060", 100.0 * std::abs(1.0 - character.worst_weight_sum), character.worst_weight_vertex,
+       std::to_string(character.renormalised_vertices) + " vertices, the worst summing to " +
+           number_text(character.worst_weight_sum, 4)},
+      {"BB061", static_cast<double>(character.unweighted.size()),
+       character.unweighted.empty() ? -1 : static_cast<int>(character.unweighted.front()),
+       std::to_string(character.unweighted.size()) + " vertices stay behind"},
+      {"BB062", static_cast<double>(weights.stray), weights.stray_vertex,
+       "the worst has " + number_text(100.0 * weights.stray_weight, 1) +
+           " % of its weight on joints that no neighbour knows"}};
+  std::vector<Finding> findings;
+  for (const auto& fact : facts) {
+    const Check& check = *find_check(fact.code);
+    const double limit = context.limits.of(fact.code).value;
+    if (judge(check, fact.value, limit) != Verdict::fail) continue;
+    Finding finding;
+    finding.code = fact.code;
+    finding.character = character.name;
+    finding.rig = rig.plan.name;
+    finding.mapping = mapping_name(rig.mapping);
+    finding.pose = "rest";
+    finding.vertex = fact.vertex;
+    finding.value = fact.value;
+    finding.limit = limit;
+    finding.unit = check.unit;
+    finding.owner = check.owner;
+    finding.verdict = judges_weights ? Verdict::fail : Verdict::stress;
+    finding.detail = std::string(check.name) + ": " + fact.detail;
+    finding.image.note = "no picture metric looks at this";
+    finding.reproduce = "backbend inspect " + quoted(context.character);
+    findings.push_back(std::move(finding));
+  }
+  return findings;
+}
+
+std::vector<Coverage> input_coverage() {
+  return {{"BB060", 1, 1, 0, 0}, {"BB061", 1, 1, 0, 0}, {"BB062", 1, 1, 0, 0}};
 }
 
 std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context) {

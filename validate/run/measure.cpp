@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/trigonometric.hpp>
 
+#include "validate/metrics/human_range.h"
 #include "validate/metrics/rig_probe.h"
 
 namespace backbend::validate {
@@ -25,6 +26,7 @@ double lost_twist(const solver::SpinePose& pose, const solver::SpinePose& rest,
 
 void record_chain(const solver::SpinePose& rest, const solver::SpinePose& pose,
                   const ChainMeasures& chain, PoseRecord& record) {
+  record.at(MetricId::non_finite) = {chain.finite ? 0.0 : 1.0, -1};
   if (!chain.finite) return;
   record.arms = chain.arms;
   record.at(MetricId::chain_kink) = {chain.kink_deg, chain.kink_joint};
@@ -35,10 +37,15 @@ void record_chain(const solver::SpinePose& rest, const solver::SpinePose& pose,
   record.at(MetricId::end_gap) = {100.0 * chain.end_gap, -1};
   record.at(MetricId::length_change) = {100.0 * chain.length_change, -1};
   record.at(MetricId::flip_margin) = {chain.least_margin_deg, chain.least_margin_joint};
+  record.at(MetricId::chain_twist_jump) = {chain.twist_jump_deg, chain.twist_jump_joint};
+  record.at(MetricId::uneven_twist) = {chain.uneven_twist, -1};
 }
 
 void record_mesh(const BodyMeasures& body, PoseRecord& record) {
-  if (body.surface.not_finite > 0) return;
+  if (body.surface.not_finite > 0) {
+    record.at(MetricId::non_finite).value += static_cast<double>(body.surface.not_finite);
+    return;
+  }
   const SliceMeasures& slices = body.slices;
   record.at(MetricId::feasibility) = {slices.infeasible, slices.infeasible_slice};
   record.at(MetricId::mesh_kink) = {slices.kink_worst_deg, slices.kink_slice};
@@ -85,6 +92,53 @@ void record_gain(SweepRecord& record) {
   }
 }
 
+/// What a pose owes to the rig alone: its mirror image, its way back to rest, what a human's spine
+/// could do of it.
+void record_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record) {
+  const solver::SpineSystem& system = *rig.system;
+  const solver::SpinePose& rest = system.rest();
+  const double length = chain_length(rest.position);
+  const glm::dvec3 left = stage.anatomy().left;
+  const solver::SpinePose pose = system.solve(record.control);
+
+  PoseDegrees other_side = record.body;
+  other_side.side = -other_side.side;
+  other_side.twist = -other_side.twist;
+  const solver::SpinePose image = system.solve(controls_at(system, other_side, rig.mapping));
+  const PoseDifference off =
+      pose_difference(pose, mirrored(image, left, rest.position.front()), length);
+  // A spine that stands off its middle plane does so in the pose and in the image.
+  const double own =
+      pose_difference(rest, mirrored(rest, left, rest.position.front()), length).shift;
+  record.at(MetricId::mirror) = {100.0 * std::max(0.0, off.shift - 2.0 * own), off.joint};
+
+  std::vector<double> neutral;
+  for (const solver::Channel& channel : system.channels()) neutral.push_back(channel.rest);
+  const PoseDifference left_over = pose_difference(system.solve(neutral), rest, length);
+  record.at(MetricId::return_to_rest) = {100.0 * left_over.shift, left_over.joint};
+
+  const RangeUse use = human_range_use(pose, rest, system.arc_fraction(), left);
+  record.at(MetricId::range_of_motion) = {use.ratio, use.joint};
+}
+
+/// How far the axis about which the chain's end turns strays from that of the chest control. Of a
+/// pose: the worse of the two intervals that it ends.
+void record_predictability(const solver::SpineSystem& system, SweepRecord& sweep) {
+  std::vector<solver::SpinePose> pose;
+  for (const PoseRecord& record : sweep.poses) pose.push_back(system.solve(record.control));
+  std::vector<double> stray;
+  for (std::size_t i = 1; i < pose.size(); ++i) {
+    stray.push_back(response(pose[i - 1].chest.turn, pose[i].chest.turn, pose[i - 1].turn.back(),
+                             pose[i].turn.back())
+                        .axis_deg);
+  }
+  for (std::size_t i = 0; i < pose.size() && !stray.empty(); ++i) {
+    const double before = stray[i > 0 ? i - 1 : 0], after = stray[std::min(i, stray.size() - 1)];
+    // Not std::max: what is not a number must not hide behind the other.
+    sweep.poses[i].at(MetricId::predictability) = {before >= after ? before : after, -1};
+  }
+}
+
 RigRecord start(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
                 const std::vector<Sweep>& sweeps, const Envelope& envelope) {
   RigRecord rig;
@@ -109,26 +163,31 @@ void measure_flips(RigRecord& rig) {
 
 }  // namespace
 
+void measure_behaviour(const Stage& stage, RigRecord& rig) {
+  for (SweepRecord& sweep : rig.sweeps) {
+    oneapi::tbb::parallel_for(std::size_t{0}, sweep.poses.size(), [&](std::size_t i) {
+      if (sweep.poses[i].at(MetricId::non_finite).value == 0.0)
+        record_behaviour(stage, rig, sweep.poses[i]);
+    });
+    record_predictability(*rig.system, sweep);
+  }
+}
+
 const std::array<MetricInfo, kMetricCount>& pose_metrics() {
-  static constexpr std::array<MetricInfo, kMetricCount> kMetrics = {{{"gain", "BB002"},
-                                                                     {"flip_margin", "BB003"},
-                                                                     {"chain_kink", "BB010"},
-                                                                     {"uneven_bend", "BB013"},
-                                                                     {"arm_drift", "BB020"},
-                                                                     {"arm_shift", "BB021"},
-                                                                     {"lost_twist", "BB040"},
-                                                                     {"end_gap", "BB041"},
-                                                                     {"length_change", "BB047"},
-                                                                     {"mesh_kink", "BB011"},
-                                                                     {"surface_fold", "BB012"},
-                                                                     {"arm_slide", "BB022"},
-                                                                     {"twist_jump", "BB036"},
-                                                                     {"slice_area", "BB030"},
-                                                                     {"volume", "BB031"},
-                                                                     {"strain", "BB032"},
-                                                                     {"inverted", "BB033"},
-                                                                     {"dihedral", "BB035"},
-                                                                     {"feasibility", "BB048"}}};
+  static constexpr std::array<MetricInfo, kMetricCount> kMetrics = {
+      {{"gain", "BB002"},           {"flip_margin", "BB003"},
+       {"chain_kink", "BB010"},     {"uneven_bend", "BB013"},
+       {"arm_drift", "BB020"},      {"arm_shift", "BB021"},
+       {"lost_twist", "BB040"},     {"end_gap", "BB041"},
+       {"length_change", "BB047"},  {"mesh_kink", "BB011"},
+       {"surface_fold", "BB012"},   {"arm_slide", "BB022"},
+       {"twist_jump", "BB036"},     {"slice_area", "BB030"},
+       {"volume", "BB031"},         {"strain", "BB032"},
+       {"inverted", "BB033"},       {"dihedral", "BB035"},
+       {"feasibility", "BB048"},    {"chain_twist_jump", "BB014"},
+       {"predictability", "BB042"}, {"mirror_asymmetry", "BB043"},
+       {"return_to_rest", "BB044"}, {"range_of_motion", "BB045"},
+       {"uneven_twist", "BB046"},   {"non_finite", "BB050"}}};
   return kMetrics;
 }
 
@@ -151,6 +210,7 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
           record);
     }
   }
+  measure_behaviour(stage, rig);
   measure_flips(rig);
   return rig;
 }
@@ -180,6 +240,7 @@ RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan
       progress.step();
     });
   }
+  measure_behaviour(stage, rig);
   measure_flips(rig);
   return rig;
 }

@@ -36,9 +36,16 @@ enum class MetricId : std::size_t {
   strain,
   inverted,
   dihedral,
-  feasibility
+  feasibility,
+  chain_twist_jump,
+  predictability,
+  mirror,
+  return_to_rest,
+  range_of_motion,
+  uneven_twist,
+  non_finite
 };
-inline constexpr std::size_t kMetricCount = 19;
+inline constexpr std::size_t kMetricCount = 26;
 
 /// One metric of a pose: its name in plots, and the check that judges it.
 struct MetricInfo {
@@ -83,7 +90,8 @@ struct RigRecord {
   bool has_arms = true;    // that the chest carries
 };
 
-/// Measures the chain alone, over the given sweeps.
+/// Measures the chain alone, over the given sweeps. Every metric of the chain is filled, here and
+/// by measure_rig().
 RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
                              const std::vector<Sweep>& sweeps, const Envelope& envelope);
 
@@ -95,6 +103,10 @@ RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan
 /// Fills chain and mesh metrics of one pose whose body and control are set.
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
                   PoseRecord& record);
+
+/// Fills what poses owe to the rig alone: mirror asymmetry, return to rest, predictability, a
+/// human's range of motion. Poses whose chain is not finite keep NaN.
+void measure_behaviour(const Stage& stage, RigRecord& rig);
 
 /// The control values of a rig for a body pose.
 std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDegrees& pose,

@@ -3,8 +3,9 @@
 
 namespace backbend::validate {
 
-/// Says who must act on each mesh finding, by two more solves of that one pose: under `even` (the
-/// ideal bend and twist with the same weights) and with dual quaternions.
+/// Says who must act on each mesh finding, by three more solves of that one pose: under `even` (the
+/// ideal bend and twist with the same weights), with clean proxy weights, and with dual
+/// quaternions. Findings on the chain are solved under `even` again, and keep their owner.
 ///
 /// Infeasible poses belong to POSE. Where the ideal bend shows the fault as well, it belongs to
 /// WEIGHTS, else to SOLVER. Unless the character itself is on trial (`judges_weights`), only what

@@ -128,16 +128,34 @@ Envelope envelope_of(const Suite& suite, const ConfirmedCharacter& confirmed) {
   return find_envelope(confirmed.sidecar->envelope).value_or(suite.envelope);
 }
 
+/// The file is judged once, under the first rig that decides, or the first at all.
+void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
+                const JudgeContext& context, Report& report) {
+  const auto decides = [](const RigRecord& each) { return each.plan.role == Role::proposed; };
+  auto record = std::find_if(records.begin(), records.end(), decides);
+  if (record == records.end()) record = records.begin();
+  if (record == records.end()) return;
+  const skin::Character& character = context.stage.character();
+  const WeightHygiene weights = examine_weights(character.influences, character.triangles,
+                                                character.place, character.place_count);
+  for (Finding& finding : judge_input(*record, context, weights, suite.judges_weights))
+    report.findings.push_back(std::move(finding));
+  const auto rig = report.rigs.end() - (records.end() - record);
+  for (const Coverage& each : input_coverage()) rig->coverage.push_back(each);
+}
+
 void run_character(const RunRequest& request, const std::filesystem::path& file,
-                   const LimitSet& limits, const OutputFolder& folder, Progress& progress,
-                   Report& report) {
+                   const OutputFolder& folder, Progress& progress, Report& report) {
   const Suite& suite = request.suite;
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
   const Stage stage(std::move(confirmed.character), confirmed.hints, request.chain);
   const Envelope envelope = envelope_of(suite, confirmed);
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), envelope.name));
   if (request.on_character) request.on_character(report.characters.back());
+  const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
   const JudgeContext context{stage, limits, envelope, request.character_text(file)};
+  // No limit of a studio's makes a canary deaf.
+  const JudgeContext by_the_table{stage, table, envelope, context.character};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
   if (!body.mesh().open_reason.empty())
     report.characters.back().notes.push_back("volume has no meaning here: " +
@@ -154,7 +172,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
     for (const RigPlan& plan : suite.rigs) {
       if (plan.role == Role::canary) {
         if (mapping == plan.duty->mapping)
-          report.canaries.push_back(run_canary(plan, suite.sweeps, context));
+          report.canaries.push_back(run_canary(plan, suite.sweeps, by_the_table));
         continue;
       }
       records.push_back(measure_rig(stage, body, plan, mapping, suite.sweeps, envelope, progress));
@@ -177,6 +195,25 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   for (std::vector<Finding>& each : findings) {
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   }
+  // Last, for pictures name findings by their number.
+  judge_file(suite, records, context, report);
+}
+
+/// Turns accepted findings into waived ones, and says which waivers have run out or do nothing.
+void waive(const RunRequest& request, Report& report) {
+  const std::vector<Waiver>& waivers = request.suite.rules.waivers;
+  // Without a day nobody can say that a waiver still holds.
+  const WaiverUse use =
+      apply_waivers(report.findings, waivers, request.today.empty() ? "9999-12-31" : request.today);
+  const auto name = [&](std::size_t i) {
+    return "the waiver of " + waivers[i].code + " (" + waivers[i].owner + ": " + waivers[i].reason +
+           ")";
+  };
+  for (const std::size_t i : use.expired)
+    report.reasons.push_back(name(i) + " expired on " + waivers[i].expires +
+                             ": what it covered fails again");
+  for (const std::size_t i : use.unused)
+    report.reasons.push_back(name(i) + " covers nothing and can go");
 }
 
 /// Meshes stand in the folders of their findings' pictures.
@@ -216,14 +253,14 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   report.suite = suite.name;
   report.provenance["backbend"] = BACKBEND_VERSION;
   if (!suite.file.empty()) report.provenance["suite"] = content_hash(read_bytes(suite.file));
-  const LimitSet limits;
+  const LimitSet limits = limits_for(suite.rules, "");
   const OutputFolder folder(request.folder);
 
   std::string first_error;
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();
     try {
-      run_character(request, file, limits, folder, progress, report);
+      run_character(request, file, folder, progress, report);
     } catch (const skin::CharacterError& error) {
       if (suite.characters.size() == 1) throw;  // nothing else to run: say it in one line
       report.findings.push_back(input_finding(file, error.what()));
@@ -239,6 +276,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
           return rig.name == finding.rig && rig.role == Role::proposed;
         });
       });
+  waive(request, report);
   report.checks = legend(report, limits);
   if (!report.findings.empty()) {
     report.next = {"backbend explain " + report.findings.front().code};

@@ -27,8 +27,8 @@ struct RunRequest {
   std::optional<Baseline> baseline;  // what is approved: only new or worse fails then
   std::optional<std::vector<Night>> history;  // earlier nights, for the report's trends
   std::string label;                          // what tonight's version is called in the history
-  std::string today;                          // `2026-11-22`; needed with either of the two
-  std::string title;                          // first line of the report; empty: the suite's
+  std::string today;  // `2026-11-22`; needed with either of the two, and for waivers to hold
+  std::string title;  // first line of the report; empty: the suite's
 
   /// Called as soon as a character is read, before anything is measured.
   std::function<void(const CharacterFacts&)> on_character;

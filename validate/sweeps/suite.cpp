@@ -237,6 +237,58 @@ PicturePlan read_pictures(const std::string& file, const toml::table& table) {
   return plan;
 }
 
+/// `[[limit]]`: who moved a limit, for whom, and why.
+SuiteLimit read_limit(const std::string& file, const toml::table& table) {
+  TableReader reader(table, file, "limit");
+  SuiteLimit row;
+  row.code = reader.text(reader.need("code"), "code");
+  reader.need("value");
+  row.limit.value = reader.number("value", 0, -1e9, 1e9);
+  row.character = reader.text("character", "");
+  const std::string layer = reader.word("layer", row.character.empty() ? "show" : "character",
+                                        {"studio", "show", "character"});
+  if ((layer == "character") == row.character.empty())
+    reader.fail(table, "the layer 'character' and a character's name go together");
+  row.limit.layer = layer == "studio" ? LimitLayer::studio
+                    : layer == "show" ? LimitLayer::show
+                                      : LimitLayer::character;
+  row.limit.owner = reader.text(reader.need("owner"), "owner");
+  row.limit.reason = reader.text(reader.need("reason"), "reason");
+  reader.finish();
+  try {
+    LimitSet().set(row.code, row.limit);
+  } catch (const LimitError& error) {
+    reader.fail(table, error.what());
+  }
+  row.limit.origin = file + ":" + std::to_string(table.source().begin.line);
+  return row;
+}
+
+/// `[[waiver]]`: a finding that somebody accepts until a day.
+Waiver read_waiver(const std::string& file, const toml::table& table) {
+  TableReader reader(table, file, "waiver");
+  Waiver waiver;
+  waiver.code = reader.text(reader.need("code"), "code");
+  waiver.character = reader.text("character", "");
+  waiver.rig = reader.text("rig", "");
+  waiver.sweep = reader.text("sweep", "");
+  waiver.joint = reader.text("joint", "");
+  waiver.from_deg = reader.number("from_deg", waiver.from_deg, -3600, 3600);
+  waiver.to_deg = reader.number("to_deg", waiver.to_deg, -3600, 3600);
+  waiver.worst = reader.number("worst", waiver.worst, -1e9, 1e9);
+  waiver.owner = reader.text(reader.need("owner"), "owner");
+  waiver.reason = reader.text(reader.need("reason"), "reason");
+  waiver.expires = reader.text(reader.need("expires"), "expires");
+  reader.finish();
+  try {
+    check_waiver(waiver);
+  } catch (const LimitError& error) {
+    reader.fail(table, error.what());
+  }
+  waiver.origin = file + ":" + std::to_string(table.source().begin.line);
+  return waiver;
+}
+
 toml::table parse(const fs::path& file) {
   const std::string text = read_text(file, std::uintmax_t{1} << 20);
   try {
@@ -361,6 +413,12 @@ Suite read_suite(const fs::path& file) {
            [&](const toml::table& row) { suite.rigs.push_back(read_rig_row(file.string(), row)); });
   each_row(top, "sweep",
            [&](const toml::table& row) { suite.sweeps.push_back(read_sweep(file.string(), row)); });
+  each_row(top, "limit", [&](const toml::table& row) {
+    suite.rules.limits.push_back(read_limit(file.string(), row));
+  });
+  each_row(top, "waiver", [&](const toml::table& row) {
+    suite.rules.waivers.push_back(read_waiver(file.string(), row));
+  });
   if (const toml::node* pictures = top.find("pictures")) {
     if (!pictures->is_table()) top.fail(*pictures, "'pictures' must be a table");
     suite.pictures = read_pictures(file.string(), *pictures->as_table());
@@ -370,6 +428,14 @@ Suite read_suite(const fs::path& file) {
   if (suite.sweeps.empty()) suite.sweeps = standard_sweeps();
   check_names(suite);
   return suite;
+}
+
+LimitSet limits_for(const SuiteRules& rules, const std::string& character) {
+  LimitSet limits;
+  for (const SuiteLimit& row : rules.limits) {
+    if (row.character.empty() || row.character == character) limits.set(row.code, row.limit);
+  }
+  return limits;
 }
 
 RigPlan read_rig(const std::string& text) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/spine_system.h"
+#include "validate/sweeps/suite_rules.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/finding.h"
 
@@ -51,6 +52,7 @@ struct Suite {
   std::vector<Sweep> sweeps;
   Envelope envelope;
   PicturePlan pictures;
+  SuiteRules rules;             // limits that were moved, findings that were accepted
   bool judges_weights = false;  // mesh findings count against the character, not only the rig
 };
 

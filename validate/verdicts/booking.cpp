@@ -17,8 +17,9 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
       judge(check, context.ideal, limit) == Verdict::fail && worse <= 0.1 * std::abs(limit);
   if (ideal_is_as_bad || context.judging_weights)
     return {Verdict::fail, Owner::weights, check.decides && context.judging_weights};
-  const bool weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass;
-  return {Verdict::fail, weights_cure_it ? Owner::weights : Owner::solver, check.decides};
+  const bool only_weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass &&
+                                    judge(check, context.ideal, limit) == Verdict::fail;
+  return {Verdict::fail, only_weights_cure_it ? Owner::weights : Owner::solver, check.decides};
 }
 
 }  // namespace backbend::validate

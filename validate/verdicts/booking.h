@@ -24,8 +24,9 @@ struct Booking {
 /// - in a pose that this body is too thick for, the pose's, and never a rig's fault;
 /// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), the weights';
 ///   that decides only where weights are what is judged;
-/// - where the ideal is better, the solver's, and it decides; unless clean proxy weights cure it,
-///   which makes it the weights'.
+/// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
+///   the limit and clean proxy weights are not, which makes it the weights'. Where both cure it,
+///   these weights are good enough for a better rig.
 /// A value or limit that is not finite is not measured; without a finite ideal nobody can be
 /// blamed, and the finding stands as the check's usual owner's, deciding.
 Booking book_mesh_finding(const Check& check, double limit, const MeshContext& context);

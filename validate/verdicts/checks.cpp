@@ -276,6 +276,12 @@ Verdict judge(const Check& check, double measured, double limit) {
   return good ? Verdict::pass : Verdict::fail;
 }
 
+double excess(const Check& check, double value, double limit) {
+  constexpr double kFloor = 1e-9;
+  return check.sense == Sense::at_most ? value / std::max(limit, kFloor)
+                                       : limit / std::max(value, kFloor);
+}
+
 std::string_view name_of(Verdict verdict) {
   switch (verdict) {
     case Verdict::pass:

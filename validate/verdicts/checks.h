@@ -40,6 +40,10 @@ const Check* find_check(std::string_view code);
 /// Judges a value of a check against a limit. A value or limit that is not finite is not_measured.
 Verdict judge(const Check& check, double measured, double limit);
 
+/// By how much a value misses its limit, as a factor of it: comparable between checks. Above 1 on
+/// the failing side, whichever that is; finite for limits and values of 0.
+double excess(const Check& check, double value, double limit);
+
 /// Lower-case words for files and tables: `not measured` is `not_measured`, owners are upper case.
 std::string_view name_of(Verdict verdict);
 std::string_view name_of(Owner owner);

@@ -1,0 +1,247 @@
+#include "validate/run/judge.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <functional>
+#include <set>
+
+#include "validate/calibrate/calibration_body.h"
+#include "validate/calibrate/faults.h"
+#include "validate/files/data_folder.h"
+#include "validate/run/run.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::validate {
+namespace {
+
+/// A straight spine of eight bones in a round body.
+const Stage& tube() {
+  static const auto body = tube_body(8);
+  static const Stage stage(body->character(), {});
+  return stage;
+}
+
+std::vector<Sweep> one_of_each() {
+  return {channel_sweep("extension", 0, 90, 30), channel_sweep("side", -40, 40, 20),
+          channel_sweep("twist", -60, 60, 30)};
+}
+
+RigRecord measured(const std::string& rig) {
+  return measure_chain_only(tube(), read_rig(rig), solver::Mapping::chest, one_of_each(),
+                            *find_envelope("human"));
+}
+
+double worst(const RigRecord& rig, MetricId metric) {
+  double most = 0.0;
+  for (const SweepRecord& sweep : rig.sweeps)
+    for (const PoseRecord& pose : sweep.poses) {
+      const double value = pose.at(metric).value;
+      if (!(value <= most)) most = value;  // NaN is kept
+    }
+  return most;
+}
+
+/// `even` with something of a bad rig added to what it solves.
+class Spoiled : public solver::SpineSystem {
+ public:
+  using Fault = std::function<void(std::span<const double>, solver::SpinePose&)>;
+  Spoiled(std::unique_ptr<solver::SpineSystem> good, Fault fault)
+      : good_(std::move(good)), fault_(std::move(fault)) {}
+  std::string_view name() const override { return good_->name(); }
+  const std::map<std::string, solver::OptionValue>& options() const override {
+    return good_->options();
+  }
+  const std::vector<solver::Channel>& channels() const override { return good_->channels(); }
+  const std::vector<std::string>& joint_names() const override { return good_->joint_names(); }
+  const std::vector<int>& joint_parents() const override { return good_->joint_parents(); }
+  const solver::SpinePose& rest() const override { return good_->rest(); }
+  const std::vector<double>& arc_fraction() const override { return good_->arc_fraction(); }
+  solver::SpinePose solve(std::span<const double> control) const override {
+    solver::SpinePose pose = good_->solve(control);
+    fault_(control, pose);
+    return pose;
+  }
+  std::vector<double> controls_for(const solver::BodyPose& body,
+                                   solver::Mapping mapping) const override {
+    return good_->controls_for(body, mapping);
+  }
+  std::vector<glm::dvec3> intended_curve(std::span<const double> control,
+                                         std::size_t count) const override {
+    return good_->intended_curve(control, count);
+  }
+
+ private:
+  std::unique_ptr<solver::SpineSystem> good_;
+  Fault fault_;
+};
+
+RigRecord spoiled(Spoiled::Fault fault) {
+  RigRecord rig = measured("even");
+  rig.system = std::make_unique<Spoiled>(std::move(rig.system), std::move(fault));
+  measure_behaviour(tube(), rig);
+  return rig;
+}
+
+/// How far the controls of `even` stand from rest, summed.
+double sum_of(std::span<const double> control) {
+  static const RigRecord even = measured("even");
+  double sum = 0.0;
+  for (std::size_t i = 0; i < control.size(); ++i)
+    sum += control[i] - even.system->channels()[i].rest;
+  return sum;
+}
+
+TEST(Behaviour, OfTheEvenSpineIsCleanAndWhollyMeasured) {
+  const RigRecord rig = measured("even");
+  EXPECT_LT(worst(rig, MetricId::mirror), 1e-6);
+  EXPECT_EQ(worst(rig, MetricId::return_to_rest), 0.0);
+  EXPECT_LT(worst(rig, MetricId::predictability), 0.01);
+  EXPECT_LT(worst(rig, MetricId::chain_twist_jump), 3.0);
+  EXPECT_EQ(worst(rig, MetricId::non_finite), 0.0);
+  EXPECT_GT(worst(rig, MetricId::range_of_motion), 0.5);
+  for (const Coverage& each : coverage_of(rig)) EXPECT_EQ(each.not_measured, 0) << each.code;
+}
+
+TEST(Behaviour, AJointThatLeansToOneSideIsAMirrorAsymmetryOfTwiceItsLean) {
+  const double length = chain_length(measured("even").system->rest().position);
+  const RigRecord rig = spoiled([&](std::span<const double> control, solver::SpinePose& pose) {
+    if (sum_of(control) != 0.0) pose.position[4].x += 0.01 * length;
+  });
+  EXPECT_NEAR(worst(rig, MetricId::mirror), 2.0, 1e-6);
+  const PoseRecord& bent = rig.sweeps[0].poses.back();
+  EXPECT_EQ(bent.at(MetricId::mirror).place, 4);
+  EXPECT_EQ(worst(rig, MetricId::return_to_rest), 0.0);
+}
+
+TEST(Behaviour, WhatStaysWhenEveryControlIsBackIsFound) {
+  const double length = chain_length(measured("even").system->rest().position);
+  const RigRecord rig = spoiled([&](std::span<const double>, solver::SpinePose& pose) {
+    pose.position[6].y += 0.002 * length;
+  });
+  EXPECT_NEAR(worst(rig, MetricId::return_to_rest), 0.2, 1e-9);
+  EXPECT_EQ(rig.sweeps[0].poses[0].at(MetricId::return_to_rest).place, 6);
+}
+
+TEST(Behaviour, AnEndThatTurnsAboutAnotherAxisThanItsControlIsUnpredictable) {
+  const RigRecord rig = spoiled([&](std::span<const double> control, solver::SpinePose& pose) {
+    // A bend that leaks a third of itself into twist.
+    pose.turn.back() = pose.turn.back() * rotation(glm::dvec3(0, sum_of(control) / 3.0, 0));
+  });
+  EXPECT_GT(worst(rig, MetricId::predictability), 10.0);
+}
+
+TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
+  const auto body = tube_body(8);
+  skin::Character character = body->character();
+  const std::size_t stray = 700;  // in the belly, bound to a hand
+  bind_vertex(character.influences[stray], static_cast<std::uint16_t>(character.joints.size() - 1));
+  character.unweighted = {41};
+  character.worst_weight_sum = 0.97;
+  character.renormalised_vertices = 3;
+  const Stage stage(character, {});
+  const LimitSet limits;
+  const Envelope envelope = *find_envelope("human");
+  const JudgeContext context{stage, limits, envelope, "tube.glb"};
+  const RigRecord rig = measured("even");
+  const WeightHygiene weights = examine_weights(character.influences, character.triangles,
+                                                character.place, character.place_count);
+  const std::vector<Finding> findings = judge_input(rig, context, weights, true);
+  ASSERT_EQ(findings.size(), 3u);
+  EXPECT_EQ(findings[0].code, "BB060");
+  EXPECT_NEAR(findings[0].value, 3.0, 1e-9);
+  EXPECT_EQ(findings[1].code, "BB061");
+  EXPECT_EQ(findings[1].vertex, 41);
+  EXPECT_EQ(findings[2].code, "BB062");
+  EXPECT_EQ(findings[2].vertex, static_cast<int>(stray));
+  for (const Finding& finding : findings) {
+    EXPECT_EQ(finding.owner, Owner::input);
+    EXPECT_EQ(finding.verdict, Verdict::fail);
+  }
+  // A rig is not to blame for the file.
+  for (const Finding& finding : judge_input(rig, context, weights, false))
+    EXPECT_EQ(finding.verdict, Verdict::stress);
+  // The same body without the faults.
+  const JudgeContext clean{tube(), limits, envelope, "tube.glb"};
+  const skin::Character& good = tube().character();
+  EXPECT_TRUE(
+      judge_input(rig, clean,
+                  examine_weights(good.influences, good.triangles, good.place, good.place_count),
+                  true)
+          .empty());
+}
+
+/// The bundled human under the thesis's rig, whose arms drift when it bends and leans at once.
+RunRequest drifting_run() {
+  RunRequest request;
+  request.suite = read_suite(data_folder() / "scenes" / "nightly.toml");
+  request.suite.rigs = {read_rig("curve")};
+  request.suite.mappings = {solver::Mapping::chest};
+  request.suite.sweeps = {channel_sweep("extension", 60, 90, 30)};
+  request.suite.pictures.enabled = false;
+  request.image_pass = false;
+  request.today = "2026-11-21";
+  return request;
+}
+
+Report report_of(const RunRequest& request) {
+  Progress progress(Progress::Style::none);
+  return run_suite(request, progress);
+}
+
+std::size_t count(const Report& report, const std::string& code, Verdict verdict) {
+  return static_cast<std::size_t>(std::count_if(
+      report.findings.begin(), report.findings.end(),
+      [&](const Finding& finding) { return finding.code == code && finding.verdict == verdict; }));
+}
+
+TEST(Waivers, InARunTurnFailuresIntoWaivedOnesUntilTheyExpire) {
+  RunRequest request = drifting_run();
+  const Report plain = report_of(request);
+  ASSERT_EQ(plain.exit_code, kExitFindings);
+  std::set<std::string> failing;
+  for (const Finding& finding : plain.findings)
+    if (finding.verdict == Verdict::fail) failing.insert(finding.code);
+  for (const std::string& code : failing) {
+    Waiver waiver;
+    waiver.code = code;
+    waiver.owner = "ann";
+    waiver.reason = "known";
+    waiver.expires = "2026-11-21";
+    request.suite.rules.waivers.push_back(waiver);
+  }
+  const Report waived = report_of(request);
+  EXPECT_EQ(waived.exit_code, kExitOk);
+  EXPECT_EQ(waived.findings.size(), plain.findings.size());  // they stay visible
+  for (const std::string& code : failing)
+    EXPECT_EQ(count(waived, code, Verdict::waived), count(plain, code, Verdict::fail)) << code;
+
+  request.today = "2026-11-22";  // the day after
+  const Report expired = report_of(request);
+  EXPECT_EQ(expired.exit_code, kExitFindings);
+  const auto says_expired = [](const std::string& reason) {
+    return reason.find("expired on 2026-11-21") != std::string::npos;
+  };
+  EXPECT_TRUE(std::any_of(expired.reasons.begin(), expired.reasons.end(), says_expired));
+}
+
+TEST(Limits, OfASuiteMoveTheVerdictAndNeverACanarys) {
+  RunRequest request = drifting_run();
+  request.suite.sweeps = {channel_sweep("extension", 0, 120, 10)};
+  RigPlan canary = read_rig("isner");
+  canary.name = "canary";
+  canary.role = Role::canary;
+  canary.duty = CanaryDuty{"BB001", "extension", "top_vertebra",      solver::Mapping::chest,
+                           114.3,   0.3,         {"matrix_blend", {}}};
+  request.suite.rigs.push_back(canary);
+  for (const char* code : {"BB001", "BB020"})
+    request.suite.rules.limits.push_back(
+        {code, "", {1000.0, LimitLayer::show, "here", "ann", "everything goes"}});
+  const Report report = report_of(request);
+  EXPECT_EQ(count(report, "BB020", Verdict::fail), 0u);
+  ASSERT_EQ(report.canaries.size(), 1u);
+  EXPECT_TRUE(report.canaries[0].ok()) << report.canaries[0].detail;
+}
+
+}  // namespace
+}  // namespace backbend::validate

@@ -1,0 +1,66 @@
+#include "validate/metrics/proxy_weights.h"
+
+#include <gtest/gtest.h>
+
+#include "skin/skinning.h"
+#include "validate/calibrate/calibration_body.h"
+
+namespace backbend::validate {
+namespace {
+
+std::vector<skin::Influences> proxies(const skin::Character& character,
+                                      const skin::Anatomy& anatomy) {
+  const skin::SpineDriver driver(character, anatomy);
+  const auto made = proxy_weights(character, anatomy, driver, skin::rest_mesh(character));
+  if (!made) throw std::runtime_error("no proxy");
+  return *made;
+}
+
+double sum_of(const skin::Influences& influences) {
+  double sum = 0.0;
+  for (const float weight : influences.weight) sum += weight;
+  return sum;
+}
+
+TEST(ProxyWeights, AreLinearBetweenTheJointsOfAStraightSpine) {
+  const auto body = tube_body(6);
+  const skin::Character& character = body->character();
+  const std::vector<skin::Influences> made = proxies(character, body->anatomy());
+  int looked_at = 0;
+  for (std::size_t v = 0; v < made.size(); ++v) {
+    EXPECT_NEAR(sum_of(made[v]), 1.0, 1e-6);
+    const glm::vec3 p = character.bind_position[v];
+    // The torso's own vertices between hips (0.9) and neck (1.5), bones of 0.1, clear of the arms.
+    if (std::abs(p.x) > 0.11 || p.y < 0.91 || p.y > 1.35) continue;
+    const double along = (p.y - 0.9) / 0.1;
+    double mean = 0.0;
+    for (int k = 0; k < skin::kMaxInfluences; ++k) mean += made[v].joint[k] * made[v].weight[k];
+    EXPECT_NEAR(mean, along, 0.01) << "height " << p.y;  // joint k stands at k bones
+    ++looked_at;
+  }
+  EXPECT_GT(looked_at, 1000);
+}
+
+TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) {
+  const auto body = tube_body(6);
+  skin::Character worse = body->character();
+  const std::vector<skin::Influences> clean = proxies(worse, body->anatomy());
+  std::size_t arms = 0;
+  for (skin::Influences& influences : worse.influences) {  // rigid: the heaviest joint takes all
+    influences.weight = {1.0f};
+  }
+  const std::vector<skin::Influences> again = proxies(worse, body->anatomy());
+  for (std::size_t v = 0; v < clean.size(); ++v) {
+    EXPECT_EQ(again[v].joint[0], clean[v].joint[0]) << v;
+    EXPECT_NEAR(again[v].weight[0], clean[v].weight[0], 1e-6) << v;
+    if (body->character().influences[v].joint[0] > 7) {
+      EXPECT_EQ(clean[v].weight[0], 1.0f);
+      EXPECT_EQ(clean[v].joint[0], body->character().influences[v].joint[0]);
+      ++arms;
+    }
+  }
+  EXPECT_GT(arms, 100u);
+}
+
+}  // namespace
+}  // namespace backbend::validate
