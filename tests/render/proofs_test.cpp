@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
+#include <map>
 #include <memory>
 #include <random>
 #include <vector>
@@ -259,39 +260,86 @@ Frame ball(const Settings& settings) {
   return scene.render(view_camera("front", bounds_of(mesh.position), {}, 1.0), settings);
 }
 
-// Random samples would halve the error with four times as many: a slope of -1/2 against their
-// number. Scrambled nets must not be worse, and on smooth light are better.
-TEST(Watertightness, LetsHardlyARayOutThroughAnEdgeOrACorner) {
-  const TestMesh ball = sphere({0.3f, 1.1f, -0.2f}, 1.0f, 64);
-  const RayScene scene(ball.topology->triangle, ball.position);
-  std::vector<glm::vec3> targets;
-  for (const glm::uvec3& t : ball.topology->triangle) {
-    for (int k = 0; k < 3; ++k) {
-      const glm::vec3 a = ball.position[t[k]], b = ball.position[t[(k + 1) % 3]];
-      targets.push_back(a);
-      targets.push_back(0.5f * (a + b));
-      targets.push_back(a + 0.3f * (b - a));
+struct ClosedBall {
+  std::vector<glm::vec3> position;
+  std::vector<glm::uvec3> triangle;
+};
+
+/// An octahedron whose triangles are cut in four, again and again, their corners pushed out to the
+/// ball. Neighbours share their corners by index: there is no seam that rounding could open.
+ClosedBall closed_ball(const glm::vec3& center, float radius, int subdivisions) {
+  ClosedBall ball;
+  ball.position = {{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
+  ball.triangle = {{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
+                   {2, 0, 5}, {1, 2, 5}, {3, 1, 5}, {0, 3, 5}};
+  for (int level = 0; level < subdivisions; ++level) {
+    std::map<std::pair<unsigned, unsigned>, unsigned> middle;
+    const auto between = [&](unsigned a, unsigned b) {
+      const auto [found, is_new] =
+          middle.emplace(std::minmax(a, b), static_cast<unsigned>(ball.position.size()));
+      if (is_new) ball.position.push_back(glm::normalize(ball.position[a] + ball.position[b]));
+      return found->second;
+    };
+    std::vector<glm::uvec3> finer;
+    for (const glm::uvec3& t : ball.triangle) {
+      const unsigned ab = between(t.x, t.y), bc = between(t.y, t.z), ca = between(t.z, t.x);
+      finer.insert(finer.end(), {{t.x, ab, ca}, {ab, t.y, bc}, {ca, bc, t.z}, {ab, bc, ca}});
     }
+    ball.triangle = std::move(finer);
   }
+  for (glm::vec3& p : ball.position) p = center + radius * p;
+  return ball;
+}
+
+/// How many rays from inside a ball miss it, each aimed exactly at one of the places.
+std::size_t leaks(const RayScene& scene, const std::vector<glm::vec3>& target) {
   const auto rays = std::make_unique<RayBatch>();
   const auto hits = std::make_unique<HitBatch>();
-  std::size_t leaks = 0;
-  for (std::size_t first = 0; first < targets.size(); first += RayBatch::kCapacity) {
-    const std::size_t count = std::min(RayBatch::kCapacity, targets.size() - first);
+  std::size_t missed = 0;
+  for (std::size_t first = 0; first < target.size(); first += RayBatch::kCapacity) {
+    const std::size_t count = std::min(RayBatch::kCapacity, target.size() - first);
     for (std::size_t i = 0; i < count; ++i) {
-      const glm::vec3 origin(0.35f, 1.0f, -0.1f), direction = targets[first + i] - origin;
+      const glm::vec3 origin(0.35f, 1.0f, -0.1f), direction = target[first + i] - origin;
       rays->origin_x[i] = origin.x, rays->origin_y[i] = origin.y, rays->origin_z[i] = origin.z;
       rays->direction_x[i] = direction.x, rays->direction_y[i] = direction.y;
       rays->direction_z[i] = direction.z;
       rays->far[i] = 1e30f;
     }
     scene.nearest(*rays, count, Coherence::scattered, *hits);
-    for (std::size_t i = 0; i < count; ++i) leaks += hits->triangle[i] == HitBatch::kNoTriangle;
+    for (std::size_t i = 0; i < count; ++i) missed += hits->triangle[i] == HitBatch::kNoTriangle;
   }
-  // Measured: 281 of 145 476; without RTC_SCENE_FLAG_ROBUST one in ten.
-  EXPECT_LT(leaks, targets.size() / 400) << "of " << targets.size();
+  return missed;
 }
 
+// Where neighbours leave the last bit to each other, light leaks. Without RTC_SCENE_FLAG_ROBUST one
+// ray in seventeen does.
+TEST(Watertightness, LetsNoRayOutThroughAnEdge) {
+  const ClosedBall ball = closed_ball({0.3f, 1.1f, -0.2f}, 1.0f, 6);
+  ASSERT_EQ(ball.triangle.size(), 8u << 12);
+  ASSERT_EQ(ball.position.size(), ball.triangle.size() / 2 + 2) << "Euler: it is closed";
+  std::vector<glm::vec3> target;
+  for (const glm::uvec3& t : ball.triangle) {
+    for (int k = 0; k < 3; ++k) {
+      const glm::vec3 a = ball.position[t[k]], b = ball.position[t[(k + 1) % 3]];
+      target.push_back(0.5f * (a + b));
+      target.push_back(a + 0.3f * (b - a));
+    }
+  }
+  EXPECT_EQ(leaks(RayScene(ball.triangle, ball.position), target), 0u) << "of " << target.size();
+}
+
+// The ray device itself is not tight where six edges meet in one point: each edge's sign is rounded
+// alike on both its sides, but the six together may leave the point to nobody. Embree 3.13 alone,
+// asked for the same rays one by one, misses the same corners: 132 of 16 386; without
+// RTC_SCENE_FLAG_ROBUST 4 329. A camera's or a bounce's ray meets no corner to the last bit.
+TEST(Watertightness, LetsOneRayInAHundredOutThroughACornerAtMost) {
+  const ClosedBall ball = closed_ball({0.3f, 1.1f, -0.2f}, 1.0f, 6);
+  EXPECT_LT(leaks(RayScene(ball.triangle, ball.position), ball.position),
+            ball.position.size() / 100);
+}
+
+// Random samples would halve the error with four times as many: a slope of -1/2 against their
+// number. Scrambled nets must not be worse, and on smooth light are better.
 TEST(Convergence, IsAtLeastThatOfRandomSamples) {
   Settings settings;
   settings.width = settings.height = 24;
