@@ -145,12 +145,20 @@ glm::dquat transport(const glm::dquat& frame, const glm::dvec3& new_x) {
 }
 
 void transport_along(const glm::dquat& start, std::span<const glm::dvec3> direction,
-                     std::span<glm::dquat> out) {
+                     std::span<glm::dquat> out, std::span<double> margin) {
   assert(direction.size() == out.size());
+  assert(margin.empty() || margin.size() == out.size());
   glm::dquat frame = start;
+  glm::dvec3 before = x_axis(start);
+  double least = kPi;
   for (std::size_t i = 0; i < direction.size(); ++i) {
-    if (direction[i] != glm::dvec3(0.0)) frame = transport(frame, direction[i]);
+    if (direction[i] != glm::dvec3(0.0)) {
+      if (!margin.empty()) least = std::min(least, kPi - angle_between(before, direction[i]));
+      frame = transport(frame, direction[i]);
+      before = direction[i];
+    }
     out[i] = frame;
+    if (!margin.empty()) margin[i] = least;
   }
 }
 

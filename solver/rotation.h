@@ -94,8 +94,12 @@ glm::dquat transport(const glm::dquat& frame, const glm::dvec3& new_x);
 
 /// Frames of a chain: out[0] carries `start` to direction[0], out[i] carries out[i - 1] to
 /// direction[i]. A zero direction keeps the frame before it. Spans of one length.
+///
+/// A direction that doubles back on the one before has no shortest arc, and all frames from there
+/// on jump with it. `margin`, where it is given, gets how far each frame is from that: the least
+/// angle, so far along the chain, by which a direction misses its predecessor's opposite (radians).
 void transport_along(const glm::dquat& start, std::span<const glm::dvec3> direction,
-                     std::span<glm::dquat> out);
+                     std::span<glm::dquat> out, std::span<double> margin = {});
 
 /// A unit vector perpendicular to unit `v`: the least aligned coordinate axis, made perpendicular.
 glm::dvec3 any_perpendicular(const glm::dvec3& v);

@@ -257,11 +257,11 @@ class Snake final : public SystemBase {
   }
 
   Walk walk_body(std::span<const double> c, const Body& body, std::vector<dvec3>& joint,
-                 std::vector<double>* arc) const {
+                 WalkDetail* detail) const {
     const double lead = std::clamp(c[kLead], 0.0, 1.0);
-    if (lead == 0.0) return walk_from(body.curve, rest_bone_, 0.0, joint, arc);
+    if (lead == 0.0) return walk_from(body.curve, rest_bone_, 0.0, joint, detail);
     const std::vector<dvec3> reversed(body.cv.rbegin(), body.cv.rend());
-    return walk_led(body.curve, Curve::bspline(reversed), rest_bone_, lead, 0.0, joint, arc);
+    return walk_led(body.curve, Curve::bspline(reversed), rest_bone_, lead, 0.0, joint, detail);
   }
 
   void build_rest() {
@@ -292,8 +292,8 @@ class Snake final : public SystemBase {
 
   void fill(std::span<const double> c, Detail detail, SpinePose& pose) const {
     const Body body = draw(c);
-    std::vector<double> arc;
-    walk_body(c, body, pose.position, &arc);
+    WalkDetail walked_at;
+    walk_body(c, body, pose.position, &walked_at);
     const double stretchy = std::clamp(c[kStretchy], 0.0, 1.0);
     const bool collapsed = !(body.curve.length() > 1e-12 * length_);
 
@@ -306,7 +306,7 @@ class Snake final : public SystemBase {
     std::vector<double> ribbon_u(joints_);
     bool overran = false;
     for (int k = 0; k < joints_; ++k) {
-      const CurvePoint walked = body.curve.at_arc(arc[k]);
+      const CurvePoint walked = body.curve.at_arc(walked_at.arc[k]);
       const double walked_u = nearest_ ? body.curve.closest_parameter(pose.position[k]) : walked.u;
       const double u = stretchy * rest_u_[k] + (1.0 - stretchy) * walked_u;
       // Past the end the ribbon has no parameter: the walked chain's overrun is kept in full when
@@ -318,13 +318,18 @@ class Snake final : public SystemBase {
       pose.position[k] = body.curve.point(u) + overrun * tangent[k];
     }
     pose.turn.resize(joints_);
-    transport_along(body.start, tangent, pose.turn);
+    pose.flip_margin.resize(joints_);
+    transport_along(body.start, tangent, pose.turn, pose.flip_margin);
+    for (int k = 0; k < joints_; ++k) {
+      // A ribbon that stretches in full does not ask where the walked joints are.
+      const double walk_margin = stretchy < 1.0 ? walked_at.margin[k] : kPi;
+      pose.flip_margin[k] = collapsed ? 0.0 : std::min(pose.flip_margin[k], walk_margin);
+    }
     for (int k = 0; k < joints_; ++k) {
       const double twist = interpolated(twist_u_, twist_value, ribbon_u[k]);
       pose.turn[k] =
           glm::normalize(pose.turn[k] * turn_about(kAxisX, twist) * glm::conjugate(rest_frame_[k]));
     }
-    pose.flip_margin.clear();
 
     const auto rest_at = [&](std::size_t k) {
       return rest_.position.empty() ? pose.position[k] : rest_.position[k];

@@ -99,7 +99,8 @@ class SplineIk final : public SystemBase {
   void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
     const HipChest::Ends ends = hip_chest_.ends(control);
     const Curve curve = Curve::bezier(ends.cv);
-    const double used = walk_from(curve, bone_, 0.0, pose.position).to_arc;
+    WalkDetail walked_at;
+    const double used = walk_from(curve, bone_, 0.0, pose.position, &walked_at).to_arc;
 
     std::vector<dvec3> direction(bones_);
     for (int k = 0; k < bones_; ++k) {
@@ -110,16 +111,11 @@ class SplineIk final : public SystemBase {
     pose.turn.resize(bones_ + 1);
     pose.flip_margin.resize(bones_ + 1);
     const std::span<dquat> frame(pose.turn.data(), bones_);
-    transport_along(ends.hip, direction, frame);
-    // A bone that doubles back on its parent has no shortest arc; all above it inherit that.
-    double margin = kPi;
-    dvec3 before = x_axis(ends.hip);
+    transport_along(ends.hip, direction, frame, std::span(pose.flip_margin.data(), bones_));
+    const double fold_margin = pose.flip_margin[bones_ - 1];
     for (int k = 0; k < bones_; ++k) {
-      if (direction[k] != dvec3(0.0)) {
-        margin = std::min(margin, kPi - angle_between(before, direction[k]));
-        before = direction[k];
-      }
-      pose.flip_margin[k] = margin;
+      // A bone turns with the joint at its far end.
+      pose.flip_margin[k] = std::min(pose.flip_margin[k], walked_at.margin[k + 1]);
     }
     double residual = 0.0;
     if (twist_ == Twist::spread) {
@@ -145,7 +141,7 @@ class SplineIk final : public SystemBase {
     pose.chest = {ends.chest_turn, chest, ends.cv[3]};
     pose.arms = {pose.turn.back(), chest, pose.position.back()};
     pose.flags.clear();
-    if (margin < 1e-9) pose.flags.emplace_back("a bone doubles back on the one before");
+    if (fold_margin < 1e-9) pose.flags.emplace_back("a bone doubles back on the one before");
     if (used > curve.length() * (1.0 + 1e-12)) {
       pose.flags.emplace_back("the bones are longer than the curve and run past its end");
     }

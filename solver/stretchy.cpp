@@ -110,7 +110,7 @@ class Stretchy final : public SystemBase {
     double from = cut.u1 * drawn.curve.length(), to = cut.u2 * drawn.curve.length();
     if (form_ == Form::bones) {
       std::vector<dvec3> joint;
-      const Walk walk = lay_bones(control, drawn, cut, joint);
+      const Walk walk = lay_bones(drawn, cut, joint, nullptr);
       from = walk.from_arc;
       to = walk.to_arc;
     } else if (past_end_ == PastEnd::clamp) {
@@ -194,6 +194,7 @@ class Stretchy final : public SystemBase {
     Cvs cv;
     dquat hip{1, 0, 0, 0}, chest{1, 0, 0, 0};  // turns of the controls
     double twist = 0.0;                        // of chest against hip, never wrapped
+    double margin = kPi;  // of the hip's turn, where the curve gives it: radians to doubling back
   };
 
   Drawn draw(std::span<const double> c) const {
@@ -209,6 +210,7 @@ class Stretchy final : public SystemBase {
     if (from != dvec3(0.0)) {
       drawn.hip = transport(start_frame_, from) * glm::conjugate(start_frame_);
       drawn.chest = transport(end_frame_, to) * glm::conjugate(end_frame_);
+      drawn.margin = kPi - angle_between(x_axis(start_frame_), from);
     }
     return drawn;
   }
@@ -248,13 +250,13 @@ class Stretchy final : public SystemBase {
     return cut;
   }
 
-  Walk lay_bones(std::span<const double>, const Drawn& drawn, const Cut& cut,
-                 std::vector<dvec3>& joint) const {
+  Walk lay_bones(const Drawn& drawn, const Cut& cut, std::vector<dvec3>& joint,
+                 WalkDetail* detail) const {
     std::vector<double> bone(rest_bone_);
     for (double& b : bone) b *= cut.shortened;
     const Curve backwards = Curve::bezier({drawn.cv[3], drawn.cv[2], drawn.cv[1], drawn.cv[0]});
-    return walk_led(drawn.curve, backwards, bone, cut.lead, cut.slide * drawn.curve.length(),
-                    joint);
+    return walk_led(drawn.curve, backwards, bone, cut.lead, cut.slide * drawn.curve.length(), joint,
+                    detail);
   }
 
   void carve(const Curve& curve, const Cut& cut, std::vector<dvec3>& joint) const {
@@ -274,8 +276,9 @@ class Stretchy final : public SystemBase {
   void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
     const Drawn drawn = draw(control);
     const Cut cut = cut_of(control, drawn.curve);
+    WalkDetail walked_at;
     if (form_ == Form::bones) {
-      lay_bones(control, drawn, cut, pose.position);
+      lay_bones(drawn, cut, pose.position, &walked_at);
     } else {
       carve(drawn.curve, cut, pose.position);
     }
@@ -296,7 +299,17 @@ class Stretchy final : public SystemBase {
     }
     pose.turn.resize(bones_ + 1);
     const std::span<dquat> frame(pose.turn.data(), bones_);
-    transport_along(glm::normalize(drawn.hip * start_frame_), direction, frame);
+    pose.flip_margin.resize(bones_ + 1);
+    transport_along(glm::normalize(drawn.hip * start_frame_), direction, frame,
+                    std::span(pose.flip_margin.data(), bones_));
+    pose.flip_margin[bones_] = pose.flip_margin[bones_ - 1];
+    for (int k = 0; k <= bones_; ++k) {
+      // A bone turns with the joint at its far end.
+      const double walk_margin =
+          form_ == Form::bones ? walked_at.margin[std::min(k + 1, bones_)] : kPi;
+      pose.flip_margin[k] =
+          cut.collapsed ? 0.0 : std::min({pose.flip_margin[k], drawn.margin, walk_margin});
+    }
     for (int k = 0; k < bones_; ++k) {
       if (twist_ == Twist::spread) {
         frame[k] = frame[k] * turn_about(kAxisX, drawn.twist * ((k + 1.0) / bones_));
@@ -304,7 +317,6 @@ class Stretchy final : public SystemBase {
       frame[k] = glm::normalize(frame[k] * glm::conjugate(rest_bone_frame_[k]));
     }
     pose.turn[bones_] = pose.turn[bones_ - 1];
-    pose.flip_margin.clear();
 
     pose.hip = {glm::normalize(drawn.hip), rest_cv_[0], drawn.cv[0]};
     pose.chest = {glm::normalize(drawn.chest), rest_cv_[3], drawn.cv[3]};

@@ -9,6 +9,7 @@
 #include "solver/curve_chain.h"
 #include "solver/rotation.h"
 #include "solver/spine_system.h"
+#include "solver/walk.h"
 
 namespace backbend::solver {
 namespace {
@@ -243,6 +244,31 @@ TEST(Curve, ACurveThatIsOnePointIsFinite) {
 }
 
 // ---- walking and closest points ----
+
+TEST(Walk, ABoneThatMeetsTheCurveSquareToItHasNoMarginLeft) {
+  // An arch whose top is at most `reach` from its foot: a bone longer than that passes it by.
+  const Curve arch = Curve::bezier({dvec3(0, 0, 0), {0, 4, 0}, {3, 4, 0}, {1, 0, 0}});
+  double top = 0.0, reach = 0.0;
+  for (int i = 0; i <= 100000; ++i) {
+    const double distance = glm::length(arch.point(i / 100000.0));
+    if (distance > reach) reach = distance, top = i / 100000.0;
+  }
+  ASSERT_GT(top, 0.1);
+  ASSERT_LT(top, 0.9);
+  vector<dvec3> joint;
+  WalkDetail detail;
+  double before = 4.0;
+  for (const double share : {0.5, 0.99, 0.9999, 0.99999}) {
+    walk_from(arch, vector<double>{share * reach, 0.01 * reach}, 0.0, joint, &detail);
+    EXPECT_EQ(detail.margin[0], kPi);
+    EXPECT_LT(detail.margin[1], before) << share;
+    EXPECT_LE(detail.margin[2], detail.margin[1]) << "what comes after inherits it";
+    before = detail.margin[1];
+  }
+  EXPECT_LT(before, 5e-3);
+  walk_from(arch, vector<double>{1.01 * reach}, 0.0, joint, &detail);
+  EXPECT_GT(detail.arc[1], arch.length()) << "it is past the end now";
+}
 
 TEST(Curve, StepsMeetTheDistanceAtTheFirstPlace) {
   for (const Curve& c : all_kinds()) {

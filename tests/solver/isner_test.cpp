@@ -251,6 +251,25 @@ TEST(Isner, MarginIsTheAngleBetweenUpVectorAndTangentAndVanishesAtTheFlip) {
     EXPECT_NEAR(degrees(margin), 90.0, 1e-6);
 }
 
+TEST(Isner, MarginVanishesTowardsACusp) {  // the chest's depth runs out, and with it the direction
+  const auto system = build("isner", {{"placement", "inclusive"}}, unit_chain());
+  auto control = rest_controls(*system);
+  control[channel(*system, "chest.rz")] = radians(-40.0);
+  double before = kPi;
+  for (const double depth : {0.02, 0.01, 0.005, 1e-3, 1e-6}) {
+    control[channel(*system, "chest_depth")] = depth;
+    const double margin = system->solve(control).flip_margin.back();
+    EXPECT_LT(margin, before) << depth;
+    before = margin;
+  }
+  EXPECT_LT(before, 1e-6);
+  // Without any depth the spine is a straight line, which keeps its direction.
+  const auto straight =
+      build("isner", {{"placement", "inclusive"}, {"depth", std::vector<double>{0.0, 0.0}}},
+            unit_chain());
+  for (const double margin : straight->rest().flip_margin) EXPECT_NEAR(degrees(margin), 90.0, 1e-6);
+}
+
 TEST(Isner, ShortestArcAimHasNoUpVectorFlip) {  // research/spine.md 1.7, remedy R1
   const auto system = build("isner", {{"aim", "shortest_arc"}}, unit_chain());
   EXPECT_TRUE(

@@ -176,5 +176,18 @@ TEST(Transport, AZeroDirectionKeepsTheFrameBeforeIt) {
   expect_same(x_axis(frame[2]), kAxisX);
 }
 
+TEST(Transport, MarginIsTheLeastAngleLeftToDoublingBack) {
+  const auto in_plane = [](double deg) {
+    return dvec3(std::cos(radians(deg)), std::sin(radians(deg)), 0.0);
+  };
+  const std::array<dvec3, 5> direction = {in_plane(20), in_plane(-80), dvec3(0.0), in_plane(90),
+                                          in_plane(100)};
+  std::array<dquat, 5> frame;
+  std::array<double, 5> margin;
+  transport_along(kNoTurn, direction, frame, margin);
+  const double left[] = {160, 80, 80, 10, 10};
+  for (int i = 0; i < 5; ++i) EXPECT_NEAR(degrees(margin[i]), left[i], 1e-9) << i;
+}
+
 }  // namespace
 }  // namespace backbend::solver

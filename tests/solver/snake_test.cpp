@@ -297,6 +297,16 @@ TEST(Snake, TwistKeysAtChosenPlacesAreHitExactly) {  // W14
   EXPECT_NEAR(least, -45.0, 0.5);
 }
 
+TEST(Snake, MarginVanishesWhereTheBodyDoublesBack) {
+  const auto snake = build("snake", {{"joints", 12.0}, {"controls", 6.0}}, straight_path());
+  for (const double margin : snake->rest().flip_margin) EXPECT_NEAR(margin, kPi, 1e-6);
+  // The first control goes past the second: the body starts straight back along the path.
+  const SpinePose folded = solved(*snake, {{"detail.z0", 12.0}, {"detail.x0", 1e-6}});
+  EXPECT_LT(folded.flip_margin.back(), 1e-3);
+  const SpinePose beside = solved(*snake, {{"detail.x0", 6.0}});
+  EXPECT_GT(beside.flip_margin.back(), 1.0);
+}
+
 TEST(Snake, TwistPastAnyTurnNeverJumps) {
   const auto snake = build("snake", {}, straight_path());
   const auto at = [&](double deg) {

@@ -245,6 +245,21 @@ TEST(Stretchy, FramesFollowTheChainWithoutRoll) {
               glm::normalize(pose.position[20] - pose.position[19]).z, 1e-12);
 }
 
+TEST(Stretchy, EveryJumpIsWhereTheMarginVanishes) {
+  // The chest folds back over the hips: bones double back on those before, and the frames jump.
+  const auto system = build("stretchy", {{"bones", 8.0}, {"stretchiness", 0.0}});
+  auto control = rest_controls(*system);
+  control[channel(*system, "chest_move.y")] = -9.0;
+  control[channel(*system, "chest_move.x")] = 0.02;
+  const auto jumps = find_jumps(*system, control, "chest.rz", 100.0, 260.0, 1.0);
+  ASSERT_FALSE(jumps.empty());
+  for (const Jump& j : jumps) {
+    control[channel(*system, "chest.rz")] = radians(j.at_deg);
+    EXPECT_LT(system->solve(control).flip_margin[j.joint], 1e-3) << j.joint << " at " << j.at_deg;
+  }
+  for (const double margin : system->rest().flip_margin) EXPECT_GT(degrees(margin), 90.0);
+}
+
 TEST(Stretchy, TwistIsSpreadPastAnyTurnWhenAsked) {  // W8: twenty bones, two turns, no flip
   const auto system = build("stretchy", {{"twist", "spread"}});
   const auto at = [&](double deg) {
