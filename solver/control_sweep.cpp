@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -19,30 +20,18 @@ bool read_number(std::string_view text, double& value) {
 
 }  // namespace
 
-ControlSweep parse_sweep(const SpineSystem& system, std::string_view text) {
-  const std::string start = "sweep '" + std::string(text.substr(0, 200)) + "': ";
-  const std::size_t equals = text.find('=');
+std::vector<double> parse_range(std::string_view text, const std::string& start) {
   double part[3];
   std::size_t count = 0;
-  bool good = equals != std::string_view::npos;
-  for (std::string_view rest = good ? text.substr(equals + 1) : ""; good && count < 3; ++count) {
+  bool good = true;
+  for (std::string_view rest = text; good && count < 3; ++count) {
     const std::size_t colon = count < 2 ? rest.find(':') : rest.size();
     good = colon != std::string_view::npos && read_number(rest.substr(0, colon), part[count]);
     if (good && count < 2) rest.remove_prefix(colon + 1);
   }
-  if (!good)
+  if (!good) {
     throw RigError(start + "expected control.channel=from:to:step, such as top.rz=0:-150:-5");
-
-  const std::string name(text.substr(0, equals));
-  const auto& channels = system.channels();
-  ControlSweep sweep;
-  while (sweep.channel < channels.size() && channels[sweep.channel].name != name) ++sweep.channel;
-  if (sweep.channel == channels.size()) {
-    std::vector<std::string> known;
-    for (const Channel& c : channels) known.push_back(c.name);
-    throw RigError(start + "unknown channel '" + name + "'" + suggestion(name, known));
   }
-
   const auto [from, to, step] = part;
   const double steps = (to - from) / step;
   if (step == 0.0 || steps < 0.0) {
@@ -51,11 +40,30 @@ ControlSweep parse_sweep(const SpineSystem& system, std::string_view text) {
   }
   if (!(steps < kMostValues)) throw RigError(start + "more than a million values");
   const auto last = std::size_t(std::floor(steps + 1e-9));
-  const bool angle = channels[sweep.channel].kind == Channel::Kind::rotation;
+  std::vector<double> value;
   for (std::size_t i = 0; i <= last; ++i) {
     const bool end = i == last && std::abs(steps - double(last)) <= 1e-9;
-    const double written = end ? to : from + double(i) * step;  // no sum: no drift
-    sweep.written.push_back(written);
+    value.push_back(end ? to : from + double(i) * step);  // no sum: no drift
+  }
+  return value;
+}
+
+ControlSweep parse_sweep(const SpineSystem& system, std::string_view text) {
+  const std::string start = "sweep '" + std::string(text.substr(0, 200)) + "': ";
+  const std::size_t equals = std::min(text.find('='), text.size());
+  ControlSweep sweep;
+  sweep.written = parse_range(text.substr(std::min(equals + 1, text.size())), start);
+
+  const std::string name(text.substr(0, equals));
+  const auto& channels = system.channels();
+  while (sweep.channel < channels.size() && channels[sweep.channel].name != name) ++sweep.channel;
+  if (sweep.channel == channels.size()) {
+    std::vector<std::string> known;
+    for (const Channel& c : channels) known.push_back(c.name);
+    throw RigError(start + "unknown channel '" + name + "'" + suggestion(name, known));
+  }
+  const bool angle = channels[sweep.channel].kind == Channel::Kind::rotation;
+  for (const double written : sweep.written) {
     sweep.value.push_back(angle ? radians(written) : written);
   }
   return sweep;

@@ -306,6 +306,8 @@ Curve::Step Curve::step_to_distance(const dvec3& centre, double from_arc, double
   // The distance to `centre` grows no faster than the arc length, so a step by what is missing
   // never passes the first meeting. A least step keeps a curve that circles the meeting's sphere
   // from stopping it; what it may jump over is a touch of under a millionth of the distance.
+  // What is shorter than the arc length is exact to cannot be looked for: it is taken as an arc.
+  if (distance < 1e-12 * length_) return {at_arc(from_arc + distance), from_arc + distance};
   const double least_step = 1e-3 * distance, enough = 4e-16 * distance;
   double low = from_arc, high = from_arc;
   Step step{at_arc(high), high};

@@ -65,6 +65,16 @@ std::string solve_to_json(const SolveFile& file) {
 }
 
 std::string sweep_to_json_lines(const SolveFile& file, std::string_view text) {
+  if (constexpr std::string_view kTime = "time="; text.starts_with(kTime)) {
+    const std::string start = "sweep '" + std::string(text.substr(0, 200)) + "': ";
+    if (file.key.empty()) throw RigError(start + file.name + " has no [[key]]");
+    std::string lines;
+    for (const double time : parse_range(text.substr(kTime.size()), start)) {
+      lines += pose_to_json(*file.system, file.system->solve(file.control_at(time)), "time", time);
+      lines += "\n";
+    }
+    return lines;
+  }
   const ControlSweep sweep = parse_sweep(*file.system, text);
   const std::string& channel = file.system->channels()[sweep.channel].name;
   std::vector<double> control = file.control;

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "solver/chain_measures.h"
 #include "solver/option_reader.h"
@@ -98,7 +99,7 @@ class Snake final : public SystemBase {
       const double s = std::clamp(control[kStretchy], 0.0, 1.0);
       const double from = (1.0 - s) * walk.from_arc;
       const double to = s * body.curve.length() + (1.0 - s) * walk.to_arc;
-      point[i] = body.curve.at_arc(from + (to - from) * f).position;
+      point[i] = body.on_ribbon(body.curve.at_arc(from + (to - from) * f));
     }
     return point;
   }
@@ -183,6 +184,13 @@ class Snake final : public SystemBase {
             {std::string("detail.") + axis + std::to_string(i), Channel::Kind::translation, 0.0});
       }
     }
+    ribbon_ = int(channels_.size());
+    for (int i = 0; i < controls_; ++i) {
+      for (const char axis : {'x', 'y', 'z'}) {
+        channels_.push_back(
+            {std::string("ribbon.") + axis + std::to_string(i), Channel::Kind::translation, 0.0});
+      }
+    }
     twist_ = int(channels_.size());
     for (std::size_t k = 0; k < key_u_.size(); ++k) {
       channels_.push_back({"twist." + std::to_string(k), Channel::Kind::rotation, 0.0});
@@ -227,16 +235,25 @@ class Snake final : public SystemBase {
 
   struct Body {
     Curve curve;
-    std::vector<dvec3> cv;    // the controls
-    dquat start{1, 0, 0, 0};  // frame of the first control: X along the path
-    bool clamped = false;     // slide
-    bool aliased = false;     // waves shorter than two controls
+    std::vector<dvec3> cv;          // the controls
+    dquat start{1, 0, 0, 0};        // frame of the first control: X along the path
+    bool clamped = false;           // slide
+    bool aliased = false;           // waves shorter than two controls
+    std::optional<Curve> deformed;  // the ribbon's curve, where its own offsets move it
+
+    const Curve& ribbon() const { return deformed ? *deformed : curve; }
+    /// Where the ribbon has what the body's curve has at `place`.
+    dvec3 on_ribbon(const CurvePoint& place) const {
+      if (!deformed) return place.position;
+      return deformed->point(place.u) + place.overrun * deformed->tangent(place.u);
+    }
   };
 
   Body draw(std::span<const double> c) const {
     const double slide = std::clamp(c[kSlide], 0.0, 1.0);
     const double room = 1.0 - start_u_.back();
-    std::vector<dvec3> cv(controls_);
+    std::vector<dvec3> cv(controls_), ribbon(controls_);
+    bool deformed = false;
     dquat start(1, 0, 0, 0);
     for (int i = 0; i < controls_; ++i) {
       const double u = start_u_[i] + slide * room;
@@ -246,6 +263,9 @@ class Snake final : public SystemBase {
       dvec3 local(c[detail_ + 3 * i], c[detail_ + 3 * i + 1], c[detail_ + 3 * i + 2]);
       local[axis_] += swing;
       cv[i] = place.position + place.frame * local;
+      const dvec3 own(c[ribbon_ + 3 * i], c[ribbon_ + 3 * i + 1], c[ribbon_ + 3 * i + 2]);
+      ribbon[i] = cv[i] + place.frame * own;
+      deformed |= own != dvec3(0.0);
       if (i == 0) {
         start = glm::normalize(
             glm::quat_cast(glm::dmat3(place.frame[2], place.frame[0], place.frame[1])));
@@ -253,7 +273,9 @@ class Snake final : public SystemBase {
     }
     Curve curve = Curve::bspline(cv);
     const bool aliased = c[kAmplitude] != 0.0 && std::abs(c[kFrequency]) * start_u_[1] >= kPi;
-    return {std::move(curve), std::move(cv), start, slide != c[kSlide], aliased};
+    Body body{std::move(curve), std::move(cv), start, slide != c[kSlide], aliased, {}};
+    if (deformed) body.deformed = Curve::bspline(ribbon);
+    return body;
   }
 
   Walk walk_body(std::span<const double> c, const Body& body, std::vector<dvec3>& joint,
@@ -314,8 +336,8 @@ class Snake final : public SystemBase {
       const double overrun = (1.0 - stretchy) * walked.overrun;
       overran |= std::abs(overrun) > 1e-9 * length_;
       ribbon_u[k] = u;
-      tangent[k] = body.curve.tangent(u);
-      pose.position[k] = body.curve.point(u) + overrun * tangent[k];
+      tangent[k] = body.ribbon().tangent(u);
+      pose.position[k] = body.ribbon().point(u) + overrun * tangent[k];
     }
     pose.turn.resize(joints_);
     pose.flip_margin.resize(joints_);
@@ -364,8 +386,8 @@ class Snake final : public SystemBase {
     out.add("min_spacing", least);
     out.add("max_spacing", most);
     add_chain_measures(pose.position, out);
-    out.add("end_gap", glm::length(pose.position.back() - body.curve.point(1.0)));
-    out.add("start_gap", glm::length(pose.position.front() - body.curve.point(0.0)));
+    out.add("end_gap", glm::length(pose.position.back() - body.ribbon().point(1.0)));
+    out.add("start_gap", glm::length(pose.position.front() - body.ribbon().point(0.0)));
   }
 
   int joints_, controls_;
@@ -374,10 +396,10 @@ class Snake final : public SystemBase {
   double length_ = 0.0;
   int axis_ = 0;
   bool nearest_ = false;
-  int blend_ = 0, detail_ = 0, twist_ = 0;  // first channels
-  std::vector<double> start_u_;             // of the controls, path arc fraction
-  std::vector<double> key_u_;               // of the twist channels
-  std::vector<double> twist_u_;             // the same with both ends
+  int blend_ = 0, detail_ = 0, ribbon_ = 0, twist_ = 0;  // first channels
+  std::vector<double> start_u_;                          // of the controls, path arc fraction
+  std::vector<double> key_u_;                            // of the twist channels
+  std::vector<double> twist_u_;                          // the same with both ends
   bool implicit_start_ = false, implicit_end_ = false;
   std::vector<double> rest_u_, rest_bone_;
   std::vector<dvec3> rest_tangent_;

@@ -1,6 +1,7 @@
 #include "solver/solve_file.h"
 
 #include <toml++/toml.h>
+#include <algorithm>
 #include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -226,7 +227,48 @@ void read_pose(const Source& source, const toml::table& pose, const SpineSystem&
   }
 }
 
+void read_keys(const Source& source, const toml::table& toml, SolveFile& file) {
+  const toml::node* node = toml.get("key");
+  if (!node) return;
+  const toml::array* keys = node->as_array();
+  if (!keys || keys->empty() || !keys->is_homogeneous(toml::node_type::table)) {
+    source.refuse(*node, "'key' expects tables: [[key]] with time and pose");
+  }
+  for (const toml::node& item : *keys) {
+    const toml::table& table = *item.as_table();
+    check_keys(source, table, "in [[key]]", {"time", "pose"});
+    const toml::node* time = table.get("time");
+    if (!time) source.refuse(item, "[[key]] has no time");
+    const OptionValue value = value_of(source, "time", *time);
+    const double* number = std::get_if<double>(&value);
+    if (!number) source.refuse(*time, "'time' expects a number");
+    if (!file.key.empty() && !(*number > file.key.back().time)) {
+      source.refuse(*time, "'time' is " + number_text(*number) + ", not after the key before (" +
+                               number_text(file.key.back().time) + ")");
+    }
+    file.key.push_back({*number, file.control});
+    if (const toml::table* pose = section(source, table, "pose")) {
+      read_pose(source, *pose, *file.system, file.key.back().control);
+    }
+  }
+  file.control = file.key.front().control;
+}
+
 }  // namespace
+
+std::vector<double> SolveFile::control_at(double time) const {
+  if (key.empty()) return control;
+  const auto next = std::ranges::upper_bound(key, time, {}, &Key::time);
+  if (next == key.begin()) return key.front().control;
+  if (next == key.end()) return key.back().control;
+  const Key &a = *(next - 1), &b = *next;
+  const double share = (time - a.time) / (b.time - a.time);
+  std::vector<double> between(a.control.size());
+  for (std::size_t i = 0; i < between.size(); ++i) {
+    between[i] = std::lerp(a.control[i], b.control[i], share);
+  }
+  return between;
+}
 
 SolveFile parse_solve_file(std::string_view text, const std::string& name,
                            const std::filesystem::path& folder) {
@@ -237,7 +279,7 @@ SolveFile parse_solve_file(std::string_view text, const std::string& name,
   } catch (const toml::parse_error& trouble) {
     source.refuse(int(trouble.source().begin.line), std::string(trouble.description()));
   }
-  check_keys(source, toml, "at the top", {"rig", "chain", "path", "pose"});
+  check_keys(source, toml, "at the top", {"rig", "chain", "path", "pose", "key"});
   const toml::table* rig = section(source, toml, "rig");
   if (!rig) source.refuse(1, "no [rig] table: expected [rig] with system = \"...\"");
   SystemSpec spec;
@@ -277,6 +319,7 @@ SolveFile parse_solve_file(std::string_view text, const std::string& name,
   if (const toml::table* pose = section(source, toml, "pose")) {
     read_pose(source, *pose, *file.system, file.control);
   }
+  read_keys(source, toml, file);
   return file;
 }
 

@@ -13,7 +13,8 @@ inline bool mirrors(const std::string& system, const std::string& name) {
     return false;
   }
   if (system == "snake") {
-    return name.starts_with("detail.x") || name.starts_with("twist.") || name == "amplitude";
+    return name.starts_with("detail.x") || name.starts_with("ribbon.x") ||
+           name.starts_with("twist.") || name == "amplitude";
   }
   return name.ends_with(".rx") || name.ends_with(".ry") || name.ends_with(".x");
 }

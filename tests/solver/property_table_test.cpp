@@ -275,7 +275,10 @@ Outcome length(const Case& c) {
   std::vector<double> control = random_controls(c.world, c.rng, c.singular);
   for (std::size_t i = 0; i < control.size(); ++i) {
     const Channel& channel = c.world.rig->channels()[i];
-    if (channel.kind == Channel::Kind::scalar) control[i] = channel.rest;
+    // Scalars are length controls, and so is what deforms a snake's ribbon.
+    const bool lengthens =
+        channel.kind == Channel::Kind::scalar || channel.name.starts_with("ribbon.");
+    if (lengthens) control[i] = channel.rest;
   }
   SpinePose pose;
   c.world.rig->solve_into(control, Detail::joints, pose);

@@ -248,6 +248,27 @@ TEST(Snake, DetailKeysMoveOneControlInItsOwnFrame) {  // R134, R136, R147
   EXPECT_NEAR(glm::length(first.position[0] - still.position[0]), 1.0, 1e-9);
 }
 
+TEST(Snake, RibbonOffsetsDeformTheBodyAndLeaveItsParametersAlone) {  // R133
+  for (const double stretchy : {0.0, 0.4, 1.0}) {
+    const auto snake = build("snake", {}, winding_path());
+    const Pose base = with(with(kSlither, "stretchy", stretchy), "twist.9", 1.0);
+    const SpinePose still = solved(*snake, base);
+    const SpinePose once = solved(*snake, with(base, "ribbon.y7", 1.0));
+    const SpinePose twice = solved(*snake, with(base, "ribbon.y7", 2.0));
+    double most = 0.0;
+    for (std::size_t i = 0; i < still.joint_count(); ++i) {
+      const dvec3 by = once.position[i] - still.position[i];
+      most = std::max(most, glm::length(by));
+      // Parameters that moved along would make the way of a joint anything but proportional.
+      expect_near(twice.position[i] - still.position[i], 2.0 * by, 1e-9);
+      if (i < 20 || i > 75) {
+        EXPECT_NEAR(glm::length(by), 0.0, 1e-12) << "a cubic reaches two spans: " << i;
+      }
+    }
+    EXPECT_NEAR(most, 2.0 / 3.0, 0.01) << stretchy;
+  }
+}
+
 TEST(Snake, SelectableSlitherAxis) {  // R148
   const auto snake = build("snake", {{"axis", "y"}}, straight_path());
   const SpinePose pose = solved(*snake, kSlither);
@@ -337,6 +358,17 @@ TEST(Snake, SlidingIsContinuousOnAWindingPath) {
       EXPECT_LT(turn_between_deg(before, after, j), 15.0);
     }
     before = after;
+  }
+}
+
+TEST(Snake, WavesBeyondAllMeasureEnd) {  // bones are below the last digit of the curve's length
+  const auto snake = build("snake", {{"joints", 20.0}}, straight_path());
+  for (const double amplitude : {1e9, 1e20, 1e29}) {
+    for (const double lead : {0.0, 1.0}) {
+      const SpinePose pose =
+          solved(*snake, {{"amplitude", amplitude}, {"frequency", 75.0}, {"lead", lead}});
+      for (const dvec3& p : pose.position) EXPECT_TRUE(std::isfinite(glm::length(p)));
+    }
   }
 }
 

@@ -188,6 +188,55 @@ TEST(PoseText, ListsEveryJointAndMeasure) {
   }
 }
 
+// ---- keys ----
+
+const std::string kKeyed = kRig + kChain +
+                           "[pose]\nlower = [0, 5, 0]\n"
+                           "[[key]]\ntime = 1\npose = { top = [0, 0, 0] }\n"
+                           "[[key]]\ntime = 3\npose = { top = [0, 0, 60], lower = [0, 25, 0] }\n"
+                           "[[key]]\ntime = 4\n[key.pose]\ntop.rz = 780\n";
+
+TEST(SolveKeys, HalfwayBetweenTwoKeysIsHalfwayBetweenTheirAngles) {  // R8
+  const SolveFile file = parse(kKeyed);
+  const std::size_t rz = rigs::channel(*file.system, "top.rz");
+  const std::size_t ry = rigs::channel(*file.system, "lower.ry");
+  EXPECT_EQ(file.control_at(2.0)[rz], radians(30.0));
+  EXPECT_EQ(file.control_at(2.0)[ry], radians(15.0));
+  EXPECT_NEAR(file.control_at(3.5)[rz], radians(420.0), 1e-12) << "two turns on are two turns";
+  // Exactly the keys at their times, and the end ones outside them.
+  for (const SolveFile::Key& key : file.key) EXPECT_EQ(file.control_at(key.time), key.control);
+  EXPECT_EQ(file.control_at(-1e9), file.key.front().control);
+  EXPECT_EQ(file.control_at(1e9), file.key.back().control);
+  EXPECT_EQ(file.control, file.key.front().control) << "without a time, the first key";
+  EXPECT_EQ(parse(kRig + kChain).control_at(7.0), parse(kRig + kChain).control);
+}
+
+TEST(SolveKeys, PlayAsASweepOfTime) {
+  const SolveFile file = parse(kKeyed);
+  std::istringstream lines(sweep_to_json_lines(file, "time=1:3:0.5"));
+  int count = 0;
+  for (std::string line; std::getline(lines, line); ++count) {
+    const json pose = json::parse(line);
+    const double time = pose["control"]["time"];
+    EXPECT_EQ(time, 1.0 + 0.5 * count);
+    const SpinePose solved = file.system->solve(file.control_at(time));
+    EXPECT_EQ(pose["joints"][10]["position"][2].get<double>(), solved.position[10].z);
+  }
+  EXPECT_EQ(count, 5);
+  EXPECT_THROW(sweep_to_json_lines(parse(kRig + kChain), "time=0:1:1"), RigError);
+}
+
+TEST(SolveKeys, AreRefusedByLineWhereTheyMakeNoSense) {
+  const std::string start = kRig + kChain;  // four lines
+  expect_says(start + "[[key]]\npose = {}\n", {"pose.toml:5", "no time"});
+  expect_says(start + "[[key]]\ntime = 1\n[[key]]\ntime = 1\n", {"pose.toml:8", "not after"});
+  expect_says(start + "[[key]]\ntime = nan\n", {"pose.toml:6", "time"});
+  expect_says(start + "[[key]]\ntime = \"now\"\n", {"pose.toml:6", "number"});
+  expect_says(start + "[key]\ntime = 1\n", {"pose.toml:5", "[[key]]"});
+  expect_says(start + "[[key]]\ntme = 1\n", {"pose.toml:6", "'tme'", "time"});
+  expect_says(start + "[[key]]\ntime = 1\npose = { tap = [0,0,1] }\n", {"pose.toml:7", "top"});
+}
+
 // ---- sweeps ----
 
 TEST(ControlSweep, IncludesBothEndsAndDoesNotDrift) {
