@@ -17,6 +17,12 @@ constexpr int function_of(int channel) {
   return (channel < 3 ? 0 : 2) + (channel % 3 == 0 ? 1 : 0);
 }
 
+/// The spin by the sum of two angles.
+template <class Spin>
+Spin together(const Spin& a, const Spin& b) {
+  return {a.sine * b.cosine + a.cosine * b.sine, a.cosine * b.cosine - a.sine * b.sine};
+}
+
 double sum(Lanes a) { return (a[0] + a[1]) + (a[2] + a[3]); }
 
 struct TurnLanes {
@@ -44,6 +50,11 @@ EvenIntegral::EvenIntegral(const EvenShape& shape, std::span<const AngleShare> s
       // A weight is at most 1.
       most_[ch] = std::max(most_[ch], std::abs(s.base[ch]) + std::abs(s.scale[ch]));
     }
+  }
+  for (int ch = 0; ch < kUpperChannels; ++ch) {
+    double scale = 0.0;
+    for (const AngleShare& s : share) scale = std::max(scale, std::abs(s.scale[ch]));
+    near_[ch] = 0.5 * shape.widest_ * shape.weights_.of(ch).peak_slope() * scale <= kTinyAngle;
   }
   if (share.size() > 1) return;
   for (int ch = 0; ch < kUpperChannels; ++ch) {
@@ -80,6 +91,28 @@ dvec3 EvenIntegral::to_middle(const EvenShape& shape, const dvec3& v) {
   return {turned.x[0], turned.y[0], turned.z[0]};
 }
 
+Lanes EvenIntegral::angles(int channel, const double* weight, const int* own) const {
+  const Lanes w = Lanes::load(weight + 4 * function_of(channel));
+  if (share_.size() == 1)
+    return Lanes(share_[0].base[channel]) + Lanes(share_[0].scale[channel]) * w;
+  const auto of = [&](int lane) -> const AngleShare& { return share_[own[lane]]; };
+  const auto gather = [&](UpperChannels AngleShare::*part) {
+    return Lanes((of(0).*part)[channel], (of(1).*part)[channel], (of(2).*part)[channel],
+                 (of(3).*part)[channel]);
+  };
+  return gather(&AngleShare::base) + gather(&AngleShare::scale) * w;
+}
+
+void EvenIntegral::spin_middles(std::size_t first, Middles& out) const {
+  for (int ch = 0; ch < kUpperChannels; ++ch) {
+    if (most_[ch] == 0.0 || !near_[ch]) continue;
+    const Spin s =
+        spin(angles(ch, &shape_.panel_weight_[4 * first], &shape_.panel_share_[first]), most_[ch]);
+    s.sine.store(out.sine[ch]);
+    s.cosine.store(out.cosine[ch]);
+  }
+}
+
 void EvenIntegral::frames(std::span<glm::dquat> frame) const {
   const double* weight = shape_.frame_weight_.data();
   const int* own = shape_.frame_share_.data();
@@ -90,14 +123,7 @@ void EvenIntegral::frames(std::span<glm::dquat> frame) const {
         const int ch = first + i;
         half[i] = {Lanes(0.0), Lanes(1.0)};
         if (most_[ch] == 0.0) continue;
-        const Lanes w = Lanes::load(weight + 4 * function_of(ch));
-        Lanes base(0.0), scale(share_[0].scale[ch]);
-        if (share_.size() > 1) {
-          const auto of = [&](int lane) -> const AngleShare& { return share_[own[lane]]; };
-          base = Lanes(of(0).base[ch], of(1).base[ch], of(2).base[ch], of(3).base[ch]);
-          scale = Lanes(of(0).scale[ch], of(1).scale[ch], of(2).scale[ch], of(3).scale[ch]);
-        }
-        half[i] = spin(Lanes(0.5) * (base + scale * w), 0.5 * most_[ch]);
+        half[i] = spin(Lanes(0.5) * angles(ch, weight, own), 0.5 * most_[ch]);
       }
       const auto& [x, y, z] = half;
       const Lanes zy = z.cosine * y.cosine, zs = z.sine * y.sine;
@@ -121,7 +147,11 @@ void EvenIntegral::each_panel(const EvenShape::Rule& rule, Visitor& visitor) con
   constexpr int kNodes = 4 * Groups;
   const bool one = share_.size() == 1;
   const double* row = rule.table.data();
-  for (const EvenShape::Panel& panel : shape_.panel_) {
+  Middles middles;
+  for (std::size_t p = 0; p < shape_.panel_.size(); ++p) {
+    const EvenShape::Panel& panel = shape_.panel_[p];
+    const int lane = int(p % 4);
+    if (lane == 0) spin_middles(p, middles);
     const AngleShare& own = share_[one ? 0 : panel.share];
     for (int g = 0; g < Groups; ++g) {
       const double* at = row + 4 * g;
@@ -132,9 +162,15 @@ void EvenIntegral::each_panel(const EvenShape::Rule& rule, Visitor& visitor) con
         const int function = function_of(ch);
         if (one && panel.reach[function] == EvenShape::Reach::none) return nullptr;
         if (one && panel.reach[function] == EvenShape::Reach::full) return &full_[ch];
-        here =
-            spin(Lanes(own.base[ch]) + Lanes(own.scale[ch]) * Lanes::load(at + kNodes * function),
-                 most_[ch]);
+        const Lanes weight = Lanes::load(at + kNodes * function);
+        if (near_[ch]) {
+          Spin on;
+          sin_cos_tiny(Lanes(own.scale[ch]) * (weight - Lanes(panel.middle[function])), on.sine,
+                       on.cosine);
+          here = together(Spin{middles.sine[ch][lane], middles.cosine[ch][lane]}, on);
+        } else {
+          here = spin(Lanes(own.base[ch]) + Lanes(own.scale[ch]) * weight, most_[ch]);
+        }
         return &here;
       };
       const auto euler = [&](int first, Vector& v) {

@@ -43,13 +43,22 @@ class EvenIntegral {
   };
   static Vector to_middle(const EvenShape& shape, const Vector& v);
   static Spin spin(Lanes angle, double most);
+  /// A channel's angles at four places, from rows of weights (function by function) and of shares.
+  Lanes angles(int channel, const double* weight, const int* own) const;
+  /// The channels' spins at the middles of four panels, for those that are near() there.
+  struct Middles {
+    double sine[kUpperChannels][4], cosine[kUpperChannels][4];
+  };
+  void spin_middles(std::size_t first, Middles& out) const;
   template <int Groups, class Visitor>
   void each_panel(const EvenShape::Rule& rule, Visitor& visitor) const;
 
   const EvenShape& shape_;
   std::span<const AngleShare> share_;
-  UpperChannels most_{};       // no angle of the channel is larger; 0 where it turns nothing
-  Spin full_[kUpperChannels];  // one share: where a weight is 1
+  UpperChannels most_{};         // no angle of the channel is larger; 0 where it turns nothing
+  Spin full_[kUpperChannels];    // one share: where a weight is 1
+  bool near_[kUpperChannels]{};  // no angle is further than kTinyAngle from that at its panel's
+                                 // middle
 };
 
 }  // namespace backbend::solver

@@ -104,6 +104,7 @@ EvenShape::EvenShape(std::span<const dvec3> drawn, const glm::dmat3& middle_axes
   rest_joint_.push_back(drawn.back());
   cut_panels(drawn, corner);
   place_frames();
+  place_panel_middles();
   for (int r = 0; r < kRules; ++r) tabulate(r);
 }
 
@@ -139,6 +140,7 @@ void EvenShape::cut_panels(std::span<const dvec3> drawn, const std::vector<doubl
     const dvec3 tangent = glm::normalize(drawn[segment] - drawn[segment - 1]);
     panel.in_top = glm::transpose(top_axes_) * tangent;
     panel.in_middle = EvenIntegral::to_middle(*this, panel.in_top);
+    panel.middle = weights_at(weights_, middle);
     const auto low = weights_at(weights_, panel.from), high = weights_at(weights_, panel.to);
     for (int f = 0; f < 4; ++f) {
       panel.reach[f] = high[f] == 0.0 ? Reach::none : low[f] == 1.0 ? Reach::full : Reach::part;
@@ -165,6 +167,18 @@ void EvenShape::place_frames() {
     }
     for (int f = 0; f < 4; ++f) {
       for (int i = 0; i < 4; ++i) frame_weight_.push_back(weight[i][f]);
+    }
+  }
+}
+
+void EvenShape::place_panel_middles() {
+  for (std::size_t first = 0; first < panel_.size(); first += 4) {
+    const auto panel = [&](int i) -> const Panel& {
+      return panel_[std::min(first + std::size_t(i), panel_.size() - 1)];
+    };
+    for (int i = 0; i < 4; ++i) panel_share_.push_back(panel(i).share);
+    for (int f = 0; f < 4; ++f) {
+      for (int i = 0; i < 4; ++i) panel_weight_.push_back(panel(i).middle[f]);
     }
   }
 }

@@ -83,6 +83,7 @@ class EvenShape {
     double from, to;               // arc fraction
     glm::dvec3 in_top, in_middle;  // the rest tangent in Top's and in Middle's rest frame
     std::array<Reach, 4> reach;    // of middle bend, middle twist, top bend, top twist
+    std::array<double, 4> middle;  // the weights at the panel's middle
     int share;
     bool ends_bone;  // the next joint stands at its end
   };
@@ -96,6 +97,7 @@ class EvenShape {
 
   void cut_panels(std::span<const glm::dvec3> drawn, const std::vector<double>& corner);
   void place_frames();
+  void place_panel_middles();
   void tabulate(int rule);
   double panel_turning(std::span<const AngleShare> share) const;
 
@@ -110,7 +112,9 @@ class EvenShape {
   std::vector<glm::dvec3> rest_joint_;
   std::vector<double> frame_weight_;  // per four frames: 4 weights of each, function by function
   std::vector<int> frame_share_;      // four for four frames
-  double widest_ = 0.0;               // panel, in arc fraction
+  std::vector<double> panel_weight_;  // the same two at panels' middles
+  std::vector<int> panel_share_;
+  double widest_ = 0.0;  // panel, in arc fraction
   std::array<Rule, kRules> rule_;
 };
 

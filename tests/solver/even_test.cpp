@@ -657,6 +657,19 @@ TEST(FastTrigonometry, IsTheLibrarysToTheLastDigits) {
   EXPECT_EQ(c[0], 1.0);
 }
 
+TEST(FastTrigonometry, OfTinyAnglesNeedsFewerTerms) {
+  for (int i = -10000; i <= 10000; ++i) {
+    const double x = kTinyAngle * i / 10000.0;
+    Lanes s, c, opposite_s, opposite_c;
+    sin_cos_tiny(Lanes(x), s, c);
+    sin_cos_tiny(Lanes(-x), opposite_s, opposite_c);
+    EXPECT_NEAR(s[0], std::sin(x), 3e-17) << x;  // an angle of 0.11 has digits down to 1.4e-17
+    EXPECT_NEAR(c[0], std::cos(x), 2e-16) << x;
+    EXPECT_EQ(opposite_s[3], -s[3]);
+    EXPECT_EQ(opposite_c[3], c[3]);
+  }
+}
+
 TEST(HumanLevels, FillTheSpineAndAddUp) {
   const auto levels = human_levels();
   ASSERT_EQ(levels.size(), 17u);  // R5: five lumbar, twelve thoracic
