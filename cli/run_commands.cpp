@@ -91,9 +91,17 @@ fs::path new_run_folder(const std::string& wanted) {
 
 namespace {
 
+/// Joint names from the hips up; of a chain that would fill the screen (a snake's) the two ends.
 std::string chain_text(const std::vector<std::string>& joints) {
+  constexpr std::size_t kMost = 24, kStart = 6, kEnd = 3;
   std::string text;
-  for (const std::string& joint : joints) text += (text.empty() ? "" : " > ") + visible(joint);
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    if (joints.size() > kMost && i == kStart) {
+      text += " > (" + std::to_string(joints.size() - kStart - kEnd) + " more)";
+      i = joints.size() - kEnd;
+    }
+    text += (text.empty() ? "" : " > ") + visible(joints[i]);
+  }
   return text.empty() ? "none found" : text;
 }
 
