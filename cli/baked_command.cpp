@@ -34,8 +34,9 @@ std::string in_shell(const std::string& path) {
 }  // namespace
 
 void add_baked_options(CLI::App* command, BakedOptions& options) {
-  command->add_option("--baked", options.clip,
-                      "judge YOUR RIG by its motion: .glb, backbend.clip/1, .mdd or .pc2");
+  command->add_option(
+      "--baked", options.clip,
+      "judge YOUR RIG by its motion: .glb, .fbx, .dae, .bvh, backbend.clip/1, .mdd or .pc2");
   command->add_option("--clip", options.animation,
                       "of a --baked file, only this animation or sweep [all]");
   command

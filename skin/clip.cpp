@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "skin/asset_folder.h"
+#include "skin/gltf_document.h"
 #include "skin/printable.h"
 
 namespace backbend::skin {
@@ -26,8 +27,12 @@ bool is_backbend_clip(const std::vector<std::uint8_t>& bytes) {
 void keep_sweep(Clip& clip, const std::string& name) {
   const auto found = std::find_if(clip.sweeps.begin(), clip.sweeps.end(),
                                   [&](const ClipSweep& sweep) { return sweep.name == name; });
-  if (found == clip.sweeps.end())
-    throw CharacterError(clip.file_name + ": no sweep " + in_quotes(name) + " in it");
+  if (found == clip.sweeps.end()) {
+    std::vector<std::string> names;
+    for (const ClipSweep& sweep : clip.sweeps) names.push_back(sweep.name);
+    throw CharacterError(clip.file_name + ": no sweep " + in_quotes(name) + "; it has " +
+                         list_in_quotes(names));
+  }
   const ClipSweep sweep = *found;
   const auto cut = [&](auto& values, std::size_t width) {
     if (values.empty()) return;
@@ -56,7 +61,7 @@ Clip read_clip(const std::filesystem::path& file, const ClipOptions& options) {
     clip = parse_mdd(file.string(), bytes);  // MDD has no mark of its own
   } else {
     bytes = {};
-    return read_gltf_clip(file, options);
+    return read_gltf_clip(load_gltf(file), options);
   }
   const XXH128_hash_t hash = XXH3_128bits(bytes.data(), bytes.size());
   clip.content_hash_low = hash.low64;

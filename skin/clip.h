@@ -10,6 +10,8 @@
 
 namespace backbend::skin {
 
+struct GltfDocument;
+
 /// A run of a clip's frames that belong together: one animation of a file, one sweep of a control.
 /// Between two of them nothing moves, so nothing is compared.
 struct ClipSweep {
@@ -19,12 +21,14 @@ struct ClipSweep {
 
 /// Motion that some program has solved and written down, frame by frame.
 ///
-/// Joints, points or both; +Y up, in the unit of the file or, where it names one, in metres.
+/// Joints, points or both; +Y up, in metres where `in_metres`, else in whatever the character
+/// counts.
 struct Clip {
   std::string name;                                           // file name without folder and ending
   std::string file_name;                                      // without folder
   std::uint64_t content_hash_low = 0, content_hash_high = 0;  // of all bytes read
   std::string source;                                         // program and scene, as the file says
+  bool in_metres = false;  // the form names its unit, and it was applied
 
   std::vector<double> time;  // seconds, one per frame, rising within a sweep
   std::vector<ClipSweep> sweeps;
@@ -32,6 +36,7 @@ struct Clip {
   std::vector<std::string> joint;  // names
   std::vector<int> parent;         // into joint, -1 for roots
   std::vector<int> file_node;      // node number of a glTF file; empty for other forms
+  bool has_body = false;           // the file holds a skinned mesh on these joints, too
   std::vector<glm::dmat4> rest;    // [joints] world_from_joint at rest; empty: the file has none
   std::vector<glm::dmat4> world;   // [frames x joints] world_from_joint
 
@@ -61,7 +66,8 @@ struct ClipOptions {
 Clip read_clip(const std::filesystem::path& file, const ClipOptions& options = {});
 
 /// The forms by themselves; `bytes` is the whole file, `file` heads every error.
-Clip read_gltf_clip(const std::filesystem::path& file, const ClipOptions& options);
+/// A document may come from any file that was turned into glTF: FBX, Collada, BVH.
+Clip read_gltf_clip(const GltfDocument& document, const ClipOptions& options);
 Clip parse_backbend_clip(const std::string& file, const std::vector<std::uint8_t>& bytes);
 Clip parse_mdd(const std::string& file, const std::vector<std::uint8_t>& bytes);
 Clip parse_pc2(const std::string& file, const std::vector<std::uint8_t>& bytes,

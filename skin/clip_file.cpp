@@ -207,6 +207,7 @@ Clip parse_backbend_clip(const std::string& file, const std::vector<std::uint8_t
     header.fail("/schema", in_quotes(schema) + ", expected 'backbend.clip/1'");
 
   Clip clip;
+  clip.in_metres = true;
   const World world = world_of(header);
   read_joints(header, world, clip);
   read_poses(header, clip);

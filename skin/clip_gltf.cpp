@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
+#include <map>
 
 #include "skin/clip.h"
 #include "skin/gltf_accessor.h"
@@ -155,6 +156,20 @@ class AnimationReader {
   GltfAccessors accessors_;
 };
 
+/// A name for every animation: its own, told apart where several have it.
+std::vector<std::string> animation_names(const tinygltf::Model& model) {
+  std::map<std::string, int> taken;
+  std::vector<std::string> out;
+  for (std::size_t a = 0; a < model.animations.size(); ++a) {
+    std::string name = model.animations[a].name;
+    if (name.empty()) name = "animation " + std::to_string(a);
+    if (const int earlier = taken[name]++; earlier > 0)
+      name += " (" + std::to_string(earlier + 1) + ")";
+    out.push_back(std::move(name));
+  }
+  return out;
+}
+
 /// The moments at which an animation is looked at: every key of every track, and what a player
 /// shows between keys that lie far apart and differ.
 std::vector<double> frame_times(const std::vector<Track>& tracks) {
@@ -221,27 +236,28 @@ Trs stored(const tinygltf::Node& node) {  // read_nodes() has checked the sizes
 
 }  // namespace
 
-Clip read_gltf_clip(const std::filesystem::path& file, const ClipOptions& options) {
-  const GltfDocument document = load_gltf(file);
+Clip read_gltf_clip(const GltfDocument& document, const ClipOptions& options) {
   const tinygltf::Model& model = *document.model;
   const AnimationReader reader(document);
   const GltfNodes nodes = read_nodes(model, document.file);
 
   Clip clip;
+  const std::filesystem::path file = document.file;
   clip.name = file.stem().string();
   clip.file_name = file.filename().string();
   clip.content_hash_low = document.content_hash_low;
   clip.content_hash_high = document.content_hash_high;
   clip.source = model.asset.generator;
+  clip.has_body = !model.skins.empty() && !model.meshes.empty();
   for (const Node& node : nodes.nodes) {
     clip.joint.push_back(node.name);
     clip.parent.push_back(node.parent);
     clip.file_node.push_back(node.file_node);
     clip.rest.push_back(node.world_from_node);
   }
+  const std::vector<std::string> names = animation_names(model);
   for (std::size_t a = 0; a < model.animations.size(); ++a) {
-    std::string name = model.animations[a].name;
-    if (name.empty()) name = "animation " + std::to_string(a);
+    const std::string& name = names[a];
     if (!options.animation.empty() && name != options.animation) continue;
     const std::vector<Track> tracks = reader.tracks(a);
     if (tracks.empty()) {
@@ -281,12 +297,10 @@ Clip read_gltf_clip(const std::filesystem::path& file, const ClipOptions& option
     clip.sweeps.push_back({name, first, times.size()});
   }
   if (clip.sweeps.empty()) {
-    std::string told;
-    for (std::size_t a = 0; a < model.animations.size() && a < 8; ++a)
-      told += (told.empty() ? "; it has " : ", ") + in_quotes(model.animations[a].name);
     reader.fail("/animations", options.animation.empty()
                                    ? "no animation that moves a joint"
-                                   : "no animation " + in_quotes(options.animation) + told);
+                                   : "no animation " + in_quotes(options.animation) + "; it has " +
+                                         list_in_quotes(names));
   }
   return clip;
 }

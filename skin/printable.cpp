@@ -1,5 +1,6 @@
 #include "skin/printable.h"
 
+#include <algorithm>
 #include <array>
 #include <charconv>
 #include <cmath>
@@ -50,6 +51,16 @@ std::string printable(std::string_view text) {
 }
 
 std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
+
+std::string list_in_quotes(const std::vector<std::string>& texts) {
+  constexpr std::size_t kMostListed = 8;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(texts.size(), kMostListed); ++i)
+    out += (i == 0 ? "" : ", ") + in_quotes(texts[i]);
+  if (texts.size() > kMostListed)
+    out += " and " + std::to_string(texts.size() - kMostListed) + " more";
+  return out.empty() ? "none" : out;
+}
 
 std::string count_text(std::size_t count) {
   std::string text = std::to_string(count);

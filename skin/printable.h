@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace backbend::skin {
 
@@ -11,6 +12,9 @@ std::string in_quotes(std::string_view text);
 
 /// The same without the quotes.
 std::string printable(std::string_view text);
+
+/// `'a', 'b', 'c'`, and how many more there are past eight; `none` for an empty list.
+std::string list_in_quotes(const std::vector<std::string>& texts);
 
 /// `value` in the shortest form with at most `digits` significant digits, whatever the locale.
 std::string number_text(double value, int digits = 4);

@@ -11,6 +11,7 @@
 #include <cstdio>
 
 #include "skin/asset_folder.h"
+#include "skin/clip.h"
 #include "skin/printable.h"
 
 namespace backbend::skin {
@@ -144,6 +145,27 @@ std::vector<std::string> names_of(const Character& character, const std::vector<
   std::vector<std::string> out;
   for (const int node : nodes) out.push_back(character.nodes[static_cast<std::size_t>(node)].name);
   return out;
+}
+
+void take_away(const std::vector<std::string>& namespaces, std::string& name) {
+  for (const std::string& space : namespaces) {
+    if (name.size() <= space.size() || name.rfind(space, 0) != 0) continue;
+    name.erase(0, space.size());
+    return;
+  }
+}
+
+glm::dmat4 metres_from_units(const Sidecar& sidecar) {
+  glm::dmat4 scale(sidecar.metres_per_unit);
+  scale[3][3] = 1.0;
+  return scale;
+}
+
+void mix_hash(const Sidecar& sidecar, std::uint64_t& low, std::uint64_t& high) {
+  const std::string text = sidecar_text(sidecar);
+  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
+  low ^= hash.low64;
+  high ^= hash.high64;
 }
 
 /// The character without some of its parts: vertices and triangles close up, in their order.
@@ -287,13 +309,7 @@ std::string sidecar_text(const Sidecar& sidecar) {
 
 void apply_sidecar(const Sidecar& sidecar, Character& character) {
   const std::string head = sidecar_path(character.file_name).string() + ": ";
-  for (Node& node : character.nodes) {
-    for (const std::string& space : sidecar.namespaces) {
-      if (node.name.size() <= space.size() || node.name.rfind(space, 0) != 0) continue;
-      node.name.erase(0, space.size());
-      break;
-    }
-  }
+  for (Node& node : character.nodes) take_away(sidecar.namespaces, node.name);
   std::vector<bool> drop(character.parts.size(), false);
   for (const std::string& name : sidecar.leave_out) {
     bool found = false;
@@ -308,17 +324,26 @@ void apply_sidecar(const Sidecar& sidecar, Character& character) {
     throw CharacterError(head + "every part is left out");
   if (dropped > 0) drop_parts(character, drop);
   if (sidecar.metres_per_unit != 1.0) {
-    glm::dmat4 scale(sidecar.metres_per_unit);
-    scale[3][3] = 1.0;
+    const glm::dmat4 scale = metres_from_units(sidecar);
     for (Node& node : character.nodes) {
       node.world_from_node = scale * node.world_from_node;
       if (node.parent < 0) node.parent_from_node = node.world_from_node;
     }
   }
-  const std::string text = sidecar_text(sidecar);
-  const XXH128_hash_t hash = XXH3_128bits(text.data(), text.size());
-  character.content_hash_low ^= hash.low64;
-  character.content_hash_high ^= hash.high64;
+  mix_hash(sidecar, character.content_hash_low, character.content_hash_high);
+}
+
+void apply_sidecar(const Sidecar& sidecar, Clip& clip) {
+  for (auto* names : {&clip.joint, &clip.spine, &clip.left_arm, &clip.right_arm})
+    for (std::string& name : *names) take_away(sidecar.namespaces, name);
+  if (!clip.in_metres && sidecar.metres_per_unit != 1.0) {
+    const glm::dmat4 scale = metres_from_units(sidecar);
+    for (glm::dmat4& rest : clip.rest) rest = scale * rest;
+    for (glm::dmat4& world : clip.world) world = scale * world;
+    for (glm::vec3& point : clip.point) point *= static_cast<float>(sidecar.metres_per_unit);
+    clip.in_metres = true;
+  }
+  mix_hash(sidecar, clip.content_hash_low, clip.content_hash_high);
 }
 
 AnatomyHints hints_with(const Sidecar& sidecar, AnatomyHints hints) {

@@ -8,6 +8,8 @@
 
 namespace backbend::skin {
 
+struct Clip;
+
 /// A control of the artist's own rig that stands for one of our channels.
 struct SidecarControl {
   std::string channel;  // extension, flexion, side or twist
@@ -53,6 +55,11 @@ std::string sidecar_text(const Sidecar& sidecar);
 /// Throws CharacterError headed by the sidecar's name for a part that is not there, and where
 /// nothing would be left.
 void apply_sidecar(const Sidecar& sidecar, Character& character);
+
+/// The same for motion that was made for the character: joint names without namespaces, and in
+/// metres where the clip's form names no unit of its own. A clip out of the character's own file
+/// keeps the hash that they share.
+void apply_sidecar(const Sidecar& sidecar, Clip& clip);
 
 /// What the sidecar says of the skeleton, where `hints` say nothing.
 AnatomyHints hints_with(const Sidecar& sidecar, AnatomyHints hints);

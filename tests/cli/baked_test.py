@@ -5,6 +5,7 @@ import math
 import struct
 import sys
 
+from bvh import walker
 from glb import HUMAN, tube
 from harness import CommandTest, SOURCE, character
 
@@ -109,7 +110,7 @@ class JudgingAClip(CommandTest):
         self.assert_refused("check", body, "--baked", cut, names=["cut.clip", "bytes of numbers"])
         self.assert_refused("check", body, "--baked", body, names=["tube.glb", "/animations"])
         self.assert_refused("check", body, "--baked", self.folder / "none.clip", names=["none.clip"])
-        self.assert_refused("check", body, "--baked", clip, "--clip", "walk", names=["no sweep 'walk'"])
+        self.assert_refused("check", body, "--baked", clip, "--clip", "walk", names=["no sweep 'walk'", "'twist'"])
         self.assert_refused("check", body, "--baked", clip, "--joint-map", "hips=nobody",
                             names=["no joint 'nobody'"])
         self.assert_refused("check", body, "--baked", clip, "--joint-map", "hips", code=2, names=["'hips'"])
@@ -182,7 +183,46 @@ class JudgingPoints(CommandTest):
                 self.assertIn(word, line[0])
 
 
+class JudgingASkeletonsMotion(CommandTest):
+    """BVH holds no body: it moves the character beside it, or is judged by its chain."""
+
+    def swaying(self):
+        """The walker's spine leans to and fro; at frame 12 its chest jumps by half a turn."""
+        rows = [{7: round(10 * math.sin(f / 6), 4), 11: 180 if f >= 12 else 0} for f in range(24)]
+        return self.write("walk.bvh", walker(rows))
+
+    def assert_the_jump_was_found(self):
+        found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
+        self.assertEqual([(f["frame"], f["place"]) for f in found], [(1013, {"joint": "chest"})])
+
+    def test_its_chain_is_judged_without_a_body(self):
+        result = self.assert_runs("check", "--baked", self.swaying(), "-o", "out", code=1)
+        self.assertIn("chain only", result.stdout)
+        self.assert_the_jump_was_found()
+
+    def test_it_is_judged_on_the_character_beside_it(self):
+        clip = self.swaying()
+        self.assert_runs("body", "walk.bvh", "-o", "walker.glb", "--vertices", "3000")
+        self.assert_runs("check", "walker.glb", "--baked", clip, "-o", "out", code=1)
+        self.assert_the_jump_was_found()
+        self.assertIn("slice_area", report_of(self.folder / "out")["rigs"][0]["summary"])
+
+
 class JudgingRealMotion(CommandTest):
+    def test_captures_as_bvh_hold_no_flip_on_a_body_of_other_names_and_stance(self):
+        body = character("mh_female_cmu_13k.glb")
+        for name, frames, renamed in (("cmu_49_08_acrobatics.bvh", 576, False),
+                                      ("cmu_131_01_mj_style.bvh", 994, True)):
+            with self.subTest(name):
+                clip = character("motion/" + name)
+                result = self.backbend("check", body, "--baked", clip, "-o", name)
+                report = report_of(self.folder / name)
+                self.assertEqual(result.returncode, report["exit_code"], result.stderr)
+                jumps = ("BB001", "BB010", "BB020", "BB021")
+                self.assertEqual([f for f in report["findings"] if f["code"] in jumps], [])
+                self.assertEqual(len(report["rigs"][0]["sweeps"][0]["control_deg"]), frames)
+                self.assertEqual("matched by their place" in result.stdout, renamed, result.stdout)
+
     def test_captured_acrobatics_hold_no_flip(self):
         clip = character("mh_female_cmu_49_08_baked.glb")
         result = self.backbend("check", "--baked", clip, "-o", "out")

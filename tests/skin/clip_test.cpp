@@ -140,6 +140,30 @@ TEST(GltfClip, EveryAnimationIsASweepOfItsOwnUnlessOneIsNamed) {
   const Clip one = read_clip(file.write_glb(folder), {"other", 24.0});
   ASSERT_EQ(one.sweeps.size(), 1u);
   EXPECT_EQ(one.sweeps[0].name, "other");
+  EXPECT_TRUE(one.has_body);
+}
+
+TEST(GltfClip, AnimationsOfOneNameAreToldApart) {
+  GltfFixture file = strip();
+  animate(file, 1, "rotation", "LINEAR", {0.0f, 0.05f}, joined({about_z(0), about_z(5)}));
+  file.root["animations"].push_back(file.root["animations"][0]);
+  const TemporaryFolder folder;
+  EXPECT_EQ(read_clip(file.write_glb(folder), {"act (2)", 24.0}).sweeps.size(), 1u);
+}
+
+TEST(GltfClip, AWrongChoiceNamesTheChoices) {
+  GltfFixture file = strip();
+  animate(file, 1, "rotation", "LINEAR", {0.0f, 0.05f}, joined({about_z(0), about_z(5)}));
+  for (int k = 1; k < 10; ++k) file.root["animations"].push_back(file.root["animations"][0]);
+  const TemporaryFolder folder;
+  try {
+    read_clip(file.write_glb(folder), {"walk", 24.0});
+    FAIL() << "was read";
+  } catch (const CharacterError& error) {
+    const std::string told = error.what();
+    EXPECT_NE(told.find("no animation 'walk'; it has 'act', 'act (2)'"), std::string::npos) << told;
+    EXPECT_NE(told.find("'act (8)' and 2 more"), std::string::npos) << told;
+  }
 }
 
 struct Broken {

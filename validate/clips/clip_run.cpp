@@ -8,6 +8,8 @@
 #include "skin/printable.h"
 #include "validate/clips/clip_judge.h"
 #include "validate/files/hash.h"
+#include "validate/files/import.h"
+#include "validate/run/confirmed.h"
 #include "validate/run/run.h"
 #include "validate/run/verdict.h"
 
@@ -21,9 +23,18 @@ using skin::CharacterError;
 // about the body: the limits on it are ten times as wide.
 constexpr double kTrustedBlending = 0.01;
 
-/// The spine that is named, on a skeleton without a body to find it by.
-skin::Anatomy named_anatomy(const skin::Character& character, const skin::AnatomyHints& hints) {
+/// The spine that is named, on a skeleton without a body; found where nothing is named and it is
+/// sure.
+skin::Anatomy skeleton_anatomy(const skin::Character& character, const skin::AnatomyHints& hints) {
   skin::Anatomy out;
+  if (hints.spine.empty() && hints.hip.empty() && hints.chest.empty()) {
+    try {
+      out = skin::find_anatomy(character, hints);
+      if (out.sure) return out;
+    } catch (const CharacterError&) {  // what is said below is the way out
+    }
+    out = {};
+  }
   const skin::HintedSpine spine = skin::resolve_spine_hints(character, hints);
   out.spine = spine.chain;
   if (out.spine.empty() && spine.hip >= 0 && spine.chest >= 0)
@@ -64,6 +75,13 @@ skin::AnatomyHints with_clip(skin::AnatomyHints hints, const skin::Clip& clip) {
   if (hints.left_arm.empty()) hints.left_arm = clip.left_arm;
   if (hints.right_arm.empty()) hints.right_arm = clip.right_arm;
   return hints;
+}
+
+skin::Clip load_clip(const std::filesystem::path& file, const skin::ClipOptions& options) {
+  if (!is_imported(file)) return skin::read_clip(file, options);
+  skin::Clip clip = skin::read_gltf_clip(import_document(file), options);
+  clip.source.clear();  // what the import calls itself says nothing of the motion
+  return clip;
 }
 
 std::string blending_note(double error, double spine_length) {
@@ -144,15 +162,22 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
 }  // namespace
 
 Report run_clip(const ClipRequest& request, Progress& progress) {
-  const skin::Clip clip = skin::read_clip(request.clip, request.options);
-  std::filesystem::path file = request.character;
-  if (file.empty() && !clip.file_node.empty()) file = request.clip;
-  if (file.empty()) {
+  skin::Clip clip = load_clip(request.clip, request.options);
+  const bool own_body = request.character.empty() && clip.has_body;
+  if (request.character.empty() && !own_body) {
+    skin::AnatomyHints hints = request.hints;
+    if (const auto sidecar = skin::read_sidecar(request.clip)) {
+      skin::apply_sidecar(*sidecar, clip);
+      hints = skin::hints_with(*sidecar, std::move(hints));
+    }
     const skin::Character skeleton = bare_skeleton(clip);
-    const skin::Anatomy anatomy = named_anatomy(skeleton, with_clip(request.hints, clip));
+    const skin::Anatomy anatomy = skeleton_anatomy(skeleton, with_clip(std::move(hints), clip));
     return judge_body(request, clip, {skeleton, anatomy, nullptr}, progress);
   }
-  const Stage stage(load_character(file), request.hints);
+  ConfirmedCharacter confirmed =
+      load_confirmed(own_body ? request.clip : request.character, request.hints);
+  if (confirmed.sidecar) skin::apply_sidecar(*confirmed.sidecar, clip);
+  const Stage stage(std::move(confirmed.character), confirmed.hints);
   const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
   return judge_body(request, clip, {stage.character(), stage.anatomy(), &metrics}, progress);
 }

@@ -14,7 +14,7 @@ namespace backbend::validate {
 /// A baked clip to judge: `check [CHARACTER] --baked CLIP`.
 struct ClipRequest {
   std::filesystem::path character;  // empty: the clip's own body, or its skeleton alone
-  std::filesystem::path clip;
+  std::filesystem::path clip;       // anything of skin::read_clip(), or .fbx, .dae, .bvh
   skin::ClipOptions options;
   skin::AnatomyHints hints;
   JointMap names;
@@ -29,7 +29,11 @@ struct ClipRequest {
 ///
 /// Frames cannot be bisected, so a flip is an outlier of the clip's own motion, and the report
 /// states the smallest one that would have been found. Every frame lies inside the envelope: the
-/// clip is what the character must do. Throws CharacterError, Interrupted.
+/// clip is what the character must do.
+///
+/// A clip without a body of its own (BVH, joints alone) and without a character is judged by its
+/// chain. A sidecar beside the character (or, without one, beside the clip) counts, for the clip's
+/// names and unit, too. Throws CharacterError, Interrupted.
 Report run_clip(const ClipRequest& request, Progress& progress);
 
 }  // namespace backbend::validate
