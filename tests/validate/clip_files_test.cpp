@@ -129,6 +129,31 @@ TEST_F(ClipFiles, ASidecarCountsForASkeletonWithoutABody) {
   EXPECT_EQ(spine(), (std::vector<std::string>{"j1", "j2", "j3"}));
 }
 
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+TEST_F(ClipFiles, AFrameIsMeasuredAgainstRestWhateverPoseTheClipBeginsIn) {
+  const fs::path hero = write("hero.dae", tower_dae());
+  const std::string whole = tower_bvh();
+  const std::string bent =
+      replaced(replaced(whole, "Frames: 3", "Frames: 2"), "0 0 0 0 0 0 0 0 0 0 0 0 0 0 0\n", "");
+  const Report from_rest = judged(write("whole.bvh", whole), hero);
+  const Report from_bent = judged(write("bent.bvh", bent), hero);
+  const SweepSeries &all = from_rest.rigs.at(0).sweeps.at(0),
+                    &half = from_bent.rigs.at(0).sweeps[0];
+  EXPECT_LT(half.control_deg.size(), all.control_deg.size());
+  for (const auto& [name, values] : all.metric) {
+    ASSERT_TRUE(half.metric.contains(name)) << name;
+    // The same pose, sampled between keys that floats hold.
+    if (std::isfinite(values.back())) {
+      EXPECT_NEAR(half.metric.at(name).back(), values.back(), 1e-4) << name;
+    }
+  }
+}
+
 TEST_F(ClipFiles, WhatIsNoClipIsRefusedInOneLine) {
   std::string still = tower_fbx();
   still.erase(still.find(" AnimationStack: 500"),

@@ -32,7 +32,7 @@ ClipSystem::ClipSystem(const skin::Character& character, const skin::Anatomy& an
 
 void ClipSystem::build(const skin::Character& character, const skin::Anatomy& anatomy) {
   name_ = "clip";
-  add_scalar("frame");
+  add_scalar("frame", kRest);
   std::vector<std::string> names;
   for (Index k = 0; k <= anatomy.chest_index; ++k) {
     const skin::Node& node = character.nodes[static_cast<Index>(anatomy.spine[k])];
@@ -73,6 +73,7 @@ void ClipSystem::add(const skin::Character& character, const std::vector<glm::dm
 }
 
 solver::SpinePose ClipSystem::solve(std::span<const double> control) const {
+  if (control[0] < 0.0) return rest_;
   return pose_[static_cast<Index>(
       std::clamp(std::round(control[0]), 0.0, static_cast<double>(pose_.size() - 1)))];
 }

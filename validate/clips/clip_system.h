@@ -5,12 +5,15 @@
 namespace backbend::validate {
 
 /// A baked clip as a spine system: its one control is the frame, and its poses are the clip's. So
-/// everything that measures a rig measures a clip.
+/// everything that measures a rig measures a clip. Rest is no frame of it, but frame kRest: what
+/// the body was bound to, whatever pose the clip begins in.
 ///
 /// The chain runs from the hips to the base of the neck. What it was meant to follow nobody says;
 /// its intended curve is the smooth one through its own joints.
 class ClipSystem : public solver::SystemBase {
  public:
+  static constexpr double kRest = -1.0;
+
   ClipSystem(const skin::Character& character, const skin::Anatomy& anatomy, const ClipBody& body);
   /// One pose that is not the clip's own, such as the ideal bend of a frame.
   ClipSystem(const skin::Character& character, const skin::Anatomy& anatomy,
@@ -18,7 +21,7 @@ class ClipSystem : public solver::SystemBase {
 
   solver::SpinePose solve(std::span<const double> control) const override;
   std::vector<double> controls_for(const solver::BodyPose&, solver::Mapping) const override {
-    return {0.0};
+    return {kRest};
   }
   std::vector<glm::dvec3> intended_curve(std::span<const double> control,
                                          std::size_t count) const override;
