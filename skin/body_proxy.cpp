@@ -224,6 +224,22 @@ class Tailor {
     return section(at, radius, radius, radius);
   }
 
+  /// The way from the hips to a head that the spine does not lead to: a fish's spine is its tail.
+  /// Empty where the head is on the spine, or does not hang from the hips.
+  std::vector<int> front_of_a_fish() const {
+    std::vector<int> way;
+    if (std::find(anatomy_.spine.begin(), anatomy_.spine.end(), anatomy_.head) !=
+        anatomy_.spine.end())
+      return {};
+    for (int node = anatomy_.head; node >= 0; node = in_.nodes[z(node)].parent) {
+      way.insert(way.begin(), node);
+      if (node != anatomy_.spine[0]) continue;
+      way = distinct(way);
+      return way.size() > 1 ? way : std::vector<int>{};
+    }
+    return {};
+  }
+
   void trunk() {
     BodySolid part = loft(spine_, 0.08 * back_);
     const double whole = BodyCurve(part.axis).length(), neck = whole - back_;
@@ -234,6 +250,17 @@ class Tailor {
       part.sections = {round_section(0.0, 0.7 * r), round_section(0.3 * whole, r),
                        round_section(0.8 * whole, 0.8 * r), round_section(whole, 0.55 * r)};
       neck_ = 0.55 * r;
+    } else if (const std::vector<int> front = front_of_a_fish(); !front.empty()) {
+      part.sections = {round_section(0.0, pelvis_), round_section(0.3 * whole, 0.75 * pelvis_),
+                       round_section(0.7 * whole, 0.35 * pelvis_),
+                       round_section(whole, 0.12 * pelvis_)};
+      BodySolid fore = loft(front, 0.08 * back_);
+      const double length = BodyCurve(fore.axis).length();
+      fore.sections = {round_section(0.0, pelvis_), round_section(0.5 * length, ribs_),
+                       round_section(length, 0.85 * ribs_)};
+      fore.cap = {0.8 * pelvis_, 0.6 * ribs_};
+      body_.groups.push_back({"fore", 0.5 * pelvis_, {fore}});
+      neck_ = 0.6 * ribs_;
     } else {
       const double up = upright_ ? 0.62 : 0.55, down = upright_ ? 0.62 : 1.2;
       const double b = back_;

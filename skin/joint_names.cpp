@@ -145,6 +145,7 @@ NameFacts read_joint_name(std::string_view name) {
     facts.control |= is_any(word, {"ik", "pole", "target", "ctrl", "control", "mch", "goal"});
     facts.helper |= is_any(word, {"twist", "roll", "helper", "bendy"});
     facts.end |= is_any(word, {"end", "leaf", "tip", "nub"});
+    facts.tip |= word == "tip";
     facts.front |= is_any(word, {"front", "fore"});
     facts.back |= is_any(word, {"back", "hind", "rear"});
     facts.without_side += word;

@@ -34,6 +34,7 @@ struct NameFacts {
   bool control = false;              // IK, pole target, controller: not of the deforming chain
   bool helper = false;               // twist or roll joint beside the chain
   bool end = false;                  // tip, leaf, nub: marks where the last bone ends
+  bool tip = false;                  // an end that is called so
   std::string without_side;          // lower case, side words removed: equal for a left-right pair
 };
 
