@@ -243,6 +243,29 @@ TEST(DualQuaternionSkinning, CarriesEvenScaleOfAJoint) {
     EXPECT_NEAR(glm::distance(posed.position[v], 3.0f * character.bind_position[v]), 0.0f, 2e-6f);
 }
 
+TEST(DualQuaternionSkinning, OfRigidJointsIsTheSameBesideOneThatStretches) {
+  const Character character = random_character(200, 2, 1, 17);
+  std::mt19937 rng(18);
+  const glm::dmat4 rigid = random_motion(rng);
+  const auto posed = [&](double scale) {
+    const std::vector world = {rigid, glm::scale(rigid, glm::dvec3(scale))};
+    return skin(character, world, SkinningMethod::dual_quaternion);
+  };
+  const PosedMesh alone = posed(1.0), beside = posed(2.0);
+  std::size_t rigid_vertices = 0;
+  for (std::size_t v = 0; v < 200; ++v) {
+    if (character.influences[v].joint[0] != 0) {
+      EXPECT_NE(alone.position[v], beside.position[v]) << v;
+      continue;
+    }
+    ++rigid_vertices;
+    // One goes through a stretch of nothing, the other through none: roundings of numbers near 1.
+    EXPECT_LT(glm::distance(alone.position[v], beside.position[v]), 2e-6f) << v;
+    EXPECT_LT(glm::distance(alone.normal[v], beside.normal[v]), 2e-6f) << v;
+  }
+  EXPECT_GT(rigid_vertices, 50u);
+}
+
 TEST(Skinning, IsFiniteForAJointThatCollapsed) {
   const Character character = random_character(20, 2, 2, 16);
   const std::vector world = {glm::dmat4(1.0), glm::scale(glm::dmat4(1.0), glm::dvec3(0.0))};
