@@ -196,6 +196,26 @@ TEST(BodyMetrics, ArmsOnTheTopControlDoNotDriftAndOnTheEffectorTheyDo) {
   EXPECT_GT(m.pose("curve", body).arm_drift, 0.003);
 }
 
+// What moves as one body is left out of the search: it must not be where anything happens.
+TEST(BodyMetrics, FindTheSameSelfIntersectionsAsTryingTheWholeMesh) {
+  const Measured m;
+  const skin::Character& character = m.figure.character;
+  const SelfIntersection whole(character.bind_position, character.triangles, character.place);
+  double most = 0.0;
+  for (const char* system : {"even", "isner", "curve"})
+    for (const BodyPose& body : {BodyPose{.extension = 1.0}, BodyPose{.extension = 3.1},
+                                 BodyPose{.flexion = 2.9, .twist = 0.8}, BodyPose{.side = 2.5}}) {
+      const auto rig = build_system({system, {}}, m.driver.rest_chain());
+      const solver::SpinePose pose = rig->solve(rig->controls_for(body, Mapping::chest));
+      const skin::PosedMesh mesh = skin::skin(character, m.driver.drive(*rig, pose));
+      const double expected = whole.measure(mesh.position).area;
+      EXPECT_NEAR(m.pose(system, body).crossing, expected, 1e-9) << system;
+      most = std::max(most, expected);
+    }
+  EXPECT_GT(most, 0.01);
+  EXPECT_EQ(m.pose("even", {.extension = 0.5}).crossing, 0.0);
+}
+
 TEST(BodyMetrics, TheUsualExitsAreNotMeasuredAndNotGood) {
   const Measured m;
   const auto rig = build_system({"even", {}}, m.driver.rest_chain());

@@ -22,8 +22,9 @@ bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, Metri
     case MetricId::flip_margin:
     case MetricId::lost_twist:
     case MetricId::end_gap:
-    case MetricId::arm_slide:         // arms move on purpose
-    case MetricId::chain_twist_jump:  // nor is a twist known that the chain should carry
+    case MetricId::arm_slide:          // arms move on purpose
+    case MetricId::chain_twist_jump:   // nor is a twist known that the chain should carry
+    case MetricId::self_intersection:  // limbs pass close by on purpose
     case MetricId::predictability:
     case MetricId::mirror:  // nobody asks a clip for another pose
     case MetricId::return_to_rest:

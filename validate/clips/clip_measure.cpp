@@ -147,7 +147,8 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
   // What only a control can say; arms are measured over the whole sweep.
   for (const MetricId id :
        {MetricId::lost_twist, MetricId::end_gap, MetricId::flip_margin, MetricId::gain,
-        MetricId::arm_slide, MetricId::arm_drift, MetricId::arm_shift, MetricId::chain_twist_jump})
+        MetricId::arm_slide, MetricId::arm_drift, MetricId::arm_shift, MetricId::chain_twist_jump,
+        MetricId::self_intersection})
     record.at(id) = {};
   int joint = -1;
   const double corner = system.corner_deg(frame, joint);

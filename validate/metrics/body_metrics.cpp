@@ -31,6 +31,51 @@ std::vector<std::uint8_t> arm_vertices(const skin::Character& character,
   return out;
 }
 
+/// The rigid motion that each vertex goes with whatever the pose, numbered; -1 where several blend.
+/// Nodes that the driver moves alike in one pose without any symmetry, it moves alike in all.
+std::vector<int> rigid_groups(const skin::Character& character, const skin::SpineDriver& driver) {
+  const auto system = solver::build_system({"even", {}}, driver.rest_chain());
+  solver::SpinePose pose =
+      system->solve(system->controls_for({0.41, 0.0, 0.23, 0.37}, solver::Mapping::spread));
+  // Other rigs let hips and arms go other ways than the chest.
+  const auto stray = [](solver::RigidMotion& motion, const glm::dvec3& turn) {
+    motion.turn = rotation(turn) * motion.turn;
+    motion.posed_origin += turn;
+  };
+  stray(pose.hip, {0.11, -0.07, 0.05});
+  stray(pose.arms, {-0.09, 0.13, 0.03});
+  const std::vector<glm::dmat4> world = driver.drive(*system, pose);
+  std::vector<glm::dmat4> motion;  // distinct ones, from rest
+  std::vector<int> of_joint;
+  for (const skin::SkinJoint& joint : character.joints) {
+    const auto node = static_cast<std::size_t>(joint.node);
+    const glm::dmat4 here = world[node] * glm::inverse(character.nodes[node].world_from_node);
+    const auto same = std::ranges::find_if(motion, [&](const glm::dmat4& other) {
+      double off = 0.0;
+      for (int c = 0; c < 4; ++c)
+        for (int r = 0; r < 4; ++r) off = std::max(off, std::abs(here[c][r] - other[c][r]));
+      return off < 1e-6;
+    });
+    of_joint.push_back(static_cast<int>(same - motion.begin()));
+    if (same == motion.end()) motion.push_back(here);
+  }
+  std::vector<int> out;
+  for (const skin::Influences& influences : character.influences) {
+    int group = -1;
+    for (int k = 0; k < skin::kMaxInfluences; ++k) {
+      if (!(influences.weight[k] > 0.0f)) continue;
+      const int here = of_joint[influences.joint[k]];
+      if (group >= 0 && here != group) {
+        group = -1;
+        break;
+      }
+      group = here;
+    }
+    out.push_back(group);
+  }
+  return out;
+}
+
 }  // namespace
 
 RigAtRest rig_at_rest(const solver::SpineSystem& system) {
@@ -62,6 +107,8 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
   mesh_ = prepare_mesh(mesh, line, coordinate);
+  crossing_.emplace(rest_position_, character.triangles, character.place,
+                    rigid_groups(character, driver));
   has_arms_ = driver.arms_follow_chest();
   if (has_arms_) arm_ = arm_vertices(character, anatomy);
 
@@ -85,7 +132,7 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
   BodyMeasures out;
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
   out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist)});
-  out.arm_drift = kNan;
+  out.arm_drift = out.crossing = kNan;
   out.slices.planned = slices_.slice.size();
   if (!out.chain.finite) {
     out.surface.not_finite = mesh.position.size();
@@ -96,6 +143,9 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
   if (out.surface.not_finite > 0) return out;
   out.slices =
       measure_slices(slices_, rest_slices_, pose_slices(slices_, mesh.position), asked, window_);
+  const SelfIntersection::Measures crossing = crossing_->measure(mesh.position);
+  out.crossing = crossing.area;
+  out.crossing_vertex = crossing.vertex;
   if (has_arms_) {
     const PartDrift drift = part_drift(rest_position_, mesh.position, arm_, pose.chest);
     out.arm_drift = drift.distance / height_;

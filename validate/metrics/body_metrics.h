@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,6 +9,7 @@
 #include "solver/spine_system.h"
 #include "validate/metrics/chain.h"
 #include "validate/metrics/mesh.h"
+#include "validate/metrics/self_intersection.h"
 #include "validate/metrics/slice_metrics.h"
 
 namespace backbend::validate {
@@ -20,6 +22,9 @@ struct BodyMeasures {
   double arm_drift = 0.0;  // of the arm vertices in the chest's frame, share of the height; NaN
                            // where the character has no arms that the chest carries
   int arm_drift_vertex = -1;
+  double crossing = 0.0;  // share of the surface whose triangles run through others and did not at
+                          // rest; NaN where nothing else was measured either
+  int crossing_vertex = -1;
 };
 
 /// A rig's curves at rest: made once per rig and character.
@@ -76,6 +81,7 @@ class BodyMetrics {
   SpineSlices slices_;
   SlicePose rest_slices_;
   MeshRest mesh_;
+  std::optional<SelfIntersection> crossing_;
 };
 
 /// How much worse a rig's mesh is than the ideal bend's in the same pose. Above 0: worse.

@@ -174,6 +174,7 @@ void set_place(MetricId metric, int place, const std::vector<std::string>& joint
     case MetricId::inverted:
     case MetricId::dihedral:
     case MetricId::arm_slide:
+    case MetricId::self_intersection:
       finding.vertex = place;
       break;
     default:

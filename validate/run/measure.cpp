@@ -57,6 +57,7 @@ void record_mesh(const BodyMeasures& body, PoseRecord& record) {
   record.at(MetricId::inverted) = {100.0 * surface.inverted_area, surface.inverted_vertex};
   record.at(MetricId::dihedral) = {surface.dihedral_deg, surface.dihedral_vertex};
   record.at(MetricId::volume) = {100.0 * std::abs(surface.volume_change), -1};
+  record.at(MetricId::self_intersection) = {100.0 * body.crossing, body.crossing_vertex};
   record.at(MetricId::arm_slide) = {100.0 * body.arm_drift, body.arm_drift_vertex};
 }
 
@@ -175,19 +176,33 @@ void measure_behaviour(const Stage& stage, RigRecord& rig) {
 
 const std::array<MetricInfo, kMetricCount>& pose_metrics() {
   static constexpr std::array<MetricInfo, kMetricCount> kMetrics = {
-      {{"gain", "BB002"},           {"flip_margin", "BB003"},
-       {"chain_kink", "BB010"},     {"uneven_bend", "BB013"},
-       {"arm_drift", "BB020"},      {"arm_shift", "BB021"},
-       {"lost_twist", "BB040"},     {"end_gap", "BB041"},
-       {"length_change", "BB047"},  {"mesh_kink", "BB011"},
-       {"surface_fold", "BB012"},   {"arm_slide", "BB022"},
-       {"twist_jump", "BB036"},     {"slice_area", "BB030"},
-       {"volume", "BB031"},         {"strain", "BB032"},
-       {"inverted", "BB033"},       {"dihedral", "BB035"},
-       {"feasibility", "BB048"},    {"chain_twist_jump", "BB014"},
-       {"predictability", "BB042"}, {"mirror_asymmetry", "BB043"},
-       {"return_to_rest", "BB044"}, {"range_of_motion", "BB045"},
-       {"uneven_twist", "BB046"},   {"non_finite", "BB050"}}};
+      {{"gain", "BB002"},
+       {"flip_margin", "BB003"},
+       {"chain_kink", "BB010"},
+       {"uneven_bend", "BB013"},
+       {"arm_drift", "BB020"},
+       {"arm_shift", "BB021"},
+       {"lost_twist", "BB040"},
+       {"end_gap", "BB041"},
+       {"length_change", "BB047"},
+       {"mesh_kink", "BB011"},
+       {"surface_fold", "BB012"},
+       {"arm_slide", "BB022"},
+       {"twist_jump", "BB036"},
+       {"slice_area", "BB030"},
+       {"volume", "BB031"},
+       {"strain", "BB032"},
+       {"inverted", "BB033"},
+       {"dihedral", "BB035"},
+       {"feasibility", "BB048"},
+       {"chain_twist_jump", "BB014"},
+       {"predictability", "BB042"},
+       {"mirror_asymmetry", "BB043"},
+       {"return_to_rest", "BB044"},
+       {"range_of_motion", "BB045"},
+       {"uneven_twist", "BB046"},
+       {"non_finite", "BB050"},
+       {"self_intersection", "BB034"}}};
   return kMetrics;
 }
 

@@ -43,9 +43,10 @@ enum class MetricId : std::size_t {
   return_to_rest,
   range_of_motion,
   uneven_twist,
-  non_finite
+  non_finite,
+  self_intersection
 };
-inline constexpr std::size_t kMetricCount = 26;
+inline constexpr std::size_t kMetricCount = 27;
 
 /// One metric of a pose: its name in plots, and the check that judges it.
 struct MetricInfo {
