@@ -81,6 +81,9 @@ int check_baked(const BakedOptions& options, const std::string& character,
 void add_solve(const Registry& registry);
 void add_inspect(const Registry& registry);
 void add_check(const Registry& registry);
+void add_merge(const Registry& registry);
+void add_farm(const Registry& registry);
+void add_completions(const Registry& registry);
 void add_nightly(const Registry& registry);
 void add_compare(const Registry& registry);
 void add_render(const Registry& registry);

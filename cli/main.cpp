@@ -1,4 +1,6 @@
+#include <fcntl.h>
 #include <oneapi/tbb/global_control.h>
+#include <unistd.h>
 
 #include <charconv>
 #include <cstdio>
@@ -9,6 +11,7 @@
 #include "render/scene.h"
 #include "skin/character.h"
 #include "solver/spine_system.h"
+#include "validate/farm/ledger.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/baseline.h"
 #include "validate/history/history.h"
@@ -25,6 +28,16 @@ using namespace backbend::validate;
 /// Results of the C library's mathematics are the same on every machine with AVX2 and FMA, which
 /// is also what the program is compiled for.
 bool machine_is_fit() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
+
+/// A standard stream that the caller closed would lend its number to the next file that is opened,
+/// and what is printed would land in there.
+void fill_standard_streams() {
+  int number = -1;
+  do {
+    number = ::open("/dev/null", O_RDWR);
+  } while (number >= 0 && number <= STDERR_FILENO);
+  if (number >= 0) ::close(number);
+}
 
 int complain(const std::string& line, ExitCode code) {
   // Names in messages come from files that anyone may have written.
@@ -60,6 +73,12 @@ int run_guarded(const Run& run) {
     return complain(error.what(), kExitNoBaseline);
   } catch (const SuiteError& error) {
     return complain(error.what(), kExitBadInput);
+  } catch (const MixedPartsError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const IncompleteError& error) {
+    return complain(error.what(), kExitIncomplete);
+  } catch (const BusyError& error) {
+    return complain(error.what(), kExitTemporary);
   } catch (const std::bad_alloc&) {
     return complain("out of memory", kExitTemporary);
   } catch (const std::exception& error) {
@@ -125,6 +144,7 @@ int main(int argument_count, char** arguments) {
   if (!machine_is_fit()) {
     return complain("this machine has no AVX2 and FMA, which the program needs", kExitInternal);
   }
+  fill_standard_streams();
   watch_signals();
 
   Common common;
@@ -160,6 +180,9 @@ int main(int argument_count, char** arguments) {
   add_list(registry);
   add_explain(registry);
   add_bench(registry);
+  add_merge(registry);
+  add_farm(registry);
+  add_completions(registry);
 
   try {
     app.parse(argument_count, arguments);

@@ -6,73 +6,78 @@
 #include <ctime>
 
 #include "cli/commands.h"
+#include "cli/nightly.h"
+#include "validate/farm/job.h"
 #include "validate/files/data_folder.h"
+#include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/escape.h"
 #include "validate/report/report_json.h"
 #include "validate/report/terminal.h"
 #include "validate/run/run.h"
 #include "validate/sweeps/suite.h"
+#include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {
-namespace {
-
 namespace fs = std::filesystem;
 using namespace backbend::validate;
 
-/// What nightly, check and compare have in common on the command line.
-struct RunOptions {
-  std::string output;
-  bool quick = false;
-  std::string resolution;
-  int samples = 0;
-  bool single_file = false;
-  std::string baseline, history, label;
-  skin::AnatomyHints hints;
+void RunOptions::add_to(CLI::App* command) {
+  command->add_option("-o,--output", output, "run folder [runs/DATE_TIME with a link 'latest']");
+  command->add_flag("--quick", quick, "measure only: no pictures");
+  command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]");
+  command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
+      ->check(CLI::Range(1, 65536));
+  command->add_flag("--single-file", single_file, "every picture inside the page");
+  command->add_option("--baseline", baseline,
+                      "approved failures (backbend approve): only new or worse ones fail");
+  command->add_option("--history", history,
+                      "history to add this night to, for trends [nightly: runs/history.jsonl]");
+  command->add_option("--label", label, "what this version is called in the history, like v013");
+  add_anatomy_options(command, hints);
+}
 
-  void add_to(CLI::App* command) {
-    command->add_option("-o,--output", output, "run folder [runs/DATE_TIME with a link 'latest']");
-    command->add_flag("--quick", quick, "measure only: no pictures");
-    command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]");
-    command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
-        ->check(CLI::Range(1, 65536));
-    command->add_flag("--single-file", single_file, "every picture inside the page");
-    command->add_option("--baseline", baseline,
-                        "approved failures (backbend approve): only new or worse ones fail");
-    command->add_option("--history", history,
-                        "history to add this night to, for trends [nightly: runs/history.jsonl]");
-    command->add_option("--label", label, "what this version is called in the history, like v013");
-    add_anatomy_options(command, hints);
+void RunOptions::apply_to(RunRequest& request) const {
+  request.hints = hints;
+  if (quick) {
+    request.suite.pictures.enabled = false;
+    request.image_pass = false;
   }
-
-  void apply_to(RunRequest& request) const {
-    request.hints = hints;
-    if (quick) {
-      request.suite.pictures.enabled = false;
-      request.image_pass = false;
-    }
-    if (samples > 0) request.suite.pictures.samples = samples;
-    if (!resolution.empty()) {
-      const auto [width, height] = parse_resolution(resolution);
-      request.suite.pictures.width = width;
-      request.suite.pictures.height = height;
-    }
-    request.today = today();
-    request.label = label;
-    // Read before the work, so that what is damaged is said now and not in the morning.
-    if (!history.empty()) request.history = read_history(history);
-    if (!baseline.empty()) {
-      if (!fs::exists(baseline))
-        throw NoBaseline(baseline + ": no such baseline; backbend approve makes one");
-      request.baseline = parse_baseline(read_text(baseline), baseline);
-      if (request.baseline->suite != request.suite.name)
-        throw BaselineError(baseline + ": this baseline is of suite '" + request.baseline->suite +
-                            "', not of '" + request.suite.name + "'");
-    }
+  if (samples > 0) request.suite.pictures.samples = samples;
+  if (!resolution.empty()) {
+    const auto [width, height] = parse_resolution(resolution);
+    request.suite.pictures.width = width;
+    request.suite.pictures.height = height;
   }
-};
+  request.today = today();
+  request.label = label;
+  // Read before the work, so that what is damaged is said now and not in the morning.
+  if (!history.empty()) request.history = read_history(history);
+  if (!baseline.empty()) {
+    if (!fs::exists(baseline))
+      throw NoBaseline(baseline + ": no such baseline; backbend approve makes one");
+    request.baseline = parse_baseline(read_text(baseline), baseline);
+    if (request.baseline->suite != request.suite.name)
+      throw BaselineError(baseline + ": this baseline is of suite '" + request.baseline->suite +
+                          "', not of '" + request.suite.name + "'");
+  }
+}
 
-}  // namespace
+void NightlyOptions::add_to(CLI::App* command) {
+  command->add_option("suite", suite, "suite file [the bundled scenes/nightly.toml]");
+  command->add_option("--character", character, "character file in place of the suite's own");
+  RunOptions::add_to(command);
+}
+
+RunRequest NightlyOptions::request() const {
+  RunRequest request;
+  const fs::path file = suite.empty() ? data_folder() / "scenes" / "nightly.toml" : fs::path(suite);
+  request.suite = read_suite(file);
+  if (!character.empty()) request.suite.characters = {character};
+  apply_to(request);
+  request.character = character;
+  return request;
+}
 
 /// runs/2026-11-21_093100: local time, because people look for "this morning's run".
 fs::path new_run_folder(const std::string& wanted) {
@@ -142,6 +147,23 @@ int publish(const Report& report, const fs::path& folder, bool is_latest, const 
 
 namespace {
 
+Shard shard_of(const std::string& text) {
+  try {
+    return parse_shard(text);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError(std::string("--shard: ") + error.what());
+  }
+}
+
+/// A night that this very folder's report has added already is none of the earlier ones, so that a
+/// night that is taken up or merged again says the same again.
+void leave_out_this_night(RunRequest& request) {
+  const fs::path report = request.folder / "report.json";
+  if (!request.history || !fs::exists(report)) return;
+  const std::string hash = content_hash(read_bytes(report));
+  std::erase_if(*request.history, [&](const Night& night) { return night.report == hash; });
+}
+
 int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
@@ -149,7 +171,14 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
                       request.baseline.has_value());
     };
   }
-  request.folder = new_run_folder(options.output);
+  if (request.folder.empty()) request.folder = new_run_folder(options.output);
+  OutputFolder(request.folder).prepare();
+  const FolderLock lock(request.folder, FolderLock::Kind::exclusive);
+  if (request.ledger) {
+    for (const char* each : {"findings", "frames", "media", "meshes", "parts", "review"})
+      remove_leftovers(request.folder / each);
+  }
+  leave_out_this_night(request);
   Progress progress(common.progress_style());
   const Report report = run_suite(request, progress);
   progress.finish();
@@ -198,30 +227,126 @@ TerminalStyle style_of_stdout() {
   return style;
 }
 
+namespace {
+
+int run_shard(RunRequest request, const Common& common, const Shard& shard, const JobPlan& plan) {
+  OutputFolder(request.folder).prepare();
+  const FolderLock lock(request.folder, FolderLock::Kind::shared);
+  keep_plan(plan, request.folder);
+  request.ledger =
+      std::make_shared<Ledger>(request.folder, plan.stamp, Ledger::Mode::shard, shard, true);
+  Progress progress(common.progress_style());
+  run_suite(request, progress);
+  progress.finish();
+  const std::string share = std::to_string(shard.index) + "/" + std::to_string(shard.count);
+  if (common.json) {
+    std::printf("{\"shard\": \"%s\"}\n", share.c_str());
+  } else {
+    std::printf("shard %s is done; when all are: backbend merge %s\n", share.c_str(),
+                visible(request.folder.string()).c_str());
+  }
+  return kExitOk;
+}
+
+int print_estimate(const RunRequest& request, const Common& common) {
+  const JobEstimate job = estimate(request);
+  if (common.json) {
+    std::printf(
+        "{\"canaries\": %zu, \"characters\": %zu, \"mappings\": %zu, \"minutes\": %s, "
+        "\"pictures\": %zu, \"poses\": %zu, \"rigs\": %zu, \"small_pictures\": %zu, \"sweeps\": "
+        "%zu}\n",
+        job.canaries, job.characters, job.mappings, number_text(job.minutes, 2).c_str(),
+        job.pictures, job.poses, job.rigs, job.small_pictures, job.sweeps);
+    return kExitOk;
+  }
+  std::printf("characters %zu, rigs %zu, canaries %zu, mappings %zu, sweeps %zu\n", job.characters,
+              job.rigs, job.canaries, job.mappings, job.sweeps);
+  std::printf("poses      %zu to measure\n", job.poses);
+  std::printf("pictures   %zu small ones for image metrics, %zu rendered, and those of findings\n",
+              job.small_pictures, job.pictures);
+  std::printf("time       about %s minutes on this machine\n",
+              number_text(job.minutes, job.minutes < 10 ? 1 : 0).c_str());
+  return kExitOk;
+}
+
+}  // namespace
+
+int merge_runs(const std::vector<std::string>& runs, const std::string& output,
+               const Common& common) {
+  const fs::path target = output.empty() ? runs.front() : output;
+  const JobPlan plan = read_plan(runs.front());
+  NightlyOptions options = nightly_options(plan.arguments);
+  RunRequest request = options.request();
+  for (fs::path& file : request.suite.characters) file = plan.folder / file;
+  if (job_stamp(request, stamped_words(plan.arguments)) != plan.stamp) {
+    throw MixedPartsError(runs.front() +
+                          ": its suite, a character or this program has changed since the shards "
+                          "ran; run them again");
+  }
+  {
+    OutputFolder(target).prepare();
+    const FolderLock lock(target, FolderLock::Kind::exclusive);
+    for (const std::string& run : runs) {
+      if (read_plan(run).stamp != plan.stamp)
+        throw MixedPartsError(run + ": holds shards of another job than " + runs.front());
+    }
+    keep_plan(plan, target);
+    for (const std::string& run : runs) gather_parts(run, target, plan.stamp);
+  }
+  request.folder = target;
+  request.ledger = std::make_shared<Ledger>(target, plan.stamp, Ledger::Mode::merge, Shard{}, true);
+  const auto ledger = request.ledger;
+  options.output = target.string();
+  try {
+    return run_and_print(std::move(request), common, options);
+  } catch (const IncompleteError&) {
+    for (const std::string& unit : ledger->missing())
+      std::fprintf(stderr, "missing: %s\n", visible(unit).c_str());
+    throw;
+  }
+}
+
 void add_nightly(const Registry& registry) {
-  struct Options : RunOptions {
-    std::string suite, character;
+  struct Options : NightlyOptions {
+    std::string shard;
+    bool resume = false, dry_run = false;
+    CLI::App* command = nullptr;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "nightly", "run a suite: the nightly comparison of rigs, with its report",
       [options, &common = registry.common] {
-        RunRequest request;
-        const fs::path file = options->suite.empty() ? data_folder() / "scenes" / "nightly.toml"
-                                                     : fs::path(options->suite);
-        request.suite = read_suite(file);
-        if (!options->character.empty()) request.suite.characters = {options->character};
+        const bool in_parts = options->resume || !options->shard.empty();
+        if (in_parts && options->output.empty())
+          throw CLI::ValidationError("--shard and --resume need the run folder: -o DIR");
+        std::optional<Shard> shard;
+        if (!options->shard.empty()) shard = shard_of(options->shard);
         // A night without a folder of its own is one of many: it belongs to their history.
         if (options->history.empty() && options->output.empty())
           options->history = "runs/history.jsonl";
-        options->apply_to(request);
-        request.character = options->character;
-        return run_and_print(std::move(request), common, *options);
+        RunRequest request = options->request();
+        if (options->dry_run) return print_estimate(request, common);
+        request.folder = options->output;
+        const std::vector<std::string> words = job_arguments(*options->command, options->suite);
+        const std::string stamp = job_stamp(request, stamped_words(words));
+        if (shard)
+          return run_shard(std::move(request), common, *shard, {words, fs::current_path(), stamp});
+        if (request.folder.empty()) request.folder = new_run_folder("");
+        request.ledger = std::make_shared<Ledger>(request.folder, stamp, Ledger::Mode::alone,
+                                                  Shard{}, options->resume);
+        const fs::path folder = request.folder;
+        const int code = run_and_print(std::move(request), common, *options);
+        // Parts serve a run that was stopped; this one is whole.
+        if (!options->resume) remove_parts(folder);
+        return code;
       });
-  command->add_option("suite", options->suite, "suite file [the bundled scenes/nightly.toml]");
-  command->add_option("--character", options->character,
-                      "character file in place of the suite's own");
+  options->command = command;
   options->add_to(command);
+  command->add_option("--shard", options->shard,
+                      "do one share of the job, I/N, or 'auto' in a Slurm array; then: merge");
+  command->add_flag("--resume", options->resume,
+                    "take up what an earlier run left in the folder, verified, and keep it there");
+  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
 }
 
 void add_check(const Registry& registry) {

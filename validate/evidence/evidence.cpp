@@ -9,6 +9,7 @@
 #include "render/sheet.h"
 #include "skin/glb_writer.h"
 #include "validate/evidence/video.h"
+#include "validate/files/hash.h"
 #include "validate/report/escape.h"
 #include "validate/report/page_mesh.h"
 
@@ -47,24 +48,54 @@ struct Shooting {
   const OutputFolder& folder;
   Photographer photographer;
   render::Settings settings;
+  Ledger& ledger;
   Progress& progress;
+  std::size_t item = 0;  // pictures so far, the same in every shard
 
   PosedCharacter posed(const RigRecord& rig, const PoseDegrees& pose) const {
     return stage.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
   }
 
+  /// One picture under its final name: taken here, or by whoever had it to take. Where the ledger
+  /// does not have it and another shard takes it, an empty one; a shard gets an empty one, too, of
+  /// what is there already. `others` are further files that `take` writes.
+  template <class Take>
+  render::Picture picture(const std::string& file, const std::vector<std::string>& others,
+                          const Take& take) {
+    poll_interrupt();
+    const bool own = ledger.makes(item++);
+    const skin::Character& character = stage.character();
+    const std::string unit = "picture " + file + " of " +
+                             hash_text(character.content_hash_high, character.content_hash_low);
+    if (ledger.find(unit)) {
+      progress.step();
+      if (!ledger.assembles()) return {};
+      return render::decode_png(read_bytes(folder.path() / file));
+    }
+    if (!own) {
+      if (ledger.assembles()) ledger.miss(unit);
+      return {};
+    }
+    render::Picture taken = take();
+    folder.write(file, render::encode_png(taken));
+    std::vector<std::string> files = others;
+    files.push_back(file);
+    ledger.keep(unit, {}, files);
+    progress.step();
+    return taken;
+  }
+
   /// A still as PNG and, with every layer, as EXR beside it; kept in `shot` too.
   std::string still(const PosedCharacter& body, std::string_view view, const std::string& name,
                     render::Picture& shot) {
-    poll_interrupt();
-    photographer.pose(body);
-    render::Settings full = settings;
-    full.all_layers = true;
-    const render::Frame frame = photographer.shoot(view, full);
-    folder.write(name + ".exr", render::encode_exr(frame));
-    shot = render::picture_from(frame);
-    folder.write(name + ".png", render::encode_png(shot));
-    progress.step();
+    shot = picture(name + ".png", {name + ".exr"}, [&] {
+      photographer.pose(body);
+      render::Settings full = settings;
+      full.all_layers = true;
+      const render::Frame frame = photographer.shoot(view, full);
+      folder.write(name + ".exr", render::encode_exr(frame));
+      return render::picture_from(frame);
+    });
     return name + ".png";
   }
 
@@ -85,6 +116,7 @@ struct Shooting {
   void hand_out(const Finding& finding, const PosedCharacter& body, const PosedCharacter& other,
                 const std::string& heat_name, const std::string& place, bool in_page,
                 Report& report) const {
+    if (!ledger.assembles()) return;  // made of what is measured, in no time
     const std::vector<float> distance = distances(body, other);
     std::vector<glm::vec3> color(distance.size());
     for (std::size_t v = 0; v < distance.size(); ++v)
@@ -110,17 +142,25 @@ struct Shooting {
 
   std::string heat(const PosedCharacter& body, const PosedCharacter& other, std::string_view view,
                    const std::string& name) {
-    poll_interrupt();
-    const std::vector<float> distance = distances(body, other);
-    photographer.pose(body, distance);
-    render::Settings heated = settings;
-    heated.mode = render::Mode::heat;
-    heated.heat_high = kHeatTop;
-    render::Picture picture = render::picture_from(photographer.shoot(view, heated));
-    render::draw_legend(picture, 0.0f, kHeatTop, "distance to the other rig, % of height");
-    folder.write(name + ".png", render::encode_png(picture));
-    progress.step();
+    picture(name + ".png", {}, [&] {
+      const std::vector<float> distance = distances(body, other);  // looked at until it is shot
+      photographer.pose(body, distance);
+      render::Settings heated = settings;
+      heated.mode = render::Mode::heat;
+      heated.heat_high = kHeatTop;
+      render::Picture drawn = render::picture_from(photographer.shoot(view, heated));
+      render::draw_legend(drawn, 0.0f, kHeatTop, "distance to the other rig, % of height");
+      return drawn;
+    });
     return name + ".png";
+  }
+
+  /// Two pictures as one, where both are here.
+  void pair(const std::string& file, const render::Picture& left, const std::string& left_label,
+            const render::Picture& right, const std::string& right_label) const {
+    if (left.rgba.empty() || right.rgba.empty()) return;
+    folder.write(file,
+                 render::encode_png(render::side_by_side(left, left_label, right, right_label)));
   }
 };
 
@@ -160,9 +200,8 @@ void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
   finding.pictures.before = shooting.still(before, view, place + "/before", left);
   finding.pictures.after = shooting.still(after, view, place + "/after", right);
   const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
-  shooting.folder.write(place + "/pair.png",
-                        render::encode_png(render::side_by_side(
-                            left, finding.rig + ", just before " + at, right, "just after")));
+  shooting.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
+                "just after");
   finding.pictures.heat = shooting.heat(after, before, view, place + "/heat");
   shooting.hand_out(finding, after, before, "moved in the flip", place, in_page, report);
   PicturePair pair;
@@ -193,9 +232,8 @@ void picture_finding(Shooting& shooting, const std::vector<RigRecord>& records,
   }
   const PosedCharacter there = shooting.posed(*other, pose);
   finding.pictures.other = shooting.still(there, view, place + "/" + rig_word(*other), right);
-  shooting.folder.write(place + "/pair.png",
-                        render::encode_png(render::side_by_side(
-                            left, rig.plan.name + ", " + pose.text(), right, other->plan.name)));
+  shooting.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
+                other->plan.name);
   finding.pictures.heat = shooting.heat(here, there, view, place + "/heat");
   shooting.hand_out(finding, here, there, "distance to " + other->plan.name, place, in_page,
                     report);
@@ -236,6 +274,14 @@ std::string worst_text(const PoseRecord& pose) {
 struct SweepFrames {
   std::vector<std::vector<render::Picture>> picture;  // [record][pose], of one mapping
   std::vector<const RigRecord*> rig;
+
+  /// Whether every frame is here: a shard, and a merge that lacks some, has gaps.
+  bool complete() const {
+    return !rig.empty() && std::all_of(picture.begin(), picture.end(), [](const auto& frames) {
+      return std::none_of(frames.begin(), frames.end(),
+                          [](const render::Picture& frame) { return frame.rgba.empty(); });
+    });
+  }
 };
 
 RigResult* result_for(Report& report, const std::string& character, const RigRecord& rig) {
@@ -261,14 +307,14 @@ SweepFrames shoot_sweep(Shooting& shooting, const std::vector<RigRecord>& record
     std::vector<render::Picture> pictures;
     std::vector<std::string> names;
     for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
-      poll_interrupt();
-      const PosedCharacter body = shooting.stage.pose(*rig.system, sweep.poses[i].control);
-      shooting.photographer.pose(body);
-      pictures.push_back(render::picture_from(shooting.photographer.shoot("profile", settings)));
-      names.push_back("frames/" + rig_word(rig) + "/" + sweep.sweep.name + "." +
+      names.push_back("frames/" + file_word(shooting.stage.character().name) + "_" + rig_word(rig) +
+                      "/" + sweep.sweep.name + "." +
                       std::to_string(kFirstFrame + static_cast<int>(i)) + ".png");
-      shooting.folder.write(names.back(), render::encode_png(pictures.back()));
-      shooting.progress.step();
+      pictures.push_back(shooting.picture(names.back(), {}, [&] {
+        const PosedCharacter body = shooting.stage.pose(*rig.system, sweep.poses[i].control);
+        shooting.photographer.pose(body);
+        return render::picture_from(shooting.photographer.shoot("profile", settings));
+      }));
     }
     if (RigResult* result = result_for(report, shooting.stage.character().name, rig))
       result->sweeps.front().frame = names;
@@ -339,12 +385,30 @@ void write_turntable(Shooting& shooting, const std::vector<RigRecord>& records,
     const double aspect = static_cast<double>(shooting.settings.width) / shooting.settings.height;
     const auto cameras = render::turntable(views, shooting.photographer.box(),
                                            shooting.photographer.facing(), aspect);
-    const std::string name = prefix + "turntable_" + rig_word(records[r]) + ".mp4";
-    write_video(shooting.folder, name, cameras.size(), kFramesPerSecond, [&](std::size_t i) {
-      shooting.progress.step();
+    const std::string name = prefix + "turntable_" + rig_word(records[r]);
+    const auto shoot = [&](std::size_t i) {
       return render::picture_from(shooting.photographer.shoot(cameras[i], shooting.settings));
-    });
-    report.media.push_back({"turntable", records[r].plan.name + " at " + pose.text(), name});
+    };
+    // Its frames are kept only until the video is made.
+    const auto frame = [&](std::size_t i) {
+      if (!shooting.ledger.is_on()) {
+        shooting.progress.step();
+        return shoot(i);
+      }
+      return shooting.picture(
+          std::string(kPartsFolder) + "/" + name + "/" + std::to_string(i) + ".png", {},
+          [&] { return shoot(i); });
+    };
+    bool complete = shooting.ledger.assembles();
+    if (shooting.ledger.mode() == Ledger::Mode::shard ||
+        shooting.ledger.mode() == Ledger::Mode::merge) {
+      for (std::size_t i = 0; i < cameras.size(); ++i)
+        complete = !frame(i).rgba.empty() && complete;
+    }
+    if (!complete) return;
+    write_video(shooting.folder, name + ".mp4", cameras.size(), kFramesPerSecond, frame);
+    report.media.push_back(
+        {"turntable", records[r].plan.name + " at " + pose.text(), name + ".mp4"});
     return;
   }
 }
@@ -364,14 +428,14 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
 void make_evidence(const Stage& stage, const render::Bounds& box, const PicturePlan& plan,
                    const std::vector<RigRecord>& records,
                    std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
-                   Progress& progress, Report& report) {
+                   Ledger& ledger, Progress& progress, Report& report) {
   if (records.empty()) return;
   folder.prepare();
   render::Settings settings;
   settings.width = plan.width;
   settings.height = plan.height;
   settings.samples = plan.samples;
-  Shooting shooting{stage, folder, Photographer(stage, box), settings, progress};
+  Shooting shooting{stage, folder, Photographer(stage, box), settings, ledger, progress};
   const std::string character = file_word(stage.character().name);
 
   std::size_t frames =
@@ -398,7 +462,7 @@ void make_evidence(const Stage& stage, const render::Bounds& box, const PictureP
   if (plan.sheet_columns > 0) {
     for (const solver::Mapping mapping : {solver::Mapping::chest, solver::Mapping::spread}) {
       const SweepFrames sweep = shoot_sweep(shooting, records, mapping, report);
-      if (sweep.rig.empty()) continue;
+      if (!shooting.ledger.assembles() || !sweep.complete()) continue;
       const std::string stem = "media/" + character + "_" + std::string(mapping_name(mapping));
       write_sheet(shooting, sweep, plan.sheet_columns, stem + "_sheet.png", report);
       write_sweep_video(shooting, sweep, stem + "_sweep.mp4", report);

@@ -2,6 +2,7 @@
 #include <vector>
 
 #include "validate/evidence/photographer.h"
+#include "validate/farm/ledger.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/report.h"
 #include "validate/run/measure.h"
@@ -19,10 +20,12 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
 /// the report's pairs, media and meshes (their findings are the caller's to link) and the sweeps'
 /// frames.
 ///
-/// `findings` has one list for each record. Throws WriteError, Interrupted.
+/// `findings` has one list for each record. Pictures that the ledger has are taken from there; a
+/// shard takes its own and leaves what is put together of several pictures (sheets, videos, pairs)
+/// or needs none (meshes, commands) to the merge. Throws WriteError, Interrupted.
 void make_evidence(const Stage& stage, const render::Bounds& box, const PicturePlan& plan,
                    const std::vector<RigRecord>& records,
                    std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
-                   Progress& progress, Report& report);
+                   Ledger& ledger, Progress& progress, Report& report);
 
 }  // namespace backbend::validate

@@ -49,8 +49,6 @@ void write_video(const OutputFolder& folder, const std::filesystem::path& relati
     if (result.exit_code != 0) fail("ffmpeg failed: " + result.complaint);
     if (count_frames(temporary) != static_cast<long>(count))
       fail("the video does not hold every frame");
-  } catch (const WriteError&) {
-    throw;
   } catch (...) {
     ::unlink(temporary.c_str());
     throw;

@@ -9,6 +9,7 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <random>
 #include <system_error>
 
 namespace backbend::validate {
@@ -133,10 +134,13 @@ void OutputFolder::prepare() const {
 
 fs::path OutputFolder::temporary_for(const fs::path& relative) const {
   static std::atomic<unsigned> counter{0};
+  // Process numbers repeat in containers and on machines that share a folder.
+  static const std::string process =
+      std::to_string(::getpid()) + "-" + std::to_string(std::random_device{}());
   const fs::path target = path_ / relative;
   make_folders(target.parent_path());
-  return target.parent_path() / ("." + target.filename().string() + ".tmp-" +
-                                 std::to_string(::getpid()) + "-" + std::to_string(counter++));
+  return target.parent_path() /
+         ("." + target.filename().string() + ".tmp-" + process + "-" + std::to_string(counter++));
 }
 
 void OutputFolder::write(const fs::path& relative, std::span<const std::uint8_t> bytes) const {
@@ -203,6 +207,19 @@ std::vector<std::uint8_t> read_bytes(const fs::path& path, std::uintmax_t most_b
 std::string read_text(const fs::path& path, std::uintmax_t most_bytes) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, most_bytes);
   return std::string(bytes.begin(), bytes.end());
+}
+
+void remove_leftovers(const fs::path& folder) {
+  std::vector<fs::path> found;
+  std::error_code error;
+  for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (name.starts_with(".") && name.find(".tmp-") != std::string::npos &&
+        entry->symlink_status(error).type() == fs::file_type::regular)
+      found.push_back(entry->path());
+  }
+  for (const fs::path& file : found) fs::remove(file, error);
 }
 
 void point_link(const fs::path& link, const fs::path& target) {

@@ -51,6 +51,10 @@ class OutputFolder {
   std::filesystem::path path_;
 };
 
+/// Removes what writers that were killed have left below a folder that nobody else writes now:
+/// files that never got their name. Failing is no error.
+void remove_leftovers(const std::filesystem::path& folder);
+
 /// All bytes of a regular file of at most `most_bytes`. Never waits on a pipe or device. Throws
 /// ReadError.
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path,

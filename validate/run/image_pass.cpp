@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "render/cryptomatte.h"
+#include "validate/farm/measure_job.h"
 #include "validate/metrics/flip_image.h"
 #include "validate/metrics/image.h"
 
@@ -96,8 +97,9 @@ struct ImagePass::View {
   render::Frame frame;
 };
 
-ImagePass::ImagePass(const Stage& stage, const render::Bounds& box)
-    : stage_(stage), photographer_(stage, box) {}
+ImagePass::ImagePass(const Stage& stage, const render::Bounds& box, std::string character,
+                     Ledger& ledger)
+    : stage_(stage), photographer_(stage, box), character_(std::move(character)), ledger_(ledger) {}
 
 std::vector<ImagePass::View> ImagePass::shoot(const PosedCharacter& posed) {
   static const render::Settings settings = primary_settings();
@@ -106,6 +108,10 @@ std::vector<ImagePass::View> ImagePass::shoot(const PosedCharacter& posed) {
   for (const std::string_view name : kViews)
     views.push_back({name, photographer_.shoot(name, settings)});
   return views;
+}
+
+std::vector<ImagePass::View> ImagePass::shoot(const RigRecord& rig, const PoseRecord& pose) {
+  return shoot(stage_.pose(*rig.system, pose.control));
 }
 
 ImageWitness ImagePass::witness_flip(const RigRecord& rig, const SweepRecord& sweep,
@@ -127,13 +133,7 @@ ImageWitness ImagePass::witness_flip(const RigRecord& rig, const SweepRecord& sw
     witness.pixels = changed_pixels(before[i].frame, after[i].frame);
   }
   witness.visible = witness.value > witness.threshold && witness.pixels >= kVisiblePixels;
-  const auto steps = series_.find(sweep.sweep.name);
-  const double usual = steps == series_.end() ? 0.0 : median_of(steps->second.at("image_change"));
-  witness.note =
-      "between the frames on both sides of the flip, which a continuous rig shows alike; a whole "
-      "step of "
-      "the sweep changes " +
-      number_text(usual, 2) + " deg at the median";
+  witness.note = "between the frames on both sides of the flip, which a continuous rig shows alike";
   return witness;
 }
 
@@ -190,38 +190,90 @@ ImageWitness ImagePass::witness_arms(const RigRecord& rig, const SweepRecord& sw
   return witness;
 }
 
+ImageWitness ImagePass::witness(const RigRecord& rig, const SweepRecord& sweep,
+                                const Finding& finding) {
+  if (finding.code == "BB001") return witness_flip(rig, sweep, finding);
+  if (finding.code == "BB010" || finding.code == "BB011") return witness_kink(rig, sweep, finding);
+  if (finding.code == "BB020" || finding.code == "BB021") return witness_arms(rig, sweep, finding);
+  ImageWitness none;
+  none.note = "no picture metric looks at this";
+  return none;
+}
+
+/// What a flip is to be compared with: a whole step of the same sweep.
+void ImagePass::add_usual_step(const SweepRecord& sweep, Finding& finding) const {
+  const auto steps = series_.find(sweep.sweep.name);
+  const double usual = steps == series_.end() ? 0.0 : median_of(steps->second.at("image_change"));
+  finding.image.note +=
+      "; a whole step of the sweep changes " + number_text(usual, 2) + " deg at the median";
+}
+
+ImageSteps ImagePass::steps_between(const RigRecord& rig, const SweepRecord& sweep,
+                                    std::size_t first, std::size_t count, std::vector<View>& before,
+                                    Progress& progress) {
+  if (before.empty() && first > 0) before = shoot(rig, sweep.poses[first - 1]);
+  ImageSteps steps;
+  for (std::size_t p = first; p < first + count; ++p) {
+    poll_interrupt();
+    std::vector<View> now = shoot(rig, sweep.poses[p]);
+    double worst_turn = 0.0, worst_step = 0.0;
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      worst_turn = std::max(worst_turn, mean_turn(before[i].frame, now[i].frame));
+      const double distance = outline_distance(figure(before[i].frame), figure(now[i].frame)).most;
+      if (distance > worst_step) worst_step = distance;
+    }
+    steps.change.push_back(worst_turn);
+    steps.step.push_back(worst_step);
+    before = std::move(now);
+    progress.step();
+  }
+  return steps;
+}
+
+void ImagePass::look_at_sweep(const RigRecord& rig, const SweepRecord& sweep, Progress& progress) {
+  std::vector<double>& change = series_[sweep.sweep.name]["image_change"];
+  std::vector<double>& step = series_[sweep.sweep.name]["silhouette_step"];
+  std::vector<View> before;  // of the pose before the next unit, or none
+  for (std::size_t first = 0; first < sweep.poses.size(); first += kPosesOfUnit) {
+    const std::size_t count = std::min(kPosesOfUnit, sweep.poses.size() - first);
+    const std::string unit = unit_name("image", character_, rig, sweep.sweep.name, first);
+    const bool own = ledger_.makes(item_++);
+    ImageSteps steps;
+    if (const auto found = ledger_.find(unit)) {
+      steps = unpack_steps(*found);
+      before.clear();
+      progress.step(count);
+    } else if (own) {
+      steps = steps_between(rig, sweep, first, count, before, progress);
+      ledger_.keep(unit, pack_steps(steps));
+    } else {
+      if (ledger_.assembles()) ledger_.miss(unit);
+      before.clear();
+    }
+    change.insert(change.end(), steps.change.begin(), steps.change.end());
+    step.insert(step.end(), steps.step.begin(), steps.step.end());
+  }
+}
+
 void ImagePass::look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress) {
   series_.clear();
   for (const SweepRecord& sweep : rig.sweeps) {
-    std::vector<double> change, step;
-    std::vector<View> before;
-    for (const PoseRecord& pose : sweep.poses) {
-      poll_interrupt();
-      std::vector<View> now = shoot(stage_.pose(*rig.system, pose.control));
-      double worst_turn = 0.0, worst_step = 0.0;
-      for (std::size_t i = 0; i < before.size(); ++i) {
-        worst_turn = std::max(worst_turn, mean_turn(before[i].frame, now[i].frame));
-        const double distance =
-            outline_distance(figure(before[i].frame), figure(now[i].frame)).most;
-        if (distance > worst_step) worst_step = distance;
-      }
-      change.push_back(worst_turn);
-      step.push_back(worst_step);
-      before = std::move(now);
-      progress.step();
-    }
-    series_[sweep.sweep.name] = {{"image_change", change}, {"silhouette_step", step}};
-    for (Finding& finding : findings) {
+    look_at_sweep(rig, sweep, progress);
+    for (std::size_t i = 0; i < findings.size(); ++i) {
+      Finding& finding = findings[i];
       if (finding.sweep != sweep.sweep.name) continue;
-      if (finding.code == "BB001") {
-        finding.image = witness_flip(rig, sweep, finding);
-      } else if (finding.code == "BB010" || finding.code == "BB011") {
-        finding.image = witness_kink(rig, sweep, finding);
-      } else if (finding.code == "BB020" || finding.code == "BB021") {
-        finding.image = witness_arms(rig, sweep, finding);
+      poll_interrupt();
+      // Every shard needs the witnesses: pictures are taken by the camera that sees most.
+      const std::string unit = unit_name("witness", character_, rig, sweep.sweep.name, i);
+      if (const auto found = ledger_.find(unit)) {
+        finding.image = unpack_witness(*found);
+      } else if (ledger_.mode() == Ledger::Mode::merge) {
+        ledger_.miss(unit);
       } else {
-        finding.image.note = "no picture metric looks at this";
+        finding.image = witness(rig, sweep, finding);
+        ledger_.keep(unit, pack_witness(finding.image));
       }
+      if (finding.code == "BB001") add_usual_step(sweep, finding);
     }
   }
 }

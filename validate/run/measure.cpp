@@ -61,15 +61,6 @@ void record_mesh(const BodyMeasures& body, PoseRecord& record) {
   record.at(MetricId::arm_slide) = {100.0 * body.arm_drift, body.arm_drift_vertex};
 }
 
-FlipReport search_flips(const solver::SpineSystem& system, solver::Mapping mapping,
-                        const Sweep& sweep) {
-  const auto from = sweep.pose_at(sweep.from_deg).radians();
-  const auto to = sweep.pose_at(sweep.to_deg).radians();
-  const int intervals = static_cast<int>(sweep.pose_count()) - 1;
-  return find_flips(probe(system, straight_path(system, from, to, mapping)),
-                    flip_settings(system, intervals, std::abs(sweep.to_deg - sweep.from_deg)));
-}
-
 std::vector<PoseRecord> plan_poses(const solver::SpineSystem& system, solver::Mapping mapping,
                                    const Sweep& sweep, const Envelope& envelope) {
   std::vector<PoseRecord> poses(sweep.pose_count());
@@ -157,8 +148,7 @@ RigRecord start(const Stage& stage, const RigPlan& plan, solver::Mapping mapping
 
 void measure_flips(RigRecord& rig) {
   oneapi::tbb::parallel_for(std::size_t{0}, rig.sweeps.size(), [&](std::size_t i) {
-    rig.sweeps[i].flips = search_flips(*rig.system, rig.mapping, rig.sweeps[i].sweep);
-    record_gain(rig.sweeps[i]);
+    take_flips(rig.sweeps[i], search_flips(rig, rig.sweeps[i].sweep));
   });
 }
 
@@ -211,6 +201,19 @@ std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDeg
   return system.controls_for(pose.radians(), mapping);
 }
 
+FlipReport search_flips(const RigRecord& rig, const Sweep& sweep) {
+  const auto from = sweep.pose_at(sweep.from_deg).radians();
+  const auto to = sweep.pose_at(sweep.to_deg).radians();
+  const int intervals = static_cast<int>(sweep.pose_count()) - 1;
+  return find_flips(probe(*rig.system, straight_path(*rig.system, from, to, rig.mapping)),
+                    flip_settings(*rig.system, intervals, std::abs(sweep.to_deg - sweep.from_deg)));
+}
+
+void take_flips(SweepRecord& record, FlipReport flips) {
+  record.flips = std::move(flips);
+  record_gain(record);
+}
+
 RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
                              const std::vector<Sweep>& sweeps, const Envelope& envelope) {
   RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
@@ -239,21 +242,32 @@ void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedChar
   record.bounds = render::bounds_of(posed.mesh.position);
 }
 
-RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
-                      solver::Mapping mapping, const std::vector<Sweep>& sweeps,
-                      const Envelope& envelope, Progress& progress) {
+RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                   solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                   const Envelope& envelope) {
   RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
   rig.has_mesh = true;
   rig.open_mesh = !body.mesh().open_reason.empty();
   rig.has_arms = stage.driver().arms_follow_chest();
+  return rig;
+}
+
+void measure_poses(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
+                   const RigAtRest& at_rest, std::span<PoseRecord> poses, Progress& progress) {
+  oneapi::tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
+    measure_pose(body, at_rest, stage.pose(*rig.system, poses[i].control), poses[i]);
+    progress.step();
+  });
+}
+
+RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                      solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                      const Envelope& envelope, Progress& progress) {
+  RigRecord rig = plan_rig(stage, body, plan, mapping, sweeps, envelope);
   const RigAtRest at_rest = rig_at_rest(*rig.system);
   for (SweepRecord& sweep : rig.sweeps) {
     poll_interrupt();
-    oneapi::tbb::parallel_for(std::size_t{0}, sweep.poses.size(), [&](std::size_t i) {
-      PoseRecord& record = sweep.poses[i];
-      measure_pose(body, at_rest, stage.pose(*rig.system, record.control), record);
-      progress.step();
-    });
+    measure_poses(stage, body, rig, at_rest, sweep.poses, progress);
   }
   measure_behaviour(stage, rig);
   measure_flips(rig);

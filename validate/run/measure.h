@@ -3,6 +3,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -100,6 +101,16 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
 RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
                       solver::Mapping mapping, const std::vector<Sweep>& sweeps,
                       const Envelope& envelope, Progress& progress);
+
+/// The same in steps that may be done in any order, and elsewhere: every pose planned and none
+/// measured; some poses measured; the jumps of one sweep found, and taken into its record.
+RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                   solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                   const Envelope& envelope);
+void measure_poses(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
+                   const RigAtRest& at_rest, std::span<PoseRecord> poses, Progress& progress);
+FlipReport search_flips(const RigRecord& rig, const Sweep& sweep);
+void take_flips(SweepRecord& record, FlipReport flips);
 
 /// Fills chain and mesh metrics of one pose whose body and control are set.
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,

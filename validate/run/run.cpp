@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "validate/evidence/evidence.h"
+#include "validate/farm/measure_job.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/trend.h"
@@ -145,7 +146,7 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
 }
 
 void run_character(const RunRequest& request, const std::filesystem::path& file,
-                   const OutputFolder& folder, Progress& progress, Report& report) {
+                   const OutputFolder& folder, Ledger& ledger, Progress& progress, Report& report) {
   const Suite& suite = request.suite;
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
   const Stage stage(std::move(confirmed.character), confirmed.hints, request.chain);
@@ -175,12 +176,15 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
           report.canaries.push_back(run_canary(plan, suite.sweeps, by_the_table));
         continue;
       }
-      records.push_back(measure_rig(stage, body, plan, mapping, suite.sweeps, envelope, progress));
+      records.push_back(plan_rig(stage, body, plan, mapping, suite.sweeps, envelope));
     }
   }
+  // Of the character's file and of what stands beside it.
+  const std::string content = report.characters.back().hash;
+  if (!measure_records(stage, body, content, records, ledger, progress)) return;
 
   const render::Bounds box = framing_of(stage, records);
-  ImagePass pictures(stage, box);
+  ImagePass pictures(stage, box, content, ledger);
   std::vector<std::vector<Finding>> findings;
   for (RigRecord& record : records) {
     findings.push_back(judge_rig(record, context));
@@ -190,7 +194,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
     if (request.image_pass) pictures.add_series(report.rigs.back());
   }
   if (suite.pictures.enabled) {
-    make_evidence(stage, box, suite.pictures, records, findings, folder, progress, report);
+    make_evidence(stage, box, suite.pictures, records, findings, folder, ledger, progress, report);
   }
   for (std::vector<Finding>& each : findings) {
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
@@ -255,12 +259,13 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   if (!suite.file.empty()) report.provenance["suite"] = content_hash(read_bytes(suite.file));
   const LimitSet limits = limits_for(suite.rules, "");
   const OutputFolder folder(request.folder);
+  const auto ledger = request.ledger ? request.ledger : std::make_shared<Ledger>();
 
   std::string first_error;
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();
     try {
-      run_character(request, file, folder, progress, report);
+      run_character(request, file, folder, *ledger, progress, report);
     } catch (const skin::CharacterError& error) {
       if (suite.characters.size() == 1) throw;  // nothing else to run: say it in one line
       report.findings.push_back(input_finding(file, error.what()));
@@ -268,6 +273,10 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     }
   }
   progress.finish();
+  if (const std::vector<std::string> missing = ledger->missing(); !missing.empty()) {
+    throw IncompleteError(request.folder.string() + ": " + std::to_string(missing.size()) +
+                          " parts of the job are missing");
+  }
   for (const CharacterFacts& facts : report.characters)
     report.provenance["character " + facts.name] = facts.hash;
   std::stable_partition(

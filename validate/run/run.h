@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "validate/farm/ledger.h"
 #include "validate/history/baseline.h"
 #include "validate/history/history.h"
 #include "validate/report/report.h"
@@ -30,6 +31,10 @@ struct RunRequest {
   std::string today;  // `2026-11-22`; needed with either of the two, and for waivers to hold
   std::string title;  // first line of the report; empty: the suite's
 
+  // Where finished work is kept and taken from; null: nowhere. A shard's report is not one: it
+  // lacks what the other shards make, and must not be written.
+  std::shared_ptr<Ledger> ledger;
+
   /// Called as soon as a character is read, before anything is measured.
   std::function<void(const CharacterFacts&)> on_character;
 
@@ -39,7 +44,8 @@ struct RunRequest {
 
 /// Measures every rig of the suite on every character, judges it, and renders the evidence.
 /// One character that cannot be used is an entry of the report, never the end of the others.
-/// Throws Interrupted; WriteError where the run folder cannot be written.
+/// Throws Interrupted; WriteError where the run folder cannot be written; IncompleteError naming
+/// what is missing where the ledger only merges.
 Report run_suite(const RunRequest& request, Progress& progress);
 
 /// How a character was understood, for the head of a report.

@@ -1,0 +1,117 @@
+#include <nlohmann/json.hpp>
+
+#include "validate/farm/job.h"
+
+namespace backbend::validate {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// A word as a shell takes it back, whatever it holds.
+std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+std::string shard_script(const FarmJob& job) {
+  std::string text =
+      "#!/usr/bin/env bash\n"
+      "# One share of the job: I/N, or by itself that of a Slurm array task.\n"
+      "# Exit 75 means that it is worth trying again (RequeueExit=75 in slurm.conf).\n"
+      "set -euo pipefail\n"
+      "cd -- " +
+      quoted(job.folder.string()) + "\nexec " + quoted(job.program) + " --quiet --threads " +
+      "\"${SLURM_CPUS_PER_TASK:-0}\" nightly";
+  for (const std::string& word : job.arguments) text += " " + quoted(word);
+  return text + " -o " + quoted(job.run.string()) + " --shard \"${1:-auto}\"\n";
+}
+
+std::string merge_script(const FarmJob& job) {
+  return "#!/usr/bin/env bash\n"
+         "# Puts the shares together and writes the report; exit 4 names what is missing.\n"
+         "set -euo pipefail\n"
+         "cd -- " +
+         quoted(job.folder.string()) + "\nexec " + quoted(job.program) + " --quiet merge " +
+         quoted(job.run.string()) + "\n";
+}
+
+std::string farm_file(const FarmJob& job, const std::string& name) {
+  return (job.run / "farm" / name).string();
+}
+
+/// Slurm gives % a meaning in names of files.
+std::string log_pattern(const FarmJob& job, const std::string& name) {
+  std::string text;
+  for (const char c : (job.run / "farm").string())
+    text += c == '%' ? std::string("%%") : std::string(1, c);
+  return quoted(text + "/" + name);
+}
+
+}  // namespace
+
+FarmScripts slurm_scripts(const FarmJob& job) {
+  const std::string submit =
+      "#!/usr/bin/env bash\n"
+      "# Submits the shares as an array, and the merge to run when all of them have ended. "
+      "Further\n"
+      "# arguments go to sbatch: --partition=..., --cpus-per-task=...\n"
+      "set -euo pipefail\n"
+      "job=$(sbatch --parsable --job-name=backbend --array=1-" +
+      std::to_string(job.shards) +
+      " --requeue --open-mode=append --output=" + log_pattern(job, "shard_%a.log") + " \"$@\" " +
+      quoted(farm_file(job, "shard.sh")) +
+      ")\n"
+      // Not afterok: what is missing is for the merge to say.
+      "sbatch --parsable --job-name=backbend_merge --dependency=\"afterany:${job%%;*}\" "
+      "--kill-on-invalid-dep=yes --requeue --open-mode=append --output=" +
+      log_pattern(job, "merge.log") + " \"$@\" " + quoted(farm_file(job, "merge.sh")) + "\n";
+  return {{{"shard.sh", shard_script(job)}, {"merge.sh", merge_script(job)}, {"submit.sh", submit}},
+          "submit.sh"};
+}
+
+FarmScripts parallel_scripts(const FarmJob& job) {
+  const std::string start =
+      "#!/usr/bin/env bash\n"
+      "# All shares by GNU parallel, then the merge. Further arguments go to parallel: --jobs 4,\n"
+      "# --sshloginfile ... (the folders must be the same on every machine).\n"
+      "set -uo pipefail\n"
+      "seq 1 " +
+      std::to_string(job.shards) + " | parallel --will-cite --joblog " +
+      quoted(farm_file(job, "joblog.tsv")) + " --retries 3 \"$@\" bash " +
+      // What parallel starts goes through a shell once more.
+      quoted(quoted(farm_file(job, "shard.sh"))) + " '{}/" + std::to_string(job.shards) + "'\n" +
+      "exec bash " + quoted(farm_file(job, "merge.sh")) + "\n";
+  return {{{"shard.sh", shard_script(job)}, {"merge.sh", merge_script(job)}, {"run.sh", start}},
+          "run.sh"};
+}
+
+FarmScripts openjd_scripts(const FarmJob& job) {
+  using nlohmann::ordered_json;
+  const auto script = [&](const std::string& file, const std::vector<std::string>& more) {
+    std::vector<std::string> words = {farm_file(job, file)};
+    words.insert(words.end(), more.begin(), more.end());
+    return ordered_json{{"actions", {{"onRun", {{"command", "bash"}, {"args", words}}}}}};
+  };
+  ordered_json shards = {
+      {"name", "Shards"},
+      {"parameterSpace",
+       {{"taskParameterDefinitions",
+         ordered_json::array({{{"name", "Shard"},
+                               {"type", "INT"},
+                               {"range", "1-" + std::to_string(job.shards)}}})}}},
+      {"script", script("shard.sh", {"{{Task.Param.Shard}}/" + std::to_string(job.shards)})}};
+  ordered_json merge = {{"name", "Merge"},
+                        {"dependencies", ordered_json::array({{{"dependsOn", "Shards"}}})},
+                        {"script", script("merge.sh", {})}};
+  const ordered_json job_template = {{"specificationVersion", "jobtemplate-2023-09"},
+                                     {"name", "backbend nightly"},
+                                     {"steps", ordered_json::array({shards, merge})}};
+  return {{{"shard.sh", shard_script(job)},
+           {"merge.sh", merge_script(job)},
+           {"template.json",
+            job_template.dump(2, ' ', true, ordered_json::error_handler_t::replace) + "\n"}},
+          "template.json"};
+}
+
+}  // namespace backbend::validate
