@@ -1,0 +1,78 @@
+"""Full disks and hostile folders: what has its final name is whole, and the exit code tells."""
+
+import os
+import subprocess
+
+from harness import CANNOT_WRITE, CommandTest, RETRY, SOURCE, contents
+
+HUMAN = SOURCE / "scenes/characters/human.toml"
+
+
+class FillingTheDisk(CommandTest):
+    """A real file system of every size from nothing to enough."""
+
+    def test_a_report_is_whole_or_the_run_says_so(self):
+        if os.geteuid() != 0:
+            self.skipTest("needs root")
+        made = self.backbend("check", HUMAN, "--quick", "-o", "run")
+        self.assertIn(made.returncode, (0, 1, 5), made.stderr)
+        self.assert_runs("report", "run/report.json", "-o", "whole")
+        expected = contents(self.folder / "whole")
+        pages = sum(-(-path.stat().st_size // 4096) + 1 for path in (self.folder / "whole").iterdir())
+        disk = self.folder / "disk"
+        disk.mkdir()
+        codes = set()
+        for size in [*range(1, pages + 12, max(1, pages // 20)), *range(pages - 3, pages + 12)]:
+            mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", f"size={size * 4096}", "tmpfs", disk],
+                                     capture_output=True, text=True)
+            if mounted.returncode != 0:
+                self.skipTest("cannot mount: " + mounted.stderr.strip())
+            try:
+                done = self.backbend("report", "run/report.json", "-o", disk / "out")
+                codes.add(done.returncode)
+                found = contents(disk / "out") if (disk / "out").exists() else {}
+                for name, what in found.items():
+                    self.assertEqual(what, expected.get(name), f"{size} pages: {name}: {done.stderr}")
+                if done.returncode == 0:
+                    self.assertEqual(found, expected)
+            finally:
+                subprocess.run(["umount", disk], check=True)
+        self.assertEqual(codes, {0, RETRY})
+
+
+class HostileFolders(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.assert_runs("body", "-o", "human.glb")
+        self.still = ["render", "human.glb", "--res", "32x32", "--spp", "1", "-o", "out"]
+
+    def test_links_planted_at_the_outputs_names_are_replaced_not_followed(self):
+        self.assert_runs(*self.still)
+        before = {name: what for name, what in contents(self.folder / "out").items() if what != "folder"}
+        self.assertTrue(before)
+        victim = self.write("victim.txt", "precious")
+        for name in before:
+            (self.folder / "out" / name).unlink()
+            (self.folder / "out" / name).symlink_to(victim)
+        self.assert_runs(*self.still)
+        self.assertEqual(victim.read_text(), "precious")
+        after = {name: what for name, what in contents(self.folder / "out").items() if what != "folder"}
+        self.assertEqual(after, before)
+
+    def test_a_folder_that_may_not_be_written_is_said_at_once(self):
+        out = self.folder / "out"
+        out.mkdir()
+        if os.geteuid() == 0:
+            # Root may write anywhere but on a medium that is read-only.
+            if subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "tmpfs", out], capture_output=True).returncode != 0:
+                self.skipTest("cannot mount")
+            self.addCleanup(subprocess.run, ["umount", out])
+        else:
+            out.chmod(0o555)
+            self.addCleanup(out.chmod, 0o755)
+        done = self.backbend(*self.still)
+        self.assertEqual(done.returncode, CANNOT_WRITE, done.stderr)
+        self.assertEqual(list(out.iterdir()), [])
+        done = self.backbend("nightly", "--quick", "-o", "out")
+        self.assertEqual(done.returncode, CANNOT_WRITE, done.stderr)
+        self.assertNotIn("poses", done.stderr, "hours of work before the folder was tried")
