@@ -112,6 +112,18 @@ TEST(MeshKink, OfOneDegreeInTwentyFourJointsStandsOutOfEveryCleanBend) {
   EXPECT_GT(least, 1.5 * clean);
 }
 
+TEST(MeshKink, IsMeasuredWhereTheSpineMovesTheBodyHoweverShortThatIs) {
+  SlicedTube t(Tube(2));
+  EXPECT_EQ(t.window(), 10);  // a sixth of 64 slices: a bone spans more
+  for (std::size_t r = 0; r < 40; ++r) t.slices.slice[r].spine_share = 0.0;  // legs move these
+  // Three windows and a direction's reach of three at either end have to fit into the 24 left.
+  EXPECT_EQ(t.window(), 5);
+  const SliceMeasures rest = t.measure(t.tube.position, no_intent(t.slices, t.rest_slices));
+  EXPECT_NEAR(rest.kink_worst_deg, 0.0, 1e-3);  // float positions
+  EXPECT_NEAR(rest.twist_jump_worst_deg, 0.0, 1e-3);
+  EXPECT_GE(rest.kink_slice, 40);
+}
+
 TEST(MeshKink, PairedWithAnotherRigOnlyTheDifferenceIsLeft) {
   const SlicedTube t(Tube(6));
   const solver::SpinePose pose = t.tube.pose_of(even_bend(2.0), 0.0);

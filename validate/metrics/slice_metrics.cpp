@@ -142,7 +142,14 @@ void measure_infeasible(const SpineSlices& slices, const SlicePose& rest, const 
 int slice_window(const SpineSlices& slices, int bones) {
   const int count = static_cast<int>(slices.slice.size());
   const double bone = slices.spacing > 0.0 ? 1.0 / (bones * slices.spacing) : 2.0;
-  return std::clamp(static_cast<int>(std::lround(bone)), 2, std::max(2, count / 6));
+  const int wanted = std::clamp(static_cast<int>(std::lround(bone)), 2, std::max(2, count / 6));
+  // A second difference of turnings spans three windows between two directions.
+  int run = 0, longest = 0;
+  for (const Slice& slice : slices.slice) {
+    run = slice.ring.empty() || slice.spine_share < kSpineSlice ? 0 : run + 1;
+    longest = std::max(longest, run);
+  }
+  return std::clamp((longest - 2 * kReach - 1) / 3, 2, wanted);
 }
 
 SliceMeasures measure_slices(const SpineSlices& slices, const SlicePose& rest,

@@ -42,8 +42,9 @@ struct SliceMeasures {
 SliceMeasures measure_slices(const SpineSlices& slices, const SlicePose& rest,
                              const SlicePose& pose, const BendIntent& intent, int window);
 
-/// The window for a body on `bones` spine bones: one bone, but no more than a quarter of the
-/// slices, so that a second difference still has room along the torso.
+/// The window for a body on `bones` spine bones: one bone, but no more than a sixth of the slices,
+/// and as much less as the longest run of slices that the spine moves asks for, so that a second
+/// difference has room there; at least 2.
 int slice_window(const SpineSlices& slices, int bones);
 
 /// Kinks of one rig beyond those of another in the same pose of the same character: the second
