@@ -10,6 +10,7 @@
 #include "validate/report/csv.h"
 #include "validate/report/digest.h"
 #include "validate/report/handoff.h"
+#include "validate/report/headline_picture.h"
 #include "validate/report/html.h"
 #include "validate/report/junit.h"
 #include "validate/report/markdown.h"
@@ -320,6 +321,7 @@ void write_report(const Report& report, const std::filesystem::path& path, const
   folder.write("findings.csv", findings_csv(report));
   folder.write("sweeps.csv", sweeps_csv(report));
   folder.write("headline.txt", headline_text(report));
+  folder.write("headline.png", headline_png(report, files));
   if (const std::string angles = angles_csv(report); !angles.empty())
     folder.write("review/angles.csv", angles);
   if (style.single_file) {
