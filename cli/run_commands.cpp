@@ -164,6 +164,26 @@ void leave_out_this_night(RunRequest& request) {
   std::erase_if(*request.history, [&](const Night& night) { return night.report == hash; });
 }
 
+/// Makes a run's folder, and takes away what it made if nothing was written there: a character that
+/// is refused leaves no trace.
+class RunFolder {
+ public:
+  explicit RunFolder(const fs::path& folder) {
+    for (fs::path p = fs::absolute(folder).lexically_normal(); !fs::exists(p); p = p.parent_path())
+      made_.push_back(p);
+    OutputFolder(folder).prepare();
+  }
+  ~RunFolder() {
+    std::error_code none;
+    for (const fs::path& p : made_) fs::remove(p, none);  // only where it is empty
+  }
+  RunFolder(const RunFolder&) = delete;
+  RunFolder& operator=(const RunFolder&) = delete;
+
+ private:
+  std::vector<fs::path> made_;  // the deepest first
+};
+
 int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
@@ -172,7 +192,7 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
     };
   }
   if (request.folder.empty()) request.folder = new_run_folder(options.output);
-  OutputFolder(request.folder).prepare();
+  const RunFolder folder(request.folder);
   const FolderLock lock(request.folder, FolderLock::Kind::exclusive);
   if (request.ledger) {
     for (const char* each : {"findings", "frames", "media", "meshes", "parts", "review"})

@@ -60,9 +60,8 @@ struct PageStyle {
   bool single_file = false;     // every picture inside the page
 };
 
-/// The report in every form (JSON, page, JUnit, Markdown, CSV, headline.txt and .png,
-/// review/angles.csv
-/// where there are frames) into the run's folder, the page last.
+/// The report in every form (JSON, page, JUnit, Markdown, CSV, headline.txt and .png, and
+/// review/angles.csv where there are frames) into the run's folder, the page last.
 void write_report(const Report& report, const std::filesystem::path& folder,
                   const PageStyle& style = {});
 
