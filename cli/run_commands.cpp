@@ -23,16 +23,22 @@ namespace fs = std::filesystem;
 using namespace backbend::validate;
 
 void RunOptions::add_to(CLI::App* command) {
+  const CLI::Validator named(
+      [](const std::string& file) { return file.empty() ? "expected a file's name" : ""; }, "");
   command->add_option("-o,--output", output, "run folder [runs/DATE_TIME with a link 'latest']");
   command->add_flag("--quick", quick, "measure only: no pictures");
   command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]");
   command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
       ->check(CLI::Range(1, 65536));
   command->add_flag("--single-file", single_file, "every picture inside the page");
-  command->add_option("--baseline", baseline,
-                      "approved failures (backbend approve): only new or worse ones fail");
-  command->add_option("--history", history,
-                      "history to add this night to, for trends [nightly: runs/history.jsonl]");
+  command
+      ->add_option("--baseline", baseline,
+                   "approved failures (backbend approve): only new or worse ones fail")
+      ->check(named);
+  command
+      ->add_option("--history", history,
+                   "history to add this night to, for trends [nightly: runs/history.jsonl]")
+      ->check(named);
   command->add_option("--label", label, "what this version is called in the history, like v013");
   add_anatomy_options(command, hints);
 }

@@ -33,15 +33,26 @@ void fill(Picture& to, int x, int y, int width, int height, Color8 color) {
   if (width > 0) render::blit(to, Picture(width, height, color), x, y);
 }
 
-/// A line cut to fit. No line that fits has 200 columns, and what does not is measured often.
-std::string cut(const std::string& text, int size, int width) {
-  return render::fit_text(fitted(text, 200), size, width);
-}
-
-/// Writes one line, cut to fit, and returns where the next one begins.
+/// Writes a text on at most two lines, broken at a space where there is one, and returns where the
+/// next one begins.
 int write(Picture& to, int x, int y, int width, const std::string& text, int size, Color8 color) {
-  render::draw_text(to, x, y, cut(text, size, width), size, color);
-  return y + render::line_height(size);
+  std::string first = fitted(text, 200), second;
+  if (render::text_width(first, size) > width) {
+    std::size_t space = first.rfind(' ');
+    while (space != std::string::npos && space > 0 &&
+           render::text_width(first.substr(0, space), size) > width)
+      space = first.rfind(' ', space - 1);
+    if (space != std::string::npos && space > 0) {
+      second = first.substr(space + 1);
+      first.resize(space);
+    }
+  }
+  for (const std::string& line : {first, second}) {
+    if (line.empty()) continue;
+    render::draw_text(to, x, y, render::fit_text(line, size, width), size, color);
+    y += render::line_height(size);
+  }
+  return y;
 }
 
 /// A bar for each channel: how far it is clean, with a mark at what it needs.
@@ -54,7 +65,8 @@ int draw_headroom(Picture& to, int x, int y, int width, const RigResult& rig) {
     const bool enough = h.headroom_deg() >= 0.0;
     const double whole = std::max({h.clean_to_deg, h.needs_deg, 1.0});
     const int top = y + (render::line_height(kSize) - kBar) / 2;
-    render::draw_text(to, x, y, cut(visible(h.channel), kSize, kName - 10), kSize, kQuiet);
+    render::draw_text(to, x, y, render::fit_text(fitted(visible(h.channel), 40), kSize, kName - 10),
+                      kSize, kQuiet);
     fill(to, x + kName, top, bar, kBar, kTrack);
     fill(to, x + kName, top, int(bar * std::max(0.0, h.clean_to_deg) / whole), kBar,
          enough ? kGood : kBad);
@@ -73,14 +85,16 @@ struct Shown {
   std::string label;
 };
 Shown worst_frame(const Report& report, const PictureBytes& bytes) {
-  for (const Finding* finding : Digest(report).worst(report.findings.size())) {
+  const Digest digest(report);
+  for (const Finding* finding : digest.worst(report.findings.size())) {
     const FindingPictures& own = finding->pictures;
     const std::string& path = own.after.empty() ? own.before : own.after;
     const auto file = bytes && !path.empty() ? bytes(path) : std::nullopt;
     if (!file) continue;
     try {
       return {render::shrink(render::decode_png(*file), kFrameWidth, kHeight - 3 * kMargin),
-              visible(finding->code + ", " + finding->rig + " at " + finding->pose)};
+              visible(finding->code + ", " + std::string(role_word(digest.role_of(*finding))) +
+                      " " + finding->rig + " at " + finding->pose)};
     } catch (const render::RenderError&) {
       continue;  // the page says what is wrong with it; here another one stands in
     }
@@ -102,7 +116,7 @@ std::vector<std::uint8_t> headline_png(const Report& report, const PictureBytes&
   std::ranges::replace(word, '_', ' ');
   std::ranges::transform(word, word.begin(), [](unsigned char c) { return std::toupper(c); });
   int y = write(card, kMargin, kMargin - 16, width, word, 76, color) + 4;
-  y = write(card, kMargin, y, width, visible(report.title), 32, kInk) + 14;
+  y = write(card, kMargin, y, width, visible(report.title), 28, kInk) + 14;
 
   const auto proposed = std::ranges::find(report.rigs, Role::proposed, &RigResult::role);
   std::string drawn;
