@@ -145,7 +145,8 @@ class Pruning(CommandTest):
 class Refusals(CommandTest):
     def test_a_file_without_a_name_is_a_mistake_of_usage(self):
         for option in ("--history", "--baseline"):
-            nameless = self.backbend(*CHECK, "-o", "run", option, "", code=USAGE)
+            nameless = self.backbend(*CHECK, "-o", "run", option, "")
+            self.assertEqual(nameless.returncode, USAGE)
             self.assertIn("expected a file's name", nameless.stderr)
 
     def test_wrong_days_and_missing_runs_are_named(self):
