@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "validate/clips/clip_run.h"
 #include "validate/files/output_folder.h"
+#include "validate/report/shell_word.h"
 
 namespace backbend::cli {
 namespace {
@@ -19,16 +20,6 @@ JointMap joint_map(const std::vector<std::string>& pairs) {
     names[pair.substr(0, equals)] = pair.substr(equals + 1);
   }
   return names;
-}
-
-/// A path as a shell takes it back.
-std::string in_shell(const std::string& path) {
-  if (path.find_first_not_of("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789"
-                             "._-/+@%") == std::string::npos)
-    return path;
-  std::string text = "'";
-  for (const char c : path) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
 }
 
 }  // namespace
@@ -58,8 +49,8 @@ int check_baked(const BakedOptions& options, const std::string& character,
   request.options = {options.animation, options.frames_per_second};
   request.hints = hints;
   request.names = joint_map(options.joint_map);
-  request.command = "backbend check " + (character.empty() ? "" : in_shell(character) + " ") +
-                    "--baked " + in_shell(options.clip);
+  request.command = "backbend check " + (character.empty() ? "" : shell_word(character) + " ") +
+                    "--baked " + shell_word(options.clip);
   if (!common.json)
     request.on_character = [](const std::string& title, const CharacterFacts& facts) {
       print_character(title, facts);

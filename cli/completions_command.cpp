@@ -2,9 +2,12 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "validate/report/shell_word.h"
 
 namespace backbend::cli {
 namespace {
+
+using validate::shell_quoted;
 
 /// An option as every form shows it.
 struct Word {
@@ -84,13 +87,6 @@ std::vector<std::string> command_names(const std::vector<Command>& commands) {
   return names;
 }
 
-/// In single quotes, as bash, zsh and fish take it.
-std::string quoted(const std::string& text) {
-  std::string result = "'";
-  for (const char c : text) result += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return result + "'";
-}
-
 std::string bash_text(const std::vector<Command>& commands) {
   std::string text =
       "# bash completion for backbend\n"
@@ -164,7 +160,7 @@ std::string zsh_text(const std::vector<Command>& commands) {
       "  local -a commands\n"
       "  commands=(\n";
   for (std::size_t i = 1; i < commands.size(); ++i)
-    text += "    " + quoted(commands[i].name + ":" + zsh_help(commands[i].help)) + "\n";
+    text += "    " + shell_quoted(commands[i].name + ":" + zsh_help(commands[i].help)) + "\n";
   text += "  )\n";
   const auto specifications = [](const Command& command) {
     std::string lines;
@@ -175,7 +171,7 @@ std::string zsh_text(const std::vector<Command>& commands) {
           value = ":value:(" + joined(word.choices, " ") + ")";
         else if (word.takes_value)
           value = ":value:_files";
-        lines += " \\\n        " + quoted(name + "[" + zsh_help(word.help) + "]" + value);
+        lines += " \\\n        " + shell_quoted(name + "[" + zsh_help(word.help) + "]" + value);
       }
     }
     return lines;
@@ -190,8 +186,8 @@ std::string zsh_text(const std::vector<Command>& commands) {
     text += "        " + commands[i].name + ") _arguments" + specifications(commands[i]);
     for (const Word& positional : commands[i].positionals) {
       if (!positional.choices.empty())
-        text += " \\\n        " + quoted("1:" + positional.names.front() + ":(" +
-                                         joined(positional.choices, " ") + ")");
+        text += " \\\n        " + shell_quoted("1:" + positional.names.front() + ":(" +
+                                               joined(positional.choices, " ") + ")");
     }
     text += " \\\n        '*:file:_files' ;;\n";
   }
@@ -205,22 +201,22 @@ std::string fish_text(const std::vector<Command>& commands) {
   for (const Command& command : commands) {
     const bool is_program = &command == &commands.front();
     const std::string when =
-        is_program ? "" : " -n " + quoted("__fish_seen_subcommand_from " + command.name);
+        is_program ? "" : " -n " + shell_quoted("__fish_seen_subcommand_from " + command.name);
     if (!is_program)
-      text += "complete -c backbend -f -n " + quoted(none) + " -a " + command.name + " -d " +
-              quoted(command.help) + "\n";
+      text += "complete -c backbend -f -n " + shell_quoted(none) + " -a " + command.name + " -d " +
+              shell_quoted(command.help) + "\n";
     for (const Word& word : command.options) {
       text += "complete -c backbend" + when;
       for (const std::string& name : word.names)
         text += name.rfind("--", 0) == 0 ? " -l " + name.substr(2) : " -s " + name.substr(1);
       if (word.takes_value) text += " -r";
-      if (!word.choices.empty()) text += " -f -a " + quoted(joined(word.choices, " "));
-      text += " -d " + quoted(word.help) + "\n";
+      if (!word.choices.empty()) text += " -f -a " + shell_quoted(joined(word.choices, " "));
+      text += " -d " + shell_quoted(word.help) + "\n";
     }
     for (const Word& positional : command.positionals) {
       if (!positional.choices.empty())
         text += "complete -c backbend" + when + " -f -a " +
-                quoted(joined(positional.choices, " ")) + "\n";
+                shell_quoted(joined(positional.choices, " ")) + "\n";
     }
   }
   return text;

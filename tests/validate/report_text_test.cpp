@@ -8,12 +8,23 @@
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
 #include "validate/report/number_text.h"
+#include "validate/report/shell_word.h"
 #include "validate/report/terminal.h"
 
 namespace backbend::validate {
 namespace {
 
 constexpr double kNotANumber = std::numeric_limits<double>::quiet_NaN();
+
+TEST(ShellWord, QuotesOnlyWhatAShellWouldTouch) {
+  EXPECT_EQ(shell_word("runs/a-b_1.glb"), "runs/a-b_1.glb");
+  EXPECT_EQ(shell_word("--pose=extension=90,side=10"), "--pose=extension=90,side=10");
+  EXPECT_EQ(shell_word(""), "''");
+  EXPECT_EQ(shell_word("my hero.glb"), "'my hero.glb'");
+  EXPECT_EQ(shell_word("$(rm x);`y`\n"), "'$(rm x);`y`\n'");
+  EXPECT_EQ(shell_word("it's"), "'it'\\''s'");
+  EXPECT_EQ(shell_quoted("plain"), "'plain'");
+}
 
 TEST(NumberText, IsTheShortestThatReadsBack) {
   EXPECT_EQ(shortest(0.1), "0.1");

@@ -1,18 +1,12 @@
 #include <nlohmann/json.hpp>
 
 #include "validate/farm/job.h"
+#include "validate/report/shell_word.h"
 
 namespace backbend::validate {
 namespace {
 
 namespace fs = std::filesystem;
-
-/// A word as a shell takes it back, whatever it holds.
-std::string quoted(const std::string& word) {
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
 
 std::string shard_script(const FarmJob& job) {
   std::string text =
@@ -21,10 +15,10 @@ std::string shard_script(const FarmJob& job) {
       "# Exit 75 means that it is worth trying again (RequeueExit=75 in slurm.conf).\n"
       "set -euo pipefail\n"
       "cd -- " +
-      quoted(job.folder.string()) + "\nexec " + quoted(job.program) + " --quiet --threads " +
-      "\"${SLURM_CPUS_PER_TASK:-0}\" nightly";
-  for (const std::string& word : job.arguments) text += " " + quoted(word);
-  return text + " -o " + quoted(job.run.string()) + " --shard \"${1:-auto}\"\n";
+      shell_quoted(job.folder.string()) + "\nexec " + shell_quoted(job.program) +
+      " --quiet --threads " + "\"${SLURM_CPUS_PER_TASK:-0}\" nightly";
+  for (const std::string& word : job.arguments) text += " " + shell_quoted(word);
+  return text + " -o " + shell_quoted(job.run.string()) + " --shard \"${1:-auto}\"\n";
 }
 
 std::string merge_script(const FarmJob& job) {
@@ -32,8 +26,8 @@ std::string merge_script(const FarmJob& job) {
          "# Puts the shares together and writes the report; exit 4 names what is missing.\n"
          "set -euo pipefail\n"
          "cd -- " +
-         quoted(job.folder.string()) + "\nexec " + quoted(job.program) + " --quiet merge " +
-         quoted(job.run.string()) + "\n";
+         shell_quoted(job.folder.string()) + "\nexec " + shell_quoted(job.program) +
+         " --quiet merge " + shell_quoted(job.run.string()) + "\n";
 }
 
 std::string farm_file(const FarmJob& job, const std::string& name) {
@@ -45,7 +39,7 @@ std::string log_pattern(const FarmJob& job, const std::string& name) {
   std::string text;
   for (const char c : (job.run / "farm").string())
     text += c == '%' ? std::string("%%") : std::string(1, c);
-  return quoted(text + "/" + name);
+  return shell_quoted(text + "/" + name);
 }
 
 }  // namespace
@@ -60,12 +54,12 @@ FarmScripts slurm_scripts(const FarmJob& job) {
       "job=$(sbatch --parsable --job-name=backbend --array=1-" +
       std::to_string(job.shards) +
       " --requeue --open-mode=append --output=" + log_pattern(job, "shard_%a.log") + " \"$@\" " +
-      quoted(farm_file(job, "shard.sh")) +
+      shell_quoted(farm_file(job, "shard.sh")) +
       ")\n"
       // Not afterok: what is missing is for the merge to say.
       "sbatch --parsable --job-name=backbend_merge --dependency=\"afterany:${job%%;*}\" "
       "--kill-on-invalid-dep=yes --requeue --open-mode=append --output=" +
-      log_pattern(job, "merge.log") + " \"$@\" " + quoted(farm_file(job, "merge.sh")) + "\n";
+      log_pattern(job, "merge.log") + " \"$@\" " + shell_quoted(farm_file(job, "merge.sh")) + "\n";
   return {{{"shard.sh", shard_script(job)}, {"merge.sh", merge_script(job)}, {"submit.sh", submit}},
           "submit.sh"};
 }
@@ -78,10 +72,11 @@ FarmScripts parallel_scripts(const FarmJob& job) {
       "set -uo pipefail\n"
       "seq 1 " +
       std::to_string(job.shards) + " | parallel --will-cite --joblog " +
-      quoted(farm_file(job, "joblog.tsv")) + " --retries 3 \"$@\" bash " +
+      shell_quoted(farm_file(job, "joblog.tsv")) + " --retries 3 \"$@\" bash " +
       // What parallel starts goes through a shell once more.
-      quoted(quoted(farm_file(job, "shard.sh"))) + " '{}/" + std::to_string(job.shards) + "'\n" +
-      "exec bash " + quoted(farm_file(job, "merge.sh")) + "\n";
+      shell_quoted(shell_quoted(farm_file(job, "shard.sh"))) + " '{}/" +
+      std::to_string(job.shards) + "'\n" + "exec bash " + shell_quoted(farm_file(job, "merge.sh")) +
+      "\n";
   return {{{"shard.sh", shard_script(job)}, {"merge.sh", merge_script(job)}, {"run.sh", start}},
           "run.sh"};
 }

@@ -1,24 +1,13 @@
 #include "validate/run/judge.h"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <optional>
 
+#include "validate/report/shell_word.h"
+
 namespace backbend::validate {
 namespace {
-
-/// A word as a shell takes it back: as it is where nothing in it is special.
-std::string quoted(const std::string& word) {
-  const bool plain = !word.empty() && std::all_of(word.begin(), word.end(), [](unsigned char c) {
-    return std::isalnum(c) != 0 ||
-           std::string_view("._-/=:,+@%").find(static_cast<char>(c)) != std::string_view::npos;
-  });
-  if (plain) return word;
-  std::string text = "'";
-  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return text + "'";
-}
 
 std::string command_for(const RigRecord& rig, const JudgeContext& context,
                         const PoseDegrees& pose) {
@@ -28,9 +17,9 @@ std::string command_for(const RigRecord& rig, const JudgeContext& context,
     if (value == 0.0) continue;
     channels += (channels.empty() ? "" : ",") + std::string(channel) + "=" + number_text(value, 6);
   }
-  return "backbend render " + quoted(context.character) + " --rig " +
-         quoted(rig_text(rig.plan.spec)) + " --mapping " + std::string(mapping_name(rig.mapping)) +
-         (channels.empty() ? "" : " --pose " + channels);
+  return "backbend render " + shell_word(context.character) + " --rig " +
+         shell_word(rig_text(rig.plan.spec)) + " --mapping " +
+         std::string(mapping_name(rig.mapping)) + (channels.empty() ? "" : " --pose " + channels);
 }
 
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
@@ -256,7 +245,7 @@ std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& conte
     finding.verdict = judges_weights ? Verdict::fail : Verdict::stress;
     finding.detail = std::string(check.name) + ": " + fact.detail;
     finding.image.note = "no picture metric looks at this";
-    finding.reproduce = "backbend inspect " + quoted(context.character);
+    finding.reproduce = "backbend inspect " + shell_word(context.character);
     findings.push_back(std::move(finding));
   }
   return findings;
