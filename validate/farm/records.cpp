@@ -3,16 +3,31 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+namespace nlohmann {
+template <>
+struct adl_serializer<glm::dvec3> {
+  static void to_json(json& value, const glm::dvec3& v) { value = {v.x, v.y, v.z}; }
+  static void from_json(const json& value, glm::dvec3& v) {
+    for (int i = 0; i < 3; ++i) value.at(std::size_t(i)).get_to(v[i]);
+  }
+};
+}  // namespace nlohmann
+
 namespace backbend::validate {
+
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(JointJump, joint, size_deg, shift, axis, axis_to_bone_deg)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Jump, t, before, after, kind, joints)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SteepSpot, joint, t, gain)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FlipReport, jumps, steep, gain, interval_gain, least_margin_deg,
+                                   least_margin_t, smallest_deg, smallest_gap, samples, finite,
+                                   not_finite_t, certified)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ImageSteps, change, step)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ImageWitness, measured, visible, camera, metric, value,
+                                   threshold, pixels, note)
+
 namespace {
 
 using nlohmann::json;
-
-json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-
-glm::dvec3 vector_from(const json& value) {
-  return {value.at(0).get<double>(), value.at(1).get<double>(), value.at(2).get<double>()};
-}
 
 json read(std::span<const std::uint8_t> bytes) {
   json value = json::from_cbor(bytes.begin(), bytes.end(), true, false);
@@ -26,8 +41,8 @@ json pose_json(const PoseRecord& pose) {
   return {
       {"metric", metric},
       {"arms", {pose.arms.rotation_deg, pose.arms.twist_deg, pose.arms.aim_deg, pose.arms.shift}},
-      {"low", vector_json(pose.bounds.low)},
-      {"high", vector_json(pose.bounds.high)}};
+      {"low", pose.bounds.low},
+      {"high", pose.bounds.high}};
 }
 
 void pose_from(const json& value, PoseRecord& pose) {
@@ -38,31 +53,13 @@ void pose_from(const json& value, PoseRecord& pose) {
   const json& arms = value.at("arms");
   pose.arms = {arms.at(0).get<double>(), arms.at(1).get<double>(), arms.at(2).get<double>(),
                arms.at(3).get<double>()};
-  pose.bounds.low = vector_from(value.at("low"));
-  pose.bounds.high = vector_from(value.at("high"));
+  value.at("low").get_to(pose.bounds.low);
+  value.at("high").get_to(pose.bounds.high);
 }
 
-json jump_json(const Jump& jump) {
-  json joints = json::array();
-  for (const JointJump& joint : jump.joints) {
-    joints.push_back({joint.joint, joint.size_deg, joint.shift, vector_json(joint.axis),
-                      joint.axis_to_bone_deg});
-  }
-  return {jump.t, jump.before, jump.after, static_cast<int>(jump.kind), joints};
-}
-
-Jump jump_from(const json& value) {
-  Jump jump;
-  jump.t = value.at(0).get<double>();
-  jump.before = value.at(1).get<double>();
-  jump.after = value.at(2).get<double>();
-  jump.kind = static_cast<FlipClass>(value.at(3).get<int>());
-  for (const json& each : value.at(4)) {
-    jump.joints.push_back({each.at(0).get<std::size_t>(), each.at(1).get<double>(),
-                           each.at(2).get<double>(), vector_from(each.at(3)),
-                           each.at(4).get<double>()});
-  }
-  return jump;
+template <class T>
+std::vector<std::uint8_t> packed(const T& value) {
+  return json::to_cbor(json(value));
 }
 
 }  // namespace
@@ -80,78 +77,19 @@ void unpack_poses(std::span<const std::uint8_t> bytes, std::span<PoseRecord> pos
   for (std::size_t i = 0; i < poses.size(); ++i) pose_from(value[i], poses[i]);
 }
 
-std::vector<std::uint8_t> pack_flips(const FlipReport& flips) {
-  json jumps = json::array(), steep = json::array();
-  for (const Jump& jump : flips.jumps) jumps.push_back(jump_json(jump));
-  for (const SteepSpot& spot : flips.steep) steep.push_back({spot.joint, spot.t, spot.gain});
-  return json::to_cbor({{"jumps", jumps},
-                        {"steep", steep},
-                        {"gain", flips.gain},
-                        {"interval_gain", flips.interval_gain},
-                        {"least_margin_deg", flips.least_margin_deg},
-                        {"least_margin_t", flips.least_margin_t},
-                        {"smallest_deg", flips.smallest_deg},
-                        {"smallest_gap", flips.smallest_gap},
-                        {"samples", flips.samples},
-                        {"finite", flips.finite},
-                        {"not_finite_t", flips.not_finite_t},
-                        {"certified", flips.certified}});
-}
-
+std::vector<std::uint8_t> pack_flips(const FlipReport& flips) { return packed(flips); }
 FlipReport unpack_flips(std::span<const std::uint8_t> bytes) {
-  const json value = read(bytes);
-  FlipReport flips;
-  for (const json& jump : value.at("jumps")) flips.jumps.push_back(jump_from(jump));
-  for (const json& spot : value.at("steep")) {
-    flips.steep.push_back(
-        {spot.at(0).get<std::size_t>(), spot.at(1).get<double>(), spot.at(2).get<double>()});
-  }
-  value.at("gain").get_to(flips.gain);
-  value.at("interval_gain").get_to(flips.interval_gain);
-  value.at("least_margin_deg").get_to(flips.least_margin_deg);
-  value.at("least_margin_t").get_to(flips.least_margin_t);
-  value.at("smallest_deg").get_to(flips.smallest_deg);
-  value.at("smallest_gap").get_to(flips.smallest_gap);
-  value.at("samples").get_to(flips.samples);
-  value.at("finite").get_to(flips.finite);
-  value.at("not_finite_t").get_to(flips.not_finite_t);
-  value.at("certified").get_to(flips.certified);
-  return flips;
+  return read(bytes).get<FlipReport>();
 }
 
-std::vector<std::uint8_t> pack_steps(const ImageSteps& steps) {
-  return json::to_cbor({{"change", steps.change}, {"step", steps.step}});
-}
-
+std::vector<std::uint8_t> pack_steps(const ImageSteps& steps) { return packed(steps); }
 ImageSteps unpack_steps(std::span<const std::uint8_t> bytes) {
-  const json value = read(bytes);
-  return {value.at("change").get<std::vector<double>>(),
-          value.at("step").get<std::vector<double>>()};
+  return read(bytes).get<ImageSteps>();
 }
 
-std::vector<std::uint8_t> pack_witness(const ImageWitness& witness) {
-  return json::to_cbor({{"measured", witness.measured},
-                        {"visible", witness.visible},
-                        {"camera", witness.camera},
-                        {"metric", witness.metric},
-                        {"value", witness.value},
-                        {"threshold", witness.threshold},
-                        {"pixels", witness.pixels},
-                        {"note", witness.note}});
-}
-
+std::vector<std::uint8_t> pack_witness(const ImageWitness& witness) { return packed(witness); }
 ImageWitness unpack_witness(std::span<const std::uint8_t> bytes) {
-  const json value = read(bytes);
-  ImageWitness witness;
-  value.at("measured").get_to(witness.measured);
-  value.at("visible").get_to(witness.visible);
-  value.at("camera").get_to(witness.camera);
-  value.at("metric").get_to(witness.metric);
-  value.at("value").get_to(witness.value);
-  value.at("threshold").get_to(witness.threshold);
-  value.at("pixels").get_to(witness.pixels);
-  value.at("note").get_to(witness.note);
-  return witness;
+  return read(bytes).get<ImageWitness>();
 }
 
 }  // namespace backbend::validate
