@@ -102,17 +102,15 @@ void draw_text(Picture& picture, int x, int y, std::string_view text, int size, 
 }
 
 std::string fit_text(std::string_view text, int size, int width) {
-  std::string line = printable(text);
+  const std::string line = printable(text);  // one byte a character
   if (text_width(line, size) <= width) return line;
-  while (!line.empty()) {
-    // Drop one whole character from the end.
-    do {
-      line.pop_back();
-    } while (!line.empty() && static_cast<unsigned char>(line.back()) >> 6 == 0x02);
-    if (!line.empty() && static_cast<unsigned char>(line.back()) >= 0xc0) line.pop_back();
-    if (text_width(line + "...", size) <= width) return line + "...";
+  std::size_t fits = 0, over = line.size();  // characters that go in front of the dots
+  while (over > fits + 1) {
+    const std::size_t middle = (fits + over) / 2;
+    (text_width(line.substr(0, middle) + "...", size) <= width ? fits : over) = middle;
   }
-  return {};
+  if (fits == 0 && text_width("...", size) > width) return {};
+  return line.substr(0, fits) + "...";
 }
 
 }  // namespace backbend::render
