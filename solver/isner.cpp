@@ -200,13 +200,15 @@ class Isner final : public SystemBase {
 
   /// How far the curve is from having no direction at `place`, as a margin in radians. The tangent
   /// follows a control that moves by a rest length at 6 / |C'| through the curve's shape and at its
-  /// curvature through the place's own way along it, all in rest lengths. Up to 80 times the
-  /// control's move that is bending; past it the margin falls from a quarter turn with the square.
+  /// curvature through the place's own way along it, all in rest lengths. Up to 50 times the
+  /// control's move that is bending (of body poses to 180 degrees of extension and twist and 60 to
+  /// the side, nine in ten stay below 30 everywhere); past it the margin falls from half a turn
+  /// with the square.
   ///
   /// A spine drawn without depth has no velocity at its ends, and a direction all the same: it is
   /// singular only for the depth itself, and counts as far from any flip.
   double cusp_margin(const Curve& curve, const CurvePoint& place) const {
-    constexpr double kBending = 80.0;
+    constexpr double kBending = 50.0;
     const dvec3 velocity = curve.derivative(place.u) / rest_length_;
     const double speed = glm::length(velocity);
     if (!(speed > 0.0)) return place.u > 0.0 && place.u < 1.0 ? 0.0 : kPi;
@@ -216,8 +218,8 @@ class Isner final : public SystemBase {
       const dvec3 bend = curve.second_derivative(place.u) / rest_length_;
       gain += glm::length(glm::cross(along, bend)) / speed / speed;
     }
-    if (gain <= kBending) return kPi;
-    return 0.5 * kPi * (kBending / gain) * (kBending / gain);
+    const double share = std::min(1.0, kBending / gain);
+    return kPi * share * share;
   }
 
   void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
