@@ -106,13 +106,17 @@ std::vector<std::string> evaluation_order(const SpineSystem& system) {
         "then roll, absolute, about each vertebra's own axis: more toward the head"};
   }
   if (name == "snake") {
-    return {"slide the controls along the path by arc length",
-            "frames on the path: tangent, side = up x tangent, transported",
-            "slither: turn each control about its side by amplitude x blend x sin(...)",
-            "draw the body curve that has the controls for control points",
-            "walk the driver chain of rest lengths along it, tail first",
-            "ribbon: blend rest and closest parameters by 'stretchy', place the joints there",
-            "twist: interpolate the keys along the body"};
+    return {
+        "slide the controls along the path by arc length",
+        "frames on the path: tangent, side = up x tangent, transported",
+        "slither: move each control along its side axis by amplitude x blend x sin(...), and by "
+        "its "
+        "detail keys",
+        "draw the body curve that has the controls for control points",
+        "walk the driver chain of rest lengths along it, tail first",
+        "ribbon: blend rest and closest parameters by 'stretchy', place the joints there, on the "
+        "curve that the ribbon's own offsets deform",
+        "twist: interpolate the keys along the body"};
   }
   if (name == "spline_ik") {
     return {"draw the cubic Bezier between hip and chest",
