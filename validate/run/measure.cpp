@@ -127,7 +127,8 @@ void record_predictability(const solver::SpineSystem& system, SweepRecord& sweep
   for (std::size_t i = 0; i < pose.size() && !stray.empty(); ++i) {
     const double before = stray[i > 0 ? i - 1 : 0], after = stray[std::min(i, stray.size() - 1)];
     // Not std::max: what is not a number must not hide behind the other.
-    sweep.poses[i].at(MetricId::predictability) = {before >= after ? before : after, -1};
+    const double worse = before >= after || std::isnan(before) ? before : after;
+    sweep.poses[i].at(MetricId::predictability) = {worse, -1};
   }
 }
 
