@@ -97,5 +97,6 @@ void add_prune(const Registry& registry);
 void add_list(const Registry& registry);
 void add_explain(const Registry& registry);
 void add_bench(const Registry& registry);
+void add_selftest(const Registry& registry);
 
 }  // namespace backbend::cli

@@ -180,6 +180,7 @@ int main(int argument_count, char** arguments) {
   add_list(registry);
   add_explain(registry);
   add_bench(registry);
+  add_selftest(registry);
   add_merge(registry);
   add_farm(registry);
   add_completions(registry);
