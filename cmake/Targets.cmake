@@ -7,6 +7,13 @@ add_library(backbend_options INTERFACE)
 target_compile_options(backbend_options INTERFACE
   -Wall -Wextra -Wno-restrict $<$<BOOL:${BACKBEND_WERROR}>:-Werror>
   -march=x86-64-v3 -mtune=generic -ffp-contract=off -fno-math-errno -fvisibility=hidden)
+if(CMAKE_CXX_COMPILER_ID STREQUAL Clang)
+  target_compile_options(backbend_options INTERFACE -Wno-unknown-warning-option)
+endif()
+if(BACKBEND_FUZZ)
+  # Coverage for libFuzzer in all that is ours; its main() comes with each fuzzer alone.
+  target_compile_options(backbend_options INTERFACE -fsanitize=fuzzer-no-link)
+endif()
 if(BACKBEND_SANITIZE)
   # Sanitizers' code makes g++ 12 believe that std::regex uses what it never set.
   target_compile_options(backbend_options INTERFACE -fsanitize=${BACKBEND_SANITIZE}

@@ -50,6 +50,13 @@ const char* name_for(std::span<const std::uint8_t> bytes) {
   return "memory.tga";
 }
 
+// The library puts one complaint a line; a refusal is one line.
+std::string one_line(std::string text) {
+  while (!text.empty() && text.back() == '\n') text.pop_back();
+  std::replace(text.begin(), text.end(), '\n', ';');
+  return text;
+}
+
 // Reads all channels of the first picture as `format`; `spec` receives what the file holds.
 template <class T>
 std::vector<T> read(std::span<const std::uint8_t> bytes, OIIO::TypeDesc format,
@@ -60,14 +67,14 @@ std::vector<T> read(std::span<const std::uint8_t> bytes, OIIO::TypeDesc format,
   const auto input = OIIO::ImageInput::create(name_for(bytes), false, nullptr, &memory);
   if (!input || !input->set_ioproxy(&memory) || !input->open(name_for(bytes), spec, as_stored))
     throw RenderError("picture: not a readable picture: " +
-                      (input ? input->geterror() : OIIO::geterror()));
+                      one_line(input ? input->geterror() : OIIO::geterror()));
   if (spec.width < 1 || spec.height < 1 || spec.width > kMaxEdge || spec.height > kMaxEdge ||
       std::int64_t{spec.width} * spec.height > kMaxPixels || spec.nchannels < 1 ||
       spec.nchannels > 64)
     throw RenderError("picture: its size is not acceptable");
   std::vector<T> values(static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels);
   if (!input->read_image(0, 0, 0, spec.nchannels, format, values.data()))
-    throw RenderError("picture: " + input->geterror());
+    throw RenderError("picture: " + one_line(input->geterror()));
   return values;
 }
 

@@ -94,8 +94,12 @@ Clip parse_pc2(const std::string& file, const std::vector<std::uint8_t>& bytes,
   if (!std::isfinite(start) || !std::isfinite(step) || !(step > 0.0))
     fail(file, "header", "first frame and sampling are not numbers above 0");
   Clip clip;
-  for (std::uint64_t f = 0; f < frames; ++f)
+  for (std::uint64_t f = 0; f < frames; ++f) {
     clip.time.push_back((start + step * static_cast<double>(f)) / frames_per_second);
+    // A step is lost to rounding beside a first frame that is large enough.
+    if (f > 0 && !(clip.time[f - 1] < clip.time[f]))
+      fail(file, "time of frame " + std::to_string(f), "does not lie after the one before it");
+  }
   load_points(file, bytes.data() + kHeader, frames, points, false, clip);
   clip.source = "PC2 point cache";
   return clip;

@@ -1,0 +1,57 @@
+#include "tests/fuzz/target.h"
+#include "tests/validate/report_sample.h"
+#include "validate/report/csv.h"
+#include "validate/report/html.h"
+#include "validate/report/junit.h"
+#include "validate/report/markdown.h"
+#include "validate/report/report_json.h"
+#include "validate/report/terminal.h"
+
+namespace backbend::fuzz {
+namespace {
+
+/// Through to every form that is made of a report.
+bool run(Input input) {
+  try {
+    const validate::Report report = validate::parse_report(text_of(input));
+    const std::string once = validate::report_json(report);
+    require(validate::report_json(validate::parse_report(once)) == once,
+            "a report that is written reads back as it was");
+    validate::render_html(report);
+    validate::junit_xml(report);
+    validate::findings_csv(report);
+    validate::sweeps_csv(report);
+    validate::terminal_summary(report);
+    require(validate::markdown_summary(report).size() <= validate::kCommentLimit,
+            "a comment is no longer than a comment may be");
+    return true;
+  } catch (const validate::ReportError& error) {
+    return refused(error);
+  }
+}
+
+/// The sample, and what is left of it with little of everything, which a mutator gets through
+/// sooner.
+std::vector<Bytes> seeds() {
+  validate::Report small = validate::sample_report();
+  small.rigs.resize(1);
+  small.rigs[0].sweeps.resize(1);
+  auto& sweep = small.rigs[0].sweeps[0];
+  sweep.control_deg.resize(3);
+  sweep.frame.resize(std::min<std::size_t>(sweep.frame.size(), 3));
+  for (auto& [name, values] : sweep.metric) values.resize(3);
+  small.findings.resize(1);
+  small.pairs.clear();
+  small.meshes.clear();
+  small.trends.clear();
+  small.nights.clear();
+  small.checks.resize(std::min<std::size_t>(small.checks.size(), 2));
+  return {bytes_of(validate::report_json_compact(small)),
+          bytes_of(validate::report_json_compact(validate::sample_report()))};
+}
+
+const Registration registration{
+    {"report_json", run, seeds, {"null", "1e308", "\\u0000", "-0.0"}, 32768}};
+
+}  // namespace
+}  // namespace backbend::fuzz

@@ -1,0 +1,85 @@
+#!/usr/bin/env python3
+"""Runs the fuzzers of the preset `fuzz`, one after the other, and adds a row for each to the ledger.
+
+    cmake --preset fuzz && cmake --build --preset fuzz
+    tests/fuzz/run_fuzzers.py --executions 1000000          # all of them
+    tests/fuzz/run_fuzzers.py --executions 50000 history bvh
+
+What a fuzzer learned is kept beside it (BUILD/corpus/TARGET) and is where its next run starts. A finding
+is left in BUILD/findings/TARGET: mend the cause, and put the input, small, into tests/fuzz/findings/TARGET,
+where every build's tests try it again. Ends with 1 where there was one.
+"""
+
+import argparse
+import datetime
+import os
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+
+HERE = pathlib.Path(__file__).resolve().parent
+SOURCE = HERE.parents[1]
+LEDGER = HERE / "ledger.md"
+
+
+def seeds(replay, folder):
+    """Writes the seeds and dictionaries below `folder`; returns the size that each target's inputs may have."""
+    told = subprocess.run([replay, "--seeds", folder], check=True,
+                          stdout=subprocess.PIPE, text=True).stdout
+    return {name: int(size) for name, size in (line.split() for line in told.splitlines())}
+
+
+def run(build, target, most_bytes, start, executions, seed):
+    """One fuzzer until it has tried so many inputs or found something: how many it tried, and what it found."""
+    corpus, found = build / "corpus" / target, build / "findings" / target
+    corpus.mkdir(parents=True, exist_ok=True)
+    found.mkdir(parents=True, exist_ok=True)
+    before = set(found.iterdir())
+    log = build / "findings" / f"{target}.log"
+    words = start / f"{target}.dict"
+    with tempfile.TemporaryDirectory(prefix="backbend-fuzz-") as scratch, open(log, "w") as told:
+        # A second, and half a gigabyte, are what a hostile file may cost; sanitizers take ten times that.
+        subprocess.run(
+            [build / "tests/fuzz" / f"{target}_fuzz", f"-runs={executions}", f"-max_len={most_bytes}", f"-seed={seed}",
+             *([f"-dict={words}"] if words.stat().st_size else []), f"-artifact_prefix={found}/", "-timeout=20", "-rss_limit_mb=4096",
+             "-malloc_limit_mb=1024", "-print_final_stats=1", corpus, start / target],
+            stdout=told, stderr=subprocess.STDOUT, cwd=scratch, check=False,
+            env={"PATH": os.environ["PATH"], "TMPDIR": scratch,
+                 "ASAN_OPTIONS": "alloc_dealloc_mismatch=0:allocator_may_return_null=0",
+                 "UBSAN_OPTIONS": "print_stacktrace=1"})
+    text = log.read_text(errors="replace")
+    tried = re.search(r"stat::number_of_executed_units: (\d+)", text)
+    return int(tried.group(1)) if tried else 0, sorted(set(found.iterdir()) - before)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("target", nargs="*", help="all of them by default")
+    parser.add_argument("--executions", type=int, default=1000000, help="of each [1000000]")
+    parser.add_argument("--build", type=pathlib.Path, default=SOURCE / "build/fuzz")
+    parser.add_argument("--replay", type=pathlib.Path, help="fuzz_replay of any build, for the seeds [BUILD's own]")
+    parser.add_argument("--seed", type=int, default=0, help="of the mutators; 0: another one each time")
+    options = parser.parse_args()
+    build = options.build.resolve()
+    failed = False
+    with tempfile.TemporaryDirectory(prefix="backbend-seeds-") as folder:
+        start = pathlib.Path(folder)
+        sizes = seeds(options.replay or build / "tests/fuzz/fuzz_replay", start)
+        unknown = set(options.target) - set(sizes)
+        if unknown:
+            parser.error(f"no target {', '.join(sorted(unknown))}; there are {', '.join(sorted(sizes))}")
+        for target in options.target or sorted(sizes):
+            tried, found = run(build, target, sizes[target], start, options.executions, options.seed)
+            day = datetime.datetime.now(datetime.timezone.utc).date()
+            what = ", ".join(path.name for path in found) or "none"
+            print(f"{target}: {tried} executions, findings: {what}", flush=True)
+            with open(LEDGER, "a") as ledger:
+                ledger.write(f"| {target} | {day} | {tried} | {len(found) or 'none'} |\n")
+            failed = failed or bool(found) or tried < options.executions
+    return 1 if failed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

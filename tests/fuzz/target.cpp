@@ -1,0 +1,79 @@
+#include "tests/fuzz/target.h"
+
+#include <unistd.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <stdexcept>
+
+#include "tests/source_folder.h"
+
+namespace backbend::fuzz {
+namespace {
+
+/// A folder of this process, gone with it.
+struct Scratch {
+  std::filesystem::path path;
+  Scratch() {
+    std::string pattern =
+        (std::filesystem::temp_directory_path() / "backbend_fuzz_XXXXXX").string();
+    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
+    path = pattern;
+  }
+  ~Scratch() {
+    std::error_code ignored;
+    std::filesystem::remove_all(path, ignored);
+  }
+};
+
+std::string& refusal() {
+  static std::string last;
+  return last;
+}
+
+}  // namespace
+
+std::vector<Target>& targets() {
+  static std::vector<Target> all;
+  return all;
+}
+
+void require(bool holds, const char* promise) {
+  if (holds) return;
+  std::fprintf(stderr, "broken promise: %s\n", promise);
+  std::abort();
+}
+
+bool refused(const std::exception& error) {
+  const std::string_view line = error.what();
+  if (line.empty() || line.find('\n') != std::string_view::npos)
+    std::fprintf(stderr, "refused with: %s\n", error.what());
+  require(!line.empty(), "a refusal says why");
+  require(line.find('\n') == std::string_view::npos, "a refusal is one line");
+  refusal() = line;
+  return false;
+}
+
+const std::string& last_refusal() { return refusal(); }
+
+std::filesystem::path as_file(Input input, const std::string& name) {
+  static const Scratch scratch;
+  const std::filesystem::path file = scratch.path / name;
+  std::ofstream out(file, std::ios::binary | std::ios::trunc);
+  out.write(reinterpret_cast<const char*>(input.data()),
+            static_cast<std::streamsize>(input.size()));
+  out.close();
+  if (!out) throw std::runtime_error("cannot write " + file.string());
+  return file;
+}
+
+std::string source_text(const std::string& relative) {
+  std::ifstream in(source_folder() / relative, std::ios::binary);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  if (!in || text.empty()) throw std::runtime_error("cannot read " + relative);
+  return text;
+}
+
+}  // namespace backbend::fuzz
