@@ -193,12 +193,14 @@ double difference(const Character& character, const std::vector<int>& other, Ind
 class Cells {
  public:
   Cells(std::vector<glm::dvec3> points, double edge) : points_(std::move(points)), edge_(edge) {
-    for (Index p = 0; p < points_.size(); ++p) cells_.push_back({key(points_[p]), p});
+    for (Index p = 0; p < points_.size(); ++p)
+      if (has_cell(points_[p])) cells_.push_back({key(points_[p]), p});
     std::sort(cells_.begin(), cells_.end());
   }
   /// The nearest point within one edge length, or points_.size().
   Index nearest(const glm::dvec3& at) const {
     Index best = points_.size();
+    if (!has_cell(at)) return best;
     double least = edge_;
     const auto [x, y, z] = key(at);
     for (long dx = -1; dx <= 1; ++dx)
@@ -219,6 +221,12 @@ class Cells {
  private:
   using Key = std::tuple<long, long, long>;
   using Cell = std::pair<Key, Index>;
+  /// Cells are counted in whole numbers; single precision has none of an edge out there anyway.
+  bool has_cell(const glm::dvec3& p) const {
+    constexpr double kMost = 1e15;
+    return std::abs(p.x) < kMost * edge_ && std::abs(p.y) < kMost * edge_ &&
+           std::abs(p.z) < kMost * edge_;
+  }
   Key key(const glm::dvec3& p) const {
     const auto cell = [&](double x) { return static_cast<long>(std::floor(x / edge_)); };
     return {cell(p.x), cell(p.y), cell(p.z)};

@@ -47,12 +47,8 @@ void require(bool holds, const char* promise) {
 }
 
 bool refused(const std::exception& error) {
-  const std::string_view line = error.what();
-  if (line.empty() || line.find('\n') != std::string_view::npos)
-    std::fprintf(stderr, "refused with: %s\n", error.what());
-  require(!line.empty(), "a refusal says why");
-  require(line.find('\n') == std::string_view::npos, "a refusal is one line");
-  refusal() = line;
+  refusal() = error.what();
+  require(!refusal().empty(), "a refusal says why");
   return false;
 }
 

@@ -35,7 +35,8 @@ struct Registration {
 /// Ends the process, which is how a fuzzer learns of a finding.
 void require(bool holds, const char* promise);
 
-/// False, for `return refused(error)`; requires that something is said, and on one line.
+/// False, for `return refused(error)`; requires that something is said. Names that a refusal
+/// repeats are made one visible line where it is printed (cli/main.cpp).
 bool refused(const std::exception& error);
 
 /// What the last refusal said.

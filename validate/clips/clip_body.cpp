@@ -92,10 +92,11 @@ class PointGrid {
  private:
   std::uint64_t key(const glm::dvec3& p) const {
     std::uint64_t out = 0;
-    for (int c = 0; c < 3; ++c)  // 21 bits a coordinate: a body spans a thousand cells
-      out = out << 21 |
-            (static_cast<std::uint64_t>(static_cast<std::int64_t>(std::floor(p[c] / cell_))) &
-             0x1FFFFF);
+    for (int c = 0; c < 3; ++c) {  // 21 bits a coordinate: a body spans a thousand cells
+      // Whatever is further off than whole numbers reach shares the last cell.
+      const double cell = std::fmin(std::fmax(std::floor(p[c] / cell_), -1e15), 1e15);
+      out = out << 21 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)) & 0x1FFFFF);
+    }
     return out;
   }
   std::span<const glm::vec3> point_;
