@@ -1,0 +1,126 @@
+/* Preloaded into the program under test: fails one call of one kind on a file below a folder.
+ *
+ * FAULT_KIND    write fsync close rename open mkdir
+ * FAULT_NUMBER  the number that call returns in errno; 0: write half of what was asked
+ * FAULT_AT      which of these calls fails, from 1; 0: none, and all are counted
+ * FAULT_FOLDER  only files below it count
+ * FAULT_PROGRAM only in the program of this name
+ * FAULT_COUNT   file that receives the number of calls at exit
+ */
+#define _GNU_SOURCE
+#include <dlfcn.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <pthread.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
+static long calls;
+
+static const char *setting(const char *name) {
+  const char *value = getenv(name);
+  return value ? value : "";
+}
+
+static int below(const char *path) {
+  const char *folder = setting("FAULT_FOLDER");
+  size_t length = strlen(folder);
+  return length > 0 && strncmp(path, folder, length) == 0;
+}
+
+static int fd_below(int fd) {
+  char link[64], path[4096];
+  snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
+  ssize_t length = readlink(link, path, sizeof path - 1);
+  if (length < 0) return 0;
+  path[length] = 0;
+  return below(path);
+}
+
+/* Whether this call is the one to fail. */
+static int fails(const char *kind) {
+  if (strcmp(setting("FAULT_KIND"), kind) != 0) return 0;
+  const char *program = setting("FAULT_PROGRAM");
+  if (*program && strcmp(program, program_invocation_short_name) != 0) return 0;
+  pthread_mutex_lock(&lock);
+  long number = ++calls;
+  pthread_mutex_unlock(&lock);
+  return number == atol(setting("FAULT_AT"));
+}
+
+static int error_number(void) { return atoi(setting("FAULT_NUMBER")); }
+
+__attribute__((destructor)) static void tell(void) {
+  const char *file = setting("FAULT_COUNT");
+  if (!*file || calls == 0) return;
+  FILE *out = fopen(file, "w");
+  if (!out) return;
+  fprintf(out, "%ld\n", calls);
+  fclose(out);
+}
+
+#define NEXT(name) ((__typeof__(&name))dlsym(RTLD_NEXT, #name))
+
+ssize_t write(int fd, const void *bytes, size_t count) {
+  if (fd_below(fd) && fails("write")) {
+    if (error_number() == 0) return NEXT(write)(fd, bytes, count > 1 ? count / 2 : count);
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(write)(fd, bytes, count);
+}
+
+int fsync(int fd) {
+  if (fd_below(fd) && fails("fsync")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(fsync)(fd);
+}
+
+int close(int fd) {
+  if (fd_below(fd) && fails("close")) {
+    NEXT(close)(fd);
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(close)(fd);
+}
+
+int rename(const char *from, const char *to) {
+  if (below(to) && fails("rename")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(rename)(from, to);
+}
+
+int mkdir(const char *path, mode_t mode) {
+  if (below(path) && fails("mkdir")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(mkdir)(path, mode);
+}
+
+int open(const char *path, int flags, ...) {
+  mode_t mode = 0;
+  if (flags & (O_CREAT | __O_TMPFILE)) {
+    va_list more;
+    va_start(more, flags);
+    mode = va_arg(more, mode_t);
+    va_end(more);
+  }
+  if (below(path) && fails("open")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(open)(path, flags, mode);
+}
+
+int open64(const char *path, int flags, ...) __attribute__((alias("open")));
