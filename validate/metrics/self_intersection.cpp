@@ -317,8 +317,7 @@ SelfIntersection::Measures SelfIntersection::measure(std::span<const glm::vec3> 
     involved.push_back(pair.second);
   }
   std::ranges::sort(involved);
-  const auto repeated = std::ranges::unique(involved);
-  involved.erase(repeated.begin(), repeated.end());
+  involved.erase(std::unique(involved.begin(), involved.end()), involved.end());
   Measures out;
   out.pairs = now.size();
   float largest = -1.0f;

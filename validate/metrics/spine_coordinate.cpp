@@ -61,8 +61,7 @@ struct PlaceNeighbours {
       }
     }
     std::ranges::sort(edges);
-    const auto repeated = std::ranges::unique(edges);
-    edges.erase(repeated.begin(), repeated.end());
+    edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
     first.assign(mesh.place_count + 1, 0);
     for (const auto& edge : edges) ++first[edge.first + 1];
     for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];

@@ -35,8 +35,7 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbour_pairs(
       pairs.emplace_back(b, a);
     }
   std::ranges::sort(pairs);
-  const auto repeated = std::ranges::unique(pairs);
-  pairs.erase(repeated.begin(), repeated.end());
+  pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
 }
 
