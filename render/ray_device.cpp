@@ -372,4 +372,8 @@ FlushDenormals::FlushDenormals() : saved_(_mm_getcsr()) {
 }
 FlushDenormals::~FlushDenormals() { _mm_setcsr(saved_); }
 
+int ray_device_version() {
+  return static_cast<int>(rtcGetDeviceProperty(device(), RTC_DEVICE_PROPERTY_VERSION));
+}
+
 }  // namespace backbend::render

@@ -123,6 +123,9 @@ class BareRayScene {
   std::unique_ptr<Impl> impl_;
 };
 
+/// The version of the ray device that runs: 10000 major + 100 minor + patch.
+int ray_device_version();
+
 /// Puts the thread into flush-to-zero mode for as long as it lives: Embree asks for it, and every
 /// thread that shades must be in one and the same mode for images to be equal.
 class FlushDenormals {

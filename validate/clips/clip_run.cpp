@@ -9,6 +9,7 @@
 #include "validate/clips/clip_judge.h"
 #include "validate/files/hash.h"
 #include "validate/files/import.h"
+#include "validate/report/libraries.h"
 #include "validate/run/confirmed.h"
 #include "validate/run/run.h"
 #include "validate/run/verdict.h"
@@ -107,7 +108,7 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
   report.title = "Judging YOUR RIG: the motion of " + clip.file_name + " on " +
                  (on.metrics == nullptr ? "its own joints (no body was given: chain only)"
                                         : on.character.file_name);
-  report.provenance["backbend"] = BACKBEND_VERSION;
+  report.provenance = program_versions();
   report.provenance["clip " + clip.name] = hash_text(clip.content_hash_high, clip.content_hash_low);
   const ClipBody body(on.character, on.anatomy, clip, request.names);
   const ClipSystem system(on.character, on.anatomy, body);

@@ -13,6 +13,7 @@
 #include "validate/report/headline_picture.h"
 #include "validate/report/html.h"
 #include "validate/report/junit.h"
+#include "validate/report/libraries.h"
 #include "validate/report/markdown.h"
 #include "validate/report/report_json.h"
 #include "validate/run/canary.h"
@@ -256,7 +257,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   Report report;
   report.title = request.title.empty() ? suite.title : request.title;
   report.suite = suite.name;
-  report.provenance["backbend"] = BACKBEND_VERSION;
+  report.provenance = program_versions();
   if (!suite.file.empty()) report.provenance["suite"] = content_hash(read_bytes(suite.file));
   const LimitSet limits = limits_for(suite.rules, "");
   const OutputFolder folder(request.folder);

@@ -1,0 +1,19 @@
+#include "render/library_versions.h"
+
+#include <OpenImageIO/imageio.h>
+
+#include "render/ray_device.h"
+
+namespace backbend::render {
+
+std::map<std::string, std::string> library_versions() {
+  // Both count as 10000 major + 100 minor + patch.
+  const auto text = [](int number) {
+    return std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." +
+           std::to_string(number % 100);
+  };
+  return {{"embree", text(ray_device_version())},
+          {"openimageio", text(OIIO::openimageio_version())}};
+}
+
+}  // namespace backbend::render
