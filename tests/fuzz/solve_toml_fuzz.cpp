@@ -29,8 +29,8 @@ bool run(Input input) {
 std::vector<Bytes> seeds() {
   std::vector<Bytes> out;
   std::string last;
-  for (const auto& each :
-       nlohmann::json::parse(source_text("tests/accept/solver_cases.json")).at("cases")) {
+  const nlohmann::json cases = nlohmann::json::parse(source_text("tests/accept/solver_cases.json"));
+  for (const auto& each : cases.at("cases")) {
     const auto name = each.at("name").get<std::string>();
     const std::string system = name.substr(0, name.find('/'));
     if (system == last) continue;
