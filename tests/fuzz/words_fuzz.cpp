@@ -33,9 +33,10 @@ void use(char kind, const std::string& word) {
     require(shard.index >= 1 && shard.index <= shard.count, "a share of those there are");
   } else if (!std::string_view(word).ends_with(".toml")) {  // that would be a file of this machine
     const validate::RigPlan plan = validate::read_rig(word);
-    require(validate::read_rig(validate::rig_text(plan.spec)).spec.options == plan.spec.options,
+    const auto system = solver::build_system(plan.spec, straight());
+    const validate::RigPlan again = validate::read_rig(validate::rig_text(plan.spec));
+    require(solver::build_system(again.spec, straight())->options() == system->options(),
             "a rig's text makes the same rig");
-    solver::build_system(plan.spec, straight());
   }
 }
 

@@ -152,6 +152,9 @@ TEST(ReadRig, TakesOptionsInline) {
 TEST(RigText, IsReadBackAsTheSameRig) {
   const RigPlan plan = read_rig("isner:vertebrae=7,depth=[0.3, 0.4],length=stretchy");
   EXPECT_EQ(read_rig(rig_text(plan.spec)).spec.options, plan.spec.options);
+  // To the last digit, so that what shows a finding again shows the same one.
+  const RigPlan fine = read_rig("even:reach=0.12345678901234567,weights=[[0,0.7999999999999999]]");
+  EXPECT_EQ(read_rig(rig_text(fine.spec)).spec.options, fine.spec.options);
 }
 
 TEST(ReadRig, SuggestsTheNearestSystem) {

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "validate/files/output_folder.h"
+#include "validate/report/number_text.h"
 
 namespace backbend::validate {
 namespace {
@@ -361,13 +362,13 @@ void check_names(const Suite& suite) {
 
 std::string list_text(const std::vector<double>& values) {
   std::string text;
-  for (const double value : values) text += (text.empty() ? "" : ", ") + number_text(value, 12);
+  for (const double value : values) text += (text.empty() ? "" : ", ") + shortest(value);
   return "[" + text + "]";
 }
 
 std::string option_text(const solver::OptionValue& value) {
   if (const bool* flag = std::get_if<bool>(&value)) return *flag ? "true" : "false";
-  if (const double* number = std::get_if<double>(&value)) return number_text(*number, 12);
+  if (const double* number = std::get_if<double>(&value)) return shortest(*number);
   if (const std::string* word = std::get_if<std::string>(&value)) return *word;
   if (const auto* list = std::get_if<std::vector<double>>(&value)) return list_text(*list);
   std::string text;
