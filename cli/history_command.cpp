@@ -2,10 +2,10 @@
 #include <cstdio>
 #include <ctime>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "cli/commands.h"
 #include "validate/files/output_folder.h"
+#include "validate/history/history_index.h"
 #include "validate/history/history_text.h"
 #include "validate/history/trend.h"
 #include "validate/report/report_json.h"
@@ -39,18 +39,16 @@ int add_run(const Options& options, const Common& common) {
   return 0;
 }
 
-int print_first_bad(const Options& options, const std::vector<Night>& nights) {
+int print_first_bad(const Options& options, const HistoryIndex& history) {
   const std::string& character = options.first_bad[0];
   const std::string& code = options.first_bad[1];
-  std::set<std::string> known;
-  for (const Night& night : nights)
-    for (const auto& [name, hash] : night.version) known.insert(name);
-  if (!known.contains(character)) {
-    const std::vector<std::string> names(known.begin(), known.end());
+  const std::vector<std::string> names = history.characters();
+  if (std::find(names.begin(), names.end(), character) == names.end()) {
     const auto near = nearest_name(character, names);
     throw CLI::ValidationError("no night has a character '" + character + "'" +
                                (near ? ", did you mean '" + *near + "'?" : ""));
   }
+  const std::vector<Night> nights = history.nights_of(character, code);
   const auto onset = first_bad(nights, character, code);
   if (onset) {
     std::fputs(onset_text(character, code, *onset, style_of_stdout()).c_str(), stdout);
@@ -83,18 +81,13 @@ nlohmann::json json_of(const TrendTable& table) {
   return {{"schema", "backbend.history/1"}, {"nights", table.nights}, {"trends", trends}};
 }
 
-int print_history(const Options& options, const Common& common, const std::vector<Night>& nights) {
+int print_history(const Options& options, const Common& common, const HistoryIndex& history) {
   // The last night's suite, unless another is asked for.
-  const std::string suite =
-      !options.suite.empty() || nights.empty() ? options.suite : nights.back().suite;
-  TrendTable table = trends_of(nights, suite, static_cast<std::size_t>(options.nights));
-  const auto hidden = [](const std::string& wanted, const std::string& found) {
-    return !wanted.empty() && wanted != found;
-  };
-  std::erase_if(table.trends, [&](const Trend& t) {
-    return hidden(options.character, t.character) || hidden(options.rig, t.rig) ||
-           hidden(options.metric, t.metric);
-  });
+  const std::string suite = options.suite.empty() ? history.last_suite() : options.suite;
+  const auto most = static_cast<std::size_t>(options.nights);
+  const TrendTable table =
+      trends_of(history.last_nights(suite, most, {options.character, options.rig, options.metric}),
+                suite, most);
   if (common.json)
     std::printf("%s\n", json_of(table).dump(2).c_str());
   else
@@ -110,9 +103,9 @@ void add_history(const Registry& registry) {
       registry.add("history", "how every metric went over the nights, and since when a check fails",
                    [options, &common = registry.common] {
                      if (!options->add.empty()) return add_run(*options, common);
-                     const std::vector<Night> nights = read_history(options->file);
-                     if (!options->first_bad.empty()) return print_first_bad(*options, nights);
-                     return print_history(*options, common, nights);
+                     const HistoryIndex history(options->file);
+                     if (!options->first_bad.empty()) return print_first_bad(*options, history);
+                     return print_history(*options, common, history);
                    });
   command->add_option("--file", options->file, "the history [runs/history.jsonl]");
   command->add_option("--add", options->add, "add a run folder or report.json as a night");

@@ -46,6 +46,22 @@ class OneBadRig(unittest.TestCase):
         one = self.backbend("history", "--file", "nights.jsonl", "--metric", "chain_kink").stdout
         self.assertIn("*", one)
 
+    def test_the_index_is_made_again_where_it_is_gone_or_damaged_and_says_the_same(self):
+        copy, index = self.folder / "kept.jsonl", self.folder / "kept.jsonl.index"
+        copy.write_bytes((self.folder / "nights.jsonl").read_bytes())
+        first = self.backbend("history", "--file", "kept.jsonl", "--json").stdout
+        self.assertTrue(index.read_bytes().startswith(b"SQLite format 3"))
+        whole = index.read_bytes()
+        for damage in (b"", b"no database", whole[:5000], whole[:4096] + b"\xff" * (len(whole) - 4096)):
+            index.write_bytes(damage)
+            self.assertEqual(self.backbend("history", "--file", "kept.jsonl", "--json").stdout, first)
+        index.unlink()
+        self.assertEqual(self.backbend("history", "--file", "kept.jsonl", "--json").stdout, first)
+        self.backbend("history", "--file", "kept.jsonl", "--add", "run", "--date", "2099-01-01", "--label", "v002")
+        grown = json.loads(self.backbend("history", "--file", "kept.jsonl", "--json").stdout)
+        self.assertEqual(len(grown["nights"]), 2)
+        self.assertEqual(copy.read_bytes().count(b"\n"), 2)
+
     def test_the_version_where_it_began_is_named(self):
         code = self.failures[0]["code"]
         shown = self.backbend("history", "--file", "nights.jsonl", "--first-bad", "human", code).stdout

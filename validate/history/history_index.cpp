@@ -1,0 +1,322 @@
+#include "validate/history/history_index.h"
+
+#include <sqlite3.h>
+
+#include <cmath>
+#include <limits>
+#include <map>
+#include <string_view>
+#include <system_error>
+
+#include "validate/files/hash.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/names.h"
+
+namespace backbend::validate {
+namespace {
+
+/// Counted up whenever the tables or what is in them change: another version's index is none.
+constexpr int kVersion = 1;
+/// How long another process may take to bring the same index up to date.
+constexpr int kBusy_ms = 2000;
+
+constexpr const char* kTables = R"(
+CREATE TABLE source(bytes INTEGER NOT NULL, hash TEXT NOT NULL);
+CREATE TABLE night(id INTEGER PRIMARY KEY, date TEXT NOT NULL, label TEXT NOT NULL,
+  suite TEXT NOT NULL, report TEXT NOT NULL, verdict TEXT NOT NULL);
+CREATE INDEX night_suite ON night(suite, id);
+CREATE TABLE version(night INTEGER NOT NULL, character TEXT NOT NULL, hash TEXT NOT NULL);
+CREATE INDEX version_night ON version(night);
+CREATE INDEX version_character ON version(character, night);
+CREATE TABLE value(night INTEGER NOT NULL, character TEXT NOT NULL, rig TEXT NOT NULL,
+  mapping TEXT NOT NULL, metric TEXT NOT NULL, unit TEXT NOT NULL, more INTEGER NOT NULL,
+  value REAL);
+CREATE INDEX value_night ON value(night);
+CREATE TABLE failure(night INTEGER NOT NULL, character TEXT NOT NULL, rig TEXT NOT NULL,
+  mapping TEXT NOT NULL, code TEXT NOT NULL, pose TEXT NOT NULL, value REAL);
+CREATE INDEX failure_night ON failure(night);
+)";
+
+/// SQLite did not do what was asked: the index is then made anew.
+struct IndexTrouble : HistoryError {
+  explicit IndexTrouble(sqlite3* database)
+      : HistoryError(std::string("the history's index: ") + sqlite3_errmsg(database)),
+        busy(sqlite3_errcode(database) == SQLITE_BUSY) {}
+  explicit IndexTrouble(const char* what) : HistoryError(what) {}
+  bool busy = false;  // another process brings it up to date: it is not damaged
+};
+
+/// One prepared statement.
+class Statement {
+ public:
+  Statement(sqlite3* database, const char* sql) : database_(database) {
+    check(sqlite3_prepare_v2(database, sql, -1, &statement_, nullptr));
+  }
+  ~Statement() { sqlite3_finalize(statement_); }
+  Statement(const Statement&) = delete;
+  Statement& operator=(const Statement&) = delete;
+
+  Statement& with(std::string_view text) {
+    check(sqlite3_bind_text64(statement_, ++bound_, text.data(), text.size(), SQLITE_TRANSIENT,
+                              SQLITE_UTF8));
+    return *this;
+  }
+  Statement& with(std::int64_t number) {
+    check(sqlite3_bind_int64(statement_, ++bound_, number));
+    return *this;
+  }
+  /// NaN is null.
+  Statement& with(double number) {
+    ++bound_;
+    check(std::isfinite(number) ? sqlite3_bind_double(statement_, bound_, number)
+                                : sqlite3_bind_null(statement_, bound_));
+    return *this;
+  }
+  /// The next row; false after the last.
+  bool step() {
+    const int result = sqlite3_step(statement_);
+    if (result != SQLITE_ROW && result != SQLITE_DONE) check(result);
+    return result == SQLITE_ROW;
+  }
+  /// Does it for the values that are bound, and is ready for the next ones.
+  void run() {
+    step();
+    check(sqlite3_reset(statement_));
+    bound_ = 0;
+  }
+  std::string text(int column) {
+    const void* const bytes = sqlite3_column_text(statement_, column);
+    const int size = sqlite3_column_bytes(statement_, column);
+    return bytes == nullptr
+               ? ""
+               : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
+  }
+  std::int64_t whole(int column) { return sqlite3_column_int64(statement_, column); }
+  double number(int column) {
+    return sqlite3_column_type(statement_, column) == SQLITE_NULL
+               ? std::numeric_limits<double>::quiet_NaN()
+               : sqlite3_column_double(statement_, column);
+  }
+
+ private:
+  void check(int result) const {
+    if (result != SQLITE_OK) throw IndexTrouble(database_);
+  }
+
+  sqlite3* database_;
+  sqlite3_stmt* statement_ = nullptr;
+  int bound_ = 0;
+};
+
+void execute(sqlite3* database, const char* sql) {
+  if (sqlite3_exec(database, sql, nullptr, nullptr, nullptr) != SQLITE_OK)
+    throw IndexTrouble(database);
+}
+
+/// How many bytes of the history the index holds, where they are still what it was made from.
+std::size_t bytes_indexed(sqlite3* database, std::string_view text) {
+  Statement version(database, "PRAGMA user_version");
+  if (!version.step() || version.whole(0) != kVersion) return 0;
+  Statement source(database, "SELECT bytes, hash FROM source");
+  if (!source.step()) return 0;
+  const auto bytes = static_cast<std::size_t>(source.whole(0));
+  if (bytes > text.size() || content_hash(text.substr(0, bytes)) != source.text(1)) return 0;
+  return bytes;
+}
+
+/// Everything that was there goes; the tables are as new.
+void start_anew(sqlite3* database) {
+  for (const char* table : {"source", "night", "version", "value", "failure"})
+    execute(database, ("DROP TABLE IF EXISTS " + std::string(table)).c_str());
+  execute(database, kTables);
+  execute(database, ("PRAGMA user_version = " + std::to_string(kVersion)).c_str());
+}
+
+void add_nights(sqlite3* database, const std::vector<Night>& nights) {
+  Statement last(database, "SELECT coalesce(max(id), 0) FROM night");
+  last.step();
+  std::int64_t id = last.whole(0);
+  Statement night(database, "INSERT INTO night VALUES (?, ?, ?, ?, ?, ?)");
+  Statement version(database, "INSERT INTO version VALUES (?, ?, ?)");
+  Statement value(database, "INSERT INTO value VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  Statement failure(database, "INSERT INTO failure VALUES (?, ?, ?, ?, ?, ?, ?)");
+  for (const Night& each : nights) {
+    night.with(++id).with(each.date).with(each.label).with(each.suite).with(each.report);
+    night.with(verdict_word(each.verdict)).run();
+    for (const auto& [character, hash] : each.version)
+      version.with(id).with(character).with(hash).run();
+    for (const NightValue& v : each.values) {
+      value.with(id).with(v.character).with(v.rig).with(v.mapping).with(v.metric).with(v.unit);
+      value.with(std::int64_t{v.more_is_worse}).with(v.value).run();
+    }
+    for (const NightFailure& f : each.failures) {
+      failure.with(id).with(f.character).with(f.rig).with(f.mapping).with(f.code).with(f.pose);
+      failure.with(f.value).run();
+    }
+  }
+}
+
+/// The head of a night and its versions, from a row `id, date, label, suite, report, verdict`.
+Night night_at(sqlite3* database, Statement& row) {
+  Night night;
+  night.date = row.text(1);
+  night.label = row.text(2);
+  night.suite = row.text(3);
+  night.report = row.text(4);
+  night.verdict = verdict_from_word(row.text(5)).value_or(Verdict::not_measured);
+  Statement version(database, "SELECT character, hash FROM version WHERE night = ?");
+  version.with(row.whole(0));
+  while (version.step()) night.version[version.text(0)] = version.text(1);
+  return night;
+}
+
+constexpr const char* kHead = "SELECT id, date, label, suite, report, verdict FROM night ";
+
+}  // namespace
+
+std::filesystem::path HistoryIndex::path_for(const std::filesystem::path& history) {
+  return history.string() + ".index";
+}
+
+HistoryIndex::HistoryIndex(const std::filesystem::path& history) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  const std::string text = fs::exists(history, none) ? read_text(history) : "";
+  const std::string name = history.string();
+  const fs::path file = path_for(history);
+  const fs::file_type there = fs::symlink_status(file, none).type();
+  // A link planted under the index's name is replaced, never followed; what is no file stays.
+  if (there == fs::file_type::symlink) fs::remove(file, none);
+  const bool keeps =
+      !text.empty() && (there == fs::file_type::not_found || there == fs::file_type::regular ||
+                        there == fs::file_type::symlink);
+  for (int attempt = 0; keeps && attempt < 2; ++attempt) {
+    try {
+      open(file.string(), text, name);
+      return;
+    } catch (const IndexTrouble& trouble) {
+      if (trouble.busy) break;
+      fs::remove(file, none);
+      fs::remove(file.string() + "-journal", none);
+    }
+  }
+  open(":memory:", text, name);
+}
+
+HistoryIndex::~HistoryIndex() { sqlite3_close(database_); }
+
+void HistoryIndex::open(const std::string& file, const std::string& text, const std::string& name) {
+  sqlite3_close(database_);
+  database_ = nullptr;
+  lines_read_ = 0;
+  try {
+    const int flags = SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+    if (sqlite3_open_v2(file.c_str(), &database_, flags, nullptr) != SQLITE_OK)
+      throw IndexTrouble(database_);
+    sqlite3_busy_timeout(database_, kBusy_ms);
+    execute(database_, "BEGIN IMMEDIATE");
+    fill(text, name);
+    execute(database_, "COMMIT");
+  } catch (...) {
+    // What was begun is not kept.
+    sqlite3_close(database_);
+    database_ = nullptr;
+    throw;
+  }
+}
+
+void HistoryIndex::fill(const std::string& text, const std::string& name) {
+  Statement sound(database_, "PRAGMA quick_check(1)");
+  if (!sound.step() || sound.text(0) != "ok") throw IndexTrouble("the index is damaged");
+  std::size_t from = bytes_indexed(database_, text);
+  if (from == text.size() && from > 0) return;
+  if (from == 0) start_anew(database_);
+  std::vector<Night> added;
+  try {
+    added = parse_history(std::string_view(text).substr(from), name);
+  } catch (const HistoryError&) {
+    if (from == 0) throw;
+    parse_history(text, name);  // says the line as it is counted in the whole file
+    throw;
+  }
+  lines_read_ = added.size();
+  add_nights(database_, added);
+  execute(database_, "DELETE FROM source");
+  Statement(database_, "INSERT INTO source VALUES (?, ?)")
+      .with(static_cast<std::int64_t>(text.size()))
+      .with(content_hash(text))
+      .run();
+}
+
+std::size_t HistoryIndex::night_count() const {
+  Statement row(database_, "SELECT count(*) FROM night");
+  row.step();
+  return static_cast<std::size_t>(row.whole(0));
+}
+
+std::string HistoryIndex::last_suite() const {
+  Statement row(database_, "SELECT suite FROM night ORDER BY id DESC LIMIT 1");
+  return row.step() ? row.text(0) : "";
+}
+
+std::vector<std::string> HistoryIndex::characters() const {
+  std::vector<std::string> names;
+  Statement row(database_, "SELECT DISTINCT character FROM version ORDER BY character");
+  while (row.step()) names.push_back(row.text(0));
+  return names;
+}
+
+std::vector<Night> HistoryIndex::last_nights(const std::string& suite, std::size_t most,
+                                             const Wanted& wanted) const {
+  Statement row(database_, ("SELECT * FROM (" + std::string(kHead) +
+                            "WHERE suite = ? ORDER BY id DESC LIMIT ?) ORDER BY id")
+                               .c_str());
+  row.with(suite).with(static_cast<std::int64_t>(most));
+  std::vector<Night> nights;
+  while (row.step()) {
+    nights.push_back(night_at(database_, row));
+    Night& night = nights.back();
+    Statement value(database_,
+                    "SELECT character, rig, mapping, metric, unit, more, value FROM value "
+                    "WHERE night = ?1 AND ?2 IN ('', character) AND ?3 IN ('', rig) AND ?4 IN "
+                    "('', metric) ORDER BY rowid");
+    value.with(row.whole(0)).with(wanted.character).with(wanted.rig).with(wanted.metric);
+    while (value.step()) {
+      night.values.push_back({value.text(0), value.text(1), value.text(2), value.text(3),
+                              value.text(4), value.whole(5) != 0, value.number(6)});
+    }
+    Statement failure(database_,
+                      "SELECT character, rig, mapping, code, pose, value FROM failure WHERE night "
+                      "= ? ORDER BY rowid");
+    failure.with(row.whole(0));
+    while (failure.step()) {
+      night.failures.push_back({failure.text(0), failure.text(1), failure.text(2), failure.text(3),
+                                failure.text(4), failure.number(5)});
+    }
+  }
+  return nights;
+}
+
+std::vector<Night> HistoryIndex::nights_of(const std::string& character,
+                                           const std::string& code) const {
+  Statement row(database_,
+                (std::string(kHead) +
+                 "WHERE id IN (SELECT night FROM version WHERE character = ?) ORDER BY id")
+                    .c_str());
+  row.with(character);
+  std::vector<Night> nights;
+  while (row.step()) {
+    nights.push_back(night_at(database_, row));
+    Statement failure(database_,
+                      "SELECT rig, mapping, pose, value FROM failure WHERE night = ? AND character "
+                      "= ? AND code = ? ORDER BY rowid");
+    failure.with(row.whole(0)).with(character).with(code);
+    while (failure.step()) {
+      nights.back().failures.push_back(
+          {character, failure.text(0), failure.text(1), code, failure.text(2), failure.number(3)});
+    }
+  }
+  return nights;
+}
+
+}  // namespace backbend::validate
