@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 namespace {
 
 /// What is large in a run's folder; the report in all its forms is small and stays.
-constexpr const char* kHeavy[] = {"findings", "frames", "media", "meshes"};
+constexpr const char* kHeavy[] = {"findings", "frames", "media", "meshes", "review"};
 
 /// A folder that a run named by itself (runs/2026-11-22_031500) and that holds its report. Nothing
 /// else is ever touched.

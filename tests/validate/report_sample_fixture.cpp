@@ -116,7 +116,8 @@ Finding finding(const std::string& code, const std::string& rig, const std::stri
   f.pictures.before = picture_of(rig, mapping, sweep, f.pose_index);
   f.pictures.after = picture_of(rig, mapping, sweep, f.pose_index + 1);
   f.pictures.heat = "heat/" + f.pictures.after.substr(7);
-  f.pictures.other = picture_of(rig == "isner" ? "curve" : "isner", mapping, sweep, f.pose_index);
+  f.pictures.other_rig = rig == "isner" ? "curve" : "isner";
+  f.pictures.other = picture_of(f.pictures.other_rig, mapping, sweep, f.pose_index);
   f.reproduce = "backbend render --character human.glb --rig " + rig + " --mapping " + mapping +
                 " --pose " + sweep + "=" + significant(at, 7) + " --view profile";
   return f;
@@ -159,6 +160,9 @@ void add_findings(Report& r) {
   Finding drift = finding("BB020", "curve", "chest", "extension", 58, 0.66, 0.5, "deg");
   drift.joint = "clavicle.L";
   drift.detail = "hidden Euler twist 0.5, holonomy 0.1, aim 0.1";
+  drift.artist = {
+      {"maya", "from maya import cmds; cmds.setAttr(\"chest_ctl.rotateX\", -58)"},
+      {"blender", "import bpy, math; c = bpy.context.object.pose.bones[\"chest_ctl\"]"}};
   drift.image = {true, false, "three-quarter", "arm_centroid_px", 0.3, 0.5, 0, ""};
   Finding wrapper = finding("BB030", "curve", "spread", "twist", 60, 0.71, 0.75, "of rest area");
   wrapper.owner = Owner::weights;
@@ -250,6 +254,9 @@ Report sample_report() {
   r.detectors = {
       "flip from 1.2 deg, kink from 2 deg at 6 joints, drift from 0.05 deg; 0 of 2000 clean poses "
       "flagged"};
+  r.calibration = {
+      {"flip", "BB001", "10 bones", "deg", 1, 200, 0, 1.2, 1.2, true},
+      {"chain kink", "BB010", "24 bones", "deg", 0.2, 200, 3, 0.5, kNotMeasured, false}};
   r.pairs = {{"Isner flips at extension 114.3", "one step of 0.00002 degrees apart",
               picture_of("isner", "chest", "extension", 57), "114.29999",
               picture_of("isner", "chest", "extension", 58), "114.30001",
@@ -311,8 +318,10 @@ Report sample_report_named(const std::string& name) {
     f.code = f.character = f.rig = f.mapping = f.sweep = f.pose = f.joint = f.unit = name;
     f.detail = f.reproduce = f.image.camera = f.image.metric = f.image.note = name;
     f.geometry = {{name, 1.0}};
-    f.pictures = {name, name, name, name};
+    f.pictures = {name, name, name, name, name};
+    f.artist = {{name, name}};
   }
+  for (CalibrationRow& c : r.calibration) c.detector = c.code = c.body = c.unit = name;
   for (CanaryResult& c : r.canaries) c.rig = c.code = c.joint = c.detail = name;
   for (PicturePair& p : r.pairs) p = {name, name, name, name, name, name, name, p.finding};
   for (MediaItem& m : r.media) m.title = m.path = name;
@@ -387,6 +396,7 @@ Report sample_report_hostile(std::size_t from, std::size_t count) {
     append(all.findings, one.findings);
     append(all.canaries, one.canaries);
     append(all.detectors, one.detectors);
+    append(all.calibration, one.calibration);
     append(all.pairs, one.pairs);
     append(all.media, one.media);
     for (MeshView& m : one.meshes) m.finding += findings_before;

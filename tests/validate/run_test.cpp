@@ -28,6 +28,7 @@ RunRequest small_night() {
   request.suite.rigs.back().role = Role::reference;
   request.suite.sweeps = {channel_sweep("extension", 0, 180, 6)};
   request.suite.pictures.enabled = false;
+  request.suite.calibration = {};
   request.image_pass = false;
   return request;
 }
@@ -129,6 +130,28 @@ TEST(Nightly, GivesTheSameReportOnOneThreadAndOnMany) {
   EXPECT_EQ(reports[0], reports[1]);
 }
 
+TEST(Nightly, TriesItsDetectorsOnPlantedFaultsWhereTheSuiteAsksForIt) {
+  EXPECT_TRUE(small_report().calibration.empty());
+  RunRequest request = small_night();
+  request.suite.sweeps = {channel_sweep("extension", 0, 20, 10)};
+  request.suite.mappings = {solver::Mapping::chest};
+  request.suite.rigs = {read_rig("even")};
+  request.suite.calibration = {40, 10};
+  Progress progress(Progress::Style::none);
+  const Report report = run_suite(request, progress);
+  for (const char* code : {"BB001", "BB010", "BB011", "BB014", "BB020", "BB060"}) {
+    const auto row = std::find_if(report.calibration.begin(), report.calibration.end(),
+                                  [&](const CalibrationRow& each) { return each.code == code; });
+    ASSERT_NE(row, report.calibration.end()) << code;
+    EXPECT_EQ(row->false_alarms, 0) << code;
+    EXPECT_TRUE(row->ok) << code << " " << row->smallest << " > " << row->target;
+  }
+  ASSERT_EQ(report.detectors.size(), 1u);
+  EXPECT_NE(report.detectors[0].find("each found its target, 0 of "), std::string::npos)
+      << report.detectors[0];
+  EXPECT_EQ(report_json(parse_report(report_json(report), "r")), report_json(report));
+}
+
 TEST(Nightly, MakesADeafCanaryTheVerdict) {
   RunRequest request = small_night();
   request.suite.sweeps = {channel_sweep("extension", 0, 90, 10)};  // ends before the flip
@@ -171,6 +194,13 @@ TEST(Pictures, OfARunAreWrittenAndNamedInTheReport) {
   }
   for (const MediaItem& item : report.media)
     EXPECT_TRUE(fs::is_regular_file(request.folder / item.path)) << item.path;
+  // Three poses and the two seconds for which the worst is held; each frame's angle beside it.
+  const auto review = std::find_if(report.media.begin(), report.media.end(),
+                                   [](const MediaItem& each) { return each.kind == "review"; });
+  ASSERT_NE(review, report.media.end());
+  EXPECT_EQ(review->path, "review/human_chest_extension.mp4");
+  const std::string angles = read_text(request.folder / "review/human_chest_extension.csv");
+  EXPECT_EQ(std::count(angles.begin(), angles.end(), '\n'), 1 + 3 + 48) << angles;
   for (const char* name : {"report.json", "index.html", "junit.xml", "report.md", "findings.csv"}) {
     EXPECT_TRUE(fs::is_regular_file(request.folder / name)) << name;
   }

@@ -85,6 +85,16 @@ TEST_F(SuiteFile, RefusesWhatItCannotRun) {
                      "[[rig]]\nname = \"proposed\"\nsolver = { system = \"isner\" }\n")
                 .find("two rigs"),
             std::string::npos);
+  // What differs in letters that file names cannot hold would write each other's pictures.
+  EXPECT_NE(
+      error_of(std::string(kSmall) + "[[rig]]\nname = \"a b\"\nsolver = { system = \"isner\" }\n"
+                                     "[[rig]]\nname = \"a?b\"\nsolver = { system = \"isner\" }\n")
+          .find("rigs 'a b' and 'a?b' would write files of one name"),
+      std::string::npos);
+  EXPECT_NE(error_of("[suite]\ncharacters = [\"a/hero.glb\", \"b/hero.glb\"]\n"
+                     "[[rig]]\nsolver = { system = \"isner\" }\n")
+                .find("two characters are named 'hero'"),
+            std::string::npos);
   EXPECT_NE(error_of(std::string(kSmall) + "[[sweep]]\nchannel = \"twist\"\nto = inf\n")
                 .find("'to' must be a number"),
             std::string::npos);

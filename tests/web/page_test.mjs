@@ -469,6 +469,37 @@ test("posed meshes turn in 3D, coloured by their heat", async () => {
   await drawing.close();
 });
 
+test("the detectors' calibration is a table, and what missed its target stands out", async () => {
+  const page = await night();
+  const rows = page.locator("#trust table.calibration tbody tr");
+  assert.equal(await rows.count(), 2);
+  assert.match(await rows.first().innerText(), /flip\s+BB001\s+10 bones\s+1°\s+200\s+0\s+1.2°\s+1.2°\s+.*pass/);
+  assert.match(await rows.nth(1).innerText(), /chain kink.*200\s+3\s+none\s+0.5°\s+.*fail/);
+  assert.equal(await rows.nth(1).locator("td.over").count(), 2);
+  await page.locator("#trust").scrollIntoViewIfNeeded();
+  await shot(page, "trust");
+  await done(page);
+});
+
+test("a finding names the other rig, and says what to set in the artist's program", async () => {
+  const page = await night({ hash: "#finding/BB020~human~curve~chest~extension~58~clavicle.L" });
+  await titled(page, "BB020");
+  const options = await page.locator("#case").getByLabel("right", { exact: true }).locator("option").allInnerTexts();
+  assert.deepEqual(options, ["before", "after", "isner"]);
+  const lines = page.locator("#case .reproduce", { hasText: "Your rig in this pose" });
+  assert.equal(await lines.count(), 2);
+  assert.equal(await lines.filter({ hasText: "maya" }).locator("pre").innerText(), 'from maya import cmds; cmds.setAttr("chest_ctl.rotateX", -58)');
+  await shot(page, "finding-artist");
+  await done(page);
+});
+
+test("nothing stands out of a telephone's width", async () => {
+  const page = await night({ width: 390 });
+  assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), "the page scrolls sideways");
+  await shot(page, "narrow", true);
+  await done(page);
+});
+
 test("the trend names each lasting change, and headroom shows its last thirty nights", async () => {
   const page = await night();
   const tile = page.locator(".tile", { hasText: /extension/i });

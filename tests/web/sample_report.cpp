@@ -7,6 +7,7 @@
 
 #include "../validate/report_sample.h"
 #include "validate/report/html.h"
+#include "validate/report/junit.h"
 #include "validate/report/report_json.h"
 #include "validate/report/terminal.h"
 
@@ -25,6 +26,7 @@ void write(const fs::path& path, const std::string& text) { write(path, text.dat
 
 void write_page(const fs::path& folder, const Report& report) {
   write(folder / "report.json", report_json(report));
+  write(folder / "junit.xml", junit_xml(report));
   const auto meshes = [](const std::string& path) { return std::optional(sample_mesh(path)); };
   for (const auto& [name, text] : render_html(report, meshes)) write(folder / name, text);
 }

@@ -7,6 +7,7 @@
 #include "skin/matrix_facts.h"
 #include "skin/printable.h"
 #include "validate/clips/clip_judge.h"
+#include "validate/evidence/artist.h"
 #include "validate/files/hash.h"
 #include "validate/files/import.h"
 #include "validate/report/libraries.h"
@@ -99,7 +100,28 @@ struct Judged {
   const skin::Character& character;
   const skin::Anatomy& anatomy;
   const BodyMetrics* metrics;
+  const std::optional<skin::Sidecar>& sidecar;
 };
+
+/// What to set in the artist's program, where the clip says which channels moved and the sidecar
+/// which controls they are.
+void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const skin::Clip& clip,
+                   std::vector<Finding>& findings) {
+  if (!sidecar) return;
+  for (Finding& finding : findings) {
+    const auto sweep = std::find_if(clip.sweeps.begin(), clip.sweeps.end(),
+                                    [&](const auto& each) { return each.name == finding.sweep; });
+    if (sweep == clip.sweeps.end() || finding.pose_index < 0) continue;
+    const Index frame = sweep->first + static_cast<Index>(finding.pose_index);
+    PoseDegrees pose;
+    for (Index k = 0; k < clip.control.size(); ++k) {
+      const double value = clip.control_value[frame * clip.control.size() + k];
+      double* const channel = pose.find(clip.control[k]);
+      if (channel != nullptr && std::isfinite(value)) *channel = value;
+    }
+    finding.artist = artist_lines(*sidecar, pose);
+  }
+}
 
 Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judged& on,
                   Progress& progress) {
@@ -133,6 +155,7 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
       measure_clip(on.character, on.anatomy, clip, body, system, on.metrics, progress);
   report.findings = judge_clip(record, context);
   book_clip_owners(context, record, report.findings);
+  say_to_artist(on.sidecar, clip, report.findings);
 
   RigResult rig;
   rig.character = on.character.name;
@@ -167,20 +190,22 @@ Report run_clip(const ClipRequest& request, Progress& progress) {
   const bool own_body = request.character.empty() && clip.has_body;
   if (request.character.empty() && !own_body) {
     skin::AnatomyHints hints = request.hints;
-    if (const auto sidecar = skin::read_sidecar(request.clip)) {
+    const auto sidecar = skin::read_sidecar(request.clip);
+    if (sidecar) {
       skin::apply_sidecar(*sidecar, clip);
       hints = skin::hints_with(*sidecar, std::move(hints));
     }
     const skin::Character skeleton = bare_skeleton(clip);
     const skin::Anatomy anatomy = skeleton_anatomy(skeleton, with_clip(std::move(hints), clip));
-    return judge_body(request, clip, {skeleton, anatomy, nullptr}, progress);
+    return judge_body(request, clip, {skeleton, anatomy, nullptr, sidecar}, progress);
   }
   ConfirmedCharacter confirmed =
       load_confirmed(own_body ? request.clip : request.character, request.hints);
   if (confirmed.sidecar) skin::apply_sidecar(*confirmed.sidecar, clip);
   const Stage stage(std::move(confirmed.character), confirmed.hints);
   const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
-  return judge_body(request, clip, {stage.character(), stage.anatomy(), &metrics}, progress);
+  return judge_body(request, clip,
+                    {stage.character(), stage.anatomy(), &metrics, confirmed.sidecar}, progress);
 }
 
 }  // namespace backbend::validate

@@ -8,6 +8,8 @@
 #include "render/png.h"
 #include "render/sheet.h"
 #include "skin/glb_writer.h"
+#include "validate/evidence/artist.h"
+#include "validate/evidence/review.h"
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
 #include "validate/report/escape.h"
@@ -26,17 +28,8 @@ constexpr int kMeshesOfRig = 2;
 constexpr std::size_t kMostMeshVertices = 200000;
 /// Sweep frames are many: small, and with fewer samples.
 constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
-
-/// A name that is safe in every file system, from a name that anybody may have given.
-std::string file_word(const std::string& name) {
-  std::string word;
-  for (const char c : name) {
-    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-                       c == '_' || c == '-' || c == '.';
-    word += plain ? c : '_';
-  }
-  return word.substr(0, 80);
-}
+/// How long a review clip stands still at the worst angle: two seconds.
+constexpr std::size_t kHeldFrames = 48;
 
 std::string rig_word(const RigRecord& rig) {
   return file_word(rig.plan.name) + "_" + std::string(mapping_name(rig.mapping));
@@ -128,6 +121,11 @@ struct Shooting {
                                             visible(finding.rig) + ", " + visible(finding.pose) +
                                             ": " + visible(finding.detail) + "\nexec " +
                                             finding.reproduce + "\n");
+    }
+    for (const auto& [program, line] : finding.artist) {
+      folder.write(place + "/set_pose_" + program + ".py",
+                   artist_script(line, finding.code + ", " + finding.pose +
+                                           ": your rig, from its rest, in the same pose"));
     }
     if (!in_page || distance.size() > kMostMeshVertices) return;
     const std::string triangles = "meshes/" + file_word(character.name) + ".triangles";
@@ -231,6 +229,7 @@ void picture_finding(Shooting& shooting, const std::vector<RigRecord>& records,
     return;
   }
   const PosedCharacter there = shooting.posed(*other, pose);
+  finding.pictures.other_rig = other->plan.name;
   finding.pictures.other = shooting.still(there, view, place + "/" + rig_word(*other), right);
   shooting.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
                 other->plan.name);
@@ -348,25 +347,74 @@ void write_sheet(Shooting& shooting, const SweepFrames& frames, int columns,
   report.media.push_back({"contact_sheet", title, name});
 }
 
+/// One pose under every rig of a mapping, side by side; `note`, where it says something, stands
+/// under rig `noted` in place of its kink.
+render::Picture row_of(const SweepFrames& frames, std::size_t pose, std::size_t noted = 0,
+                       const std::string& note = "") {
+  render::Picture row(kFrameWidth * static_cast<int>(frames.rig.size()), kFrameHeight,
+                      {0, 0, 0, 255});
+  for (std::size_t r = 0; r < frames.rig.size(); ++r) {
+    render::Picture picture = frames.picture[r][pose];
+    const PoseRecord& record = frames.rig[r]->sweeps.front().poses[pose];
+    const std::string worst = "kink " + number_text(record.at(MetricId::chain_kink).value, 1);
+    render::burn_in(picture, frames.rig[r]->plan.name, number_text(record.control_deg, 1) + " deg",
+                    r == noted && !note.empty() ? note : worst);
+    render::blit(row, picture, kFrameWidth * static_cast<int>(r), 0);
+  }
+  return row;
+}
+
 void write_sweep_video(Shooting& shooting, const SweepFrames& frames, const std::string& name,
                        Report& report) {
-  const auto count = frames.picture.front().size();
-  const int width = kFrameWidth * static_cast<int>(frames.rig.size());
-  write_video(shooting.folder, name, count, kFramesPerSecond, [&](std::size_t i) {
-    render::Picture row(width, kFrameHeight, {0, 0, 0, 255});
-    for (std::size_t r = 0; r < frames.rig.size(); ++r) {
-      render::Picture picture = frames.picture[r][i];
-      const PoseRecord& pose = frames.rig[r]->sweeps.front().poses[i];
-      render::burn_in(picture, frames.rig[r]->plan.name, number_text(pose.control_deg, 1) + " deg",
-                      "kink " + number_text(pose.at(MetricId::chain_kink).value, 1));
-      render::blit(row, picture, kFrameWidth * static_cast<int>(r), 0);
-    }
-    return row;
-  });
+  write_video(shooting.folder, name, frames.picture.front().size(), kFramesPerSecond,
+              [&](std::size_t i) { return row_of(frames, i); });
   report.media.push_back({"video",
                           "all rigs over " + frames.rig.front()->sweeps.front().sweep.name +
                               ", mapping " + std::string(mapping_name(frames.rig.front()->mapping)),
                           name});
+}
+
+/// For hand-off: the sweep under every rig of the mapping, standing still at the worst angle, and
+/// which angle each frame shows. The worst: of a proposed rig if it has any, else of the first
+/// other; where nothing was found the clip stands still at the sweep's end.
+void write_review(Shooting& shooting, const SweepFrames& frames,
+                  const std::vector<RigRecord>& records,
+                  const std::vector<std::vector<Finding>>& findings, const std::string& stem,
+                  Report& report) {
+  const Sweep& sweep = frames.rig.front()->sweeps.front().sweep;
+  const Finding* worst = nullptr;
+  std::size_t noted = 0;
+  for (const bool proposed : {true, false}) {
+    for (std::size_t r = 0; r < frames.rig.size() && worst == nullptr; ++r) {
+      if ((frames.rig[r]->plan.role == Role::proposed) != proposed) continue;
+      for (const Finding& each : findings[static_cast<std::size_t>(frames.rig[r] - &records[0])]) {
+        if (each.sweep != sweep.name) continue;
+        worst = &each;  // they come worst first
+        noted = r;
+        break;
+      }
+    }
+  }
+  std::vector<double> angles;
+  for (const PoseRecord& pose : frames.rig.front()->sweeps.front().poses)
+    angles.push_back(pose.control_deg);
+  const std::size_t at =
+      worst == nullptr ? angles.size() - 1 : nearest_pose(angles, worst->control_deg);
+  const std::vector<ReviewFrame> order = held_at(angles.size(), at, kHeldFrames);
+  const std::string note =
+      worst == nullptr ? "" : worst->code + " " + number_text(worst->value, 2) + " " + worst->unit;
+  const std::string name = stem + "_" + file_word(sweep.name);
+  write_video(shooting.folder, name + ".mp4", order.size(), kFramesPerSecond, [&](std::size_t i) {
+    return row_of(frames, order[i].pose, noted, order[i].held ? note : "");
+  });
+  shooting.folder.write(name + ".csv", review_csv(order, angles));
+  const std::string held =
+      worst == nullptr ? "nothing found" : worst->code + " of " + frames.rig[noted]->plan.name;
+  report.media.push_back({"review",
+                          sweep.name + ", mapping " +
+                              std::string(mapping_name(frames.rig.front()->mapping)) +
+                              ", held at " + number_text(angles[at], 1) + " (" + held + ")",
+                          name + ".mp4"});
 }
 
 /// The proposed rig at its worst, from all around.
@@ -466,6 +514,8 @@ void make_evidence(const Stage& stage, const render::Bounds& box, const PictureP
       const std::string stem = "media/" + character + "_" + std::string(mapping_name(mapping));
       write_sheet(shooting, sweep, plan.sheet_columns, stem + "_sheet.png", report);
       write_sweep_video(shooting, sweep, stem + "_sweep.mp4", report);
+      write_review(shooting, sweep, records, findings,
+                   "review/" + character + "_" + std::string(mapping_name(mapping)), report);
     }
   }
   if (plan.turntable_views > 0) {

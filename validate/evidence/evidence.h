@@ -15,8 +15,10 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
 /// Renders what a reader of the report must see, into the run's folder: for each rig's worst
 /// findings the pose under this rig, the same pose under the other rig and where they differ; both
 /// sides of every flip; the leading sweep as frames, contact sheet and video with all rigs side by
-/// side; a turntable of the proposed rig at its worst; beside each finding's pictures the posed
-/// mesh as pose.glb and the command that shows it again as repro.sh. Fills the findings' pictures,
+/// side, and once more for review, held at its worst angle, with a table of what each frame shows;
+/// a turntable of the proposed rig at its worst; beside each finding's pictures the posed mesh as
+/// pose.glb, the command that shows it again as repro.sh, and where the finding has lines for the
+/// artist's program these as set_pose_PROGRAM.py. Fills the findings' pictures,
 /// the report's pairs, media and meshes (their findings are the caller's to link) and the sweeps'
 /// frames.
 ///

@@ -209,6 +209,16 @@ std::string read_text(const fs::path& path, std::uintmax_t most_bytes) {
   return std::string(bytes.begin(), bytes.end());
 }
 
+std::string file_word(std::string_view name) {
+  std::string word;
+  for (const char c : name) {
+    const bool plain = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+                       c == '_' || c == '-' || c == '.';
+    word += plain ? c : '_';
+  }
+  return word.substr(0, 80);
+}
+
 void remove_leftovers(const fs::path& folder) {
   std::vector<fs::path> found;
   std::error_code error;

@@ -51,6 +51,10 @@ class OutputFolder {
   std::filesystem::path path_;
 };
 
+/// A name that is safe in every file system, from a name that anybody may have given. Two names may
+/// give one.
+std::string file_word(std::string_view name);
+
 /// Removes what writers that were killed have left below a folder that nobody else writes now:
 /// files that never got their name. Failing is no error.
 void remove_leftovers(const std::filesystem::path& folder);

@@ -109,6 +109,16 @@ struct TrendStep {
   std::string recovered;    // where a later step undid it; empty: it stands
 };
 
+/// What one detector was shown to see tonight: planted faults of rising size among clean poses.
+struct CalibrationRow {
+  std::string detector, code, body, unit;  // body: what it was tried on, `24 bones`
+  double threshold = 0;
+  int clean = 0, false_alarms = 0;  // clean poses, and how many of them it flagged
+  double target = 0;                // the size that has to be found
+  double smallest = 0;              // found in 99 of 100, as is all that is larger; NaN: none
+  bool ok = false;                  // no false alarm, and the target found
+};
+
 /// One metric of one rig over the nights of the suite's history.
 struct Trend {
   std::string character, rig, mapping, metric, unit;
@@ -128,7 +138,8 @@ struct Report {
   std::vector<RigResult> rigs;
   std::vector<Finding> findings;  // worst first
   std::vector<CanaryResult> canaries;
-  std::vector<std::string> detectors;  // one line each: sensitivity at zero false alarms
+  std::vector<std::string> detectors;       // one line each: sensitivity at zero false alarms
+  std::vector<CalibrationRow> calibration;  // empty where the run planted no faults
   std::vector<PicturePair> pairs;
   std::vector<MediaItem> media;
   std::vector<MeshView> meshes;

@@ -96,33 +96,37 @@ json place(const Finding& f) {
   return out;
 }
 
+json value(const FindingPictures& p) {
+  json out = {{"before", p.before}, {"after", p.after}, {"heat", p.heat}, {"other", p.other}};
+  if (!p.other_rig.empty()) out["other_rig"] = p.other_rig;
+  return out;
+}
+
 json value(const Finding& f) {
   const bool posed = f.pose_index >= 0;
-  return {{"code", f.code},
-          {"character", f.character},
-          {"rig", f.rig},
-          {"mapping", f.mapping},
-          {"sweep", f.sweep},
-          {"pose", f.pose},
-          {"frame", posed ? json(kFirstFrame + f.pose_index) : json(nullptr)},
-          {"time", posed ? json(f.pose_index / kFramesPerSecond) : json(nullptr)},
-          {"control_deg", f.control_deg},
-          {"place", place(f)},
-          {"value", f.value},
-          {"limit", f.limit},
-          {"unit", f.unit},
-          {"verdict", verdict_word(f.verdict)},
-          {"owner", owner_word(f.owner)},
-          {"inside_envelope", f.inside_envelope},
-          {"detail", f.detail},
-          {"geometry", f.geometry},
-          {"image", value(f.image)},
-          {"pictures",
-           {{"before", f.pictures.before},
-            {"after", f.pictures.after},
-            {"heat", f.pictures.heat},
-            {"other", f.pictures.other}}},
-          {"reproduce", f.reproduce}};
+  json out = {{"code", f.code},
+              {"character", f.character},
+              {"rig", f.rig},
+              {"mapping", f.mapping},
+              {"sweep", f.sweep},
+              {"pose", f.pose},
+              {"frame", posed ? json(kFirstFrame + f.pose_index) : json(nullptr)},
+              {"time", posed ? json(f.pose_index / kFramesPerSecond) : json(nullptr)},
+              {"control_deg", f.control_deg},
+              {"place", place(f)},
+              {"value", f.value},
+              {"limit", f.limit},
+              {"unit", f.unit},
+              {"verdict", verdict_word(f.verdict)},
+              {"owner", owner_word(f.owner)},
+              {"inside_envelope", f.inside_envelope},
+              {"detail", f.detail},
+              {"geometry", f.geometry},
+              {"image", value(f.image)},
+              {"pictures", value(f.pictures)},
+              {"reproduce", f.reproduce}};
+  if (!f.artist.empty()) out["artist"] = f.artist;
+  return out;
 }
 
 json value(const CanaryResult& c) {
@@ -136,6 +140,14 @@ json value(const CanaryResult& c) {
           {"twin_clean", c.twin_clean},
           {"ok", c.ok()},
           {"detail", c.detail}};
+}
+
+json value(const CalibrationRow& c) {
+  return {{"detector", c.detector},   {"code", c.code},
+          {"body", c.body},           {"unit", c.unit},
+          {"threshold", c.threshold}, {"clean_poses", c.clean},
+          {"target", c.target},       {"false_alarms", c.false_alarms},
+          {"smallest", c.smallest},   {"ok", c.ok}};
 }
 
 json value(const PicturePair& p) {
@@ -173,26 +185,29 @@ json value(const CheckLegend& c) {
 }
 
 json value(const Report& r) {
-  return {{"schema", kReportSchemaName},
-          {"title", r.title},
-          {"suite", r.suite},
-          {"headline", r.headline},
-          {"reasons", r.reasons},
-          {"verdict", verdict_word(r.verdict)},
-          {"exit_code", r.exit_code},
-          {"provenance", r.provenance},
-          {"characters", list(r.characters, [](const auto& c) { return value(c); })},
-          {"rigs", list(r.rigs, [](const auto& x) { return value(x); })},
-          {"findings", list(r.findings, [](const auto& f) { return value(f); })},
-          {"canaries", list(r.canaries, [](const auto& c) { return value(c); })},
-          {"detectors", r.detectors},
-          {"pairs", list(r.pairs, [](const auto& p) { return value(p); })},
-          {"media", list(r.media, [](const auto& m) { return value(m); })},
-          {"meshes", list(r.meshes, [](const auto& m) { return value(m); })},
-          {"checks", list(r.checks, [](const auto& c) { return value(c); })},
-          {"nights", r.nights},
-          {"trends", list(r.trends, [](const auto& t) { return value(t); })},
-          {"next", r.next}};
+  json out = {{"schema", kReportSchemaName},
+              {"title", r.title},
+              {"suite", r.suite},
+              {"headline", r.headline},
+              {"reasons", r.reasons},
+              {"verdict", verdict_word(r.verdict)},
+              {"exit_code", r.exit_code},
+              {"provenance", r.provenance},
+              {"characters", list(r.characters, [](const auto& c) { return value(c); })},
+              {"rigs", list(r.rigs, [](const auto& x) { return value(x); })},
+              {"findings", list(r.findings, [](const auto& f) { return value(f); })},
+              {"canaries", list(r.canaries, [](const auto& c) { return value(c); })},
+              {"detectors", r.detectors},
+              {"pairs", list(r.pairs, [](const auto& p) { return value(p); })},
+              {"media", list(r.media, [](const auto& m) { return value(m); })},
+              {"meshes", list(r.meshes, [](const auto& m) { return value(m); })},
+              {"checks", list(r.checks, [](const auto& c) { return value(c); })},
+              {"nights", r.nights},
+              {"trends", list(r.trends, [](const auto& t) { return value(t); })},
+              {"next", r.next}};
+  if (!r.calibration.empty())
+    out["calibration"] = list(r.calibration, [](const auto& c) { return value(c); });
+  return out;
 }
 
 /// JSON text with our own number and string forms; `indent` < 0 writes one line.

@@ -227,7 +227,7 @@ ImageWitness image(Place p) {
 
 FindingPictures pictures(Place p) {
   FindingPictures out{p.at("before").text(), p.at("after").text(), p.at("heat").text(),
-                      p.at("other").text()};
+                      p.at("other").text(), p.optional("other_rig", std::string(), text)};
   p.done();
   return out;
 }
@@ -263,6 +263,7 @@ Finding finding(Place p) {
   f.image = image(p.at("image"));
   f.pictures = pictures(p.at("pictures"));
   f.reproduce = p.at("reproduce").text();
+  f.artist = p.optional("artist", f.artist, [](const Place& each) { return each.map(text); });
   p.done();
   return f;
 }
@@ -279,6 +280,22 @@ CanaryResult canary(Place p) {
   c.twin_clean = p.at("twin_clean").flag();
   c.detail = p.at("detail").text();
   if (p.at("ok").flag() != c.ok()) p.refuse("'ok' does not follow from found and twin_clean");
+  p.done();
+  return c;
+}
+
+CalibrationRow calibration(Place p) {
+  CalibrationRow c;
+  c.detector = p.at("detector").text();
+  c.code = p.at("code").text();
+  c.body = p.at("body").text();
+  c.unit = p.at("unit").text();
+  c.threshold = p.at("threshold").number();
+  c.clean = p.at("clean_poses").count();
+  c.false_alarms = p.at("false_alarms").count();
+  c.target = p.at("target").number();
+  c.smallest = p.at("smallest").number();
+  c.ok = p.at("ok").flag();
   p.done();
   return c;
 }
@@ -401,6 +418,8 @@ Report parse_report(std::string_view text_in, std::string_view name) {
   r.findings = p.at("findings").list(finding);
   r.canaries = p.at("canaries").list(canary);
   r.detectors = texts(p.at("detectors"));
+  r.calibration = p.optional("calibration", r.calibration,
+                             [](const Place& each) { return each.list(calibration); });
   const auto expect_finding = [&](const char* list, std::size_t i, int finding) {
     if (finding < -1 || finding >= static_cast<int>(r.findings.size()))
       p.refuse(list + ("[" + std::to_string(i)) + "].finding names no finding");

@@ -168,7 +168,7 @@ void comparison_table(Page& page, const std::vector<const RigResult*>& rigs) {
 
 /// How each rig bends over its leading sweep: one row of marks per rig, all on their own scale.
 void kink_sparks(Page& page, const std::vector<const RigResult*>& rigs) {
-  constexpr std::size_t kName = 14, kMost = 40;
+  constexpr std::size_t kName = 14, kMost = 24;
   for (const RigResult* rig : rigs) {
     if (rig->sweeps.empty()) continue;
     const SweepSeries& sweep = rig->sweeps.front();
@@ -185,8 +185,9 @@ void kink_sparks(Page& page, const std::vector<const RigResult*>& rigs) {
     for (std::size_t i = 0; i < metric->second.size(); i += step)
       shown.push_back(metric->second[i]);
     page.line("  " + padded(visible(rig->rig), kName) + " ",
-              sparkline(shown, kMost, page.unicode()) + "  kink over " + visible(sweep.sweep) +
-                  ", worst " + (std::isfinite(worst) ? significant(worst, 3) : "-") + " deg",
+              sparkline(shown, kMost, page.unicode()) + "  kink to " +
+                  (std::isfinite(worst) ? significant(worst, 3) : "-") + " deg over " +
+                  visible(sweep.sweep),
               Ink::plain, Ink::dim);
   }
 }
@@ -285,7 +286,12 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
   for (const std::string& reason : report.reasons) page.paragraph(2, visible(reason));
   counts(page, report, digest);
   const auto shown = digest.worst(static_cast<std::size_t>(std::max(0, style.worst)));
-  for (const Finding* f : shown) finding(page, *f, digest);
+  for (const Finding* f : shown) {
+    finding(page, *f, digest);
+    if (f != shown.front()) continue;
+    for (const auto& [program, line] : f->artist)
+      page.whole_line("      " + visible(program) + ": " + visible(line));
+  }
   canaries(page, report);
   for (const std::string& detector : report.detectors)
     page.headed("  detectors ", visible(detector), Ink::dim, Ink::plain);

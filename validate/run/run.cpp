@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "validate/calibrate/calibrate.h"
+#include "validate/evidence/artist.h"
 #include "validate/evidence/evidence.h"
 #include "validate/farm/measure_job.h"
 #include "validate/files/hash.h"
@@ -147,6 +149,18 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   for (const Coverage& each : input_coverage()) rig->coverage.push_back(each);
 }
 
+/// Where somebody has said which of the artist's controls stands for which channel, each finding
+/// says what to set.
+void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord& record,
+                   std::vector<Finding>& findings) {
+  if (!sidecar) return;
+  for (Finding& finding : findings) {
+    for (const SweepRecord& each : record.sweeps)
+      if (each.sweep.name == finding.sweep)
+        finding.artist = artist_lines(*sidecar, each.sweep.pose_at(finding.control_deg));
+  }
+}
+
 void run_character(const RunRequest& request, const std::filesystem::path& file,
                    const OutputFolder& folder, Ledger& ledger, Progress& progress, Report& report) {
   const Suite& suite = request.suite;
@@ -191,6 +205,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   for (RigRecord& record : records) {
     findings.push_back(judge_rig(record, context));
     book_owners(stage, body, record, suite.judges_weights, findings.back());
+    say_to_artist(confirmed.sidecar, record, findings.back());
     if (request.image_pass) pictures.look(record, findings.back(), progress);
     report.rigs.push_back(result_of(record, context));
     if (request.image_pass) pictures.add_series(report.rigs.back());
@@ -203,6 +218,40 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   }
   // Last, for pictures name findings by their number.
   judge_file(suite, records, context, report);
+}
+
+/// Plants faults of rising size and tells what the detectors saw of them. What is tried on are
+/// chains and a round body: what the suite's characters would add, `backbend calibrate` tells.
+void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& report) {
+  CalibrationPlan plan;
+  plan.clean_poses = static_cast<std::size_t>(slice.poses);
+  plan.fault_poses = static_cast<std::size_t>(slice.faults);
+  plan.chain_bones = {10, 24};
+  const std::unique_ptr<CalibrationBody> tube = tube_body(24);
+  const CalibrationBody* bodies[] = {tube.get()};
+  CalibrationWatch watch;
+  watch.on_stage = [&](const std::string& stage, std::size_t steps) {
+    progress.start("calibration, " + stage, steps);
+  };
+  watch.on_step = [&] {
+    poll_interrupt();
+    progress.step();
+  };
+  const CalibrationReport found = calibrate(plan, bodies, watch);
+  int clean = 0, alarms = 0;
+  std::string deaf;
+  for (const Sensitivity& s : found.detectors) {
+    report.calibration.push_back({s.detector, s.code, s.body, s.unit, s.threshold,
+                                  static_cast<int>(s.clean), static_cast<int>(s.false_alarms),
+                                  s.target, s.smallest, s.ok()});
+    clean += static_cast<int>(s.clean);
+    alarms += static_cast<int>(s.false_alarms);
+    if (!s.ok()) deaf += (deaf.empty() ? "" : ", ") + s.detector + " on " + s.body;
+  }
+  report.detectors.push_back(
+      std::to_string(found.detectors.size()) + " tried with planted faults: " +
+      (deaf.empty() ? "each found its target" : "NOT at their target: " + deaf) + ", " +
+      std::to_string(alarms) + " of " + std::to_string(clean) + " clean poses flagged");
 }
 
 /// Turns accepted findings into waived ones, and says which waivers have run out or do nothing.
@@ -274,6 +323,9 @@ Report run_suite(const RunRequest& request, Progress& progress) {
       progress.say(std::string("backbend: ") + error.what());
     }
   }
+  // A shard's report is not one.
+  if (suite.calibration.poses > 0 && ledger->assembles())
+    try_detectors(suite.calibration, progress, report);
   progress.finish();
   if (const std::vector<std::string> missing = ledger->missing(); !missing.empty()) {
     throw IncompleteError(request.folder.string() + ": " + std::to_string(missing.size()) +

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <set>
 
 #include "validate/files/output_folder.h"
@@ -341,17 +342,26 @@ void read_inline_options(const std::string& whole, std::string_view text,
   }
 }
 
+/// Names tell apart in files, too: two that give one file name would write each other's pictures.
 void check_names(const Suite& suite) {
-  std::set<std::string> rigs, sweeps;
-  for (const RigPlan& rig : suite.rigs) {
-    if (!rigs.insert(rig.name).second)
-      throw SuiteError(suite.file.string() + ": two rigs are named '" + rig.name + "'");
-  }
-  for (const Sweep& sweep : suite.sweeps) {
-    if (!sweeps.insert(sweep.name).second) {
-      throw SuiteError(suite.file.string() + ": two sweeps are named '" + sweep.name + "'");
+  std::set<std::string> sweeps;
+  for (const Sweep& sweep : suite.sweeps) sweeps.insert(sweep.name);
+  const auto tell_apart = [&](const char* what, const auto& items, const auto& name_of) {
+    std::map<std::string, std::string> by_file;
+    for (const auto& item : items) {
+      const std::string name = name_of(item);
+      const auto [known, is_new] = by_file.emplace(file_word(name), name);
+      if (is_new) continue;
+      if (known->second == name)
+        throw SuiteError(suite.file.string() + ": two " + what + " are named '" + name + "'");
+      throw SuiteError(suite.file.string() + ": the " + what + " '" + known->second + "' and '" +
+                       name + "' would write files of one name; rename one");
     }
-  }
+  };
+  tell_apart("rigs", suite.rigs, [](const RigPlan& rig) { return rig.name; });
+  tell_apart("sweeps", suite.sweeps, [](const Sweep& sweep) { return sweep.name; });
+  tell_apart("characters", suite.characters,
+             [](const fs::path& file) { return file.stem().string(); });
   for (const RigPlan& rig : suite.rigs) {
     if (rig.duty && !sweeps.contains(rig.duty->sweep)) {
       throw SuiteError(suite.file.string() + ": canary '" + rig.name + "' names the sweep '" +
@@ -420,6 +430,13 @@ Suite read_suite(const fs::path& file) {
   each_row(top, "waiver", [&](const toml::table& row) {
     suite.rules.waivers.push_back(read_waiver(file.string(), row));
   });
+  if (const toml::node* calibration = top.find("calibration")) {
+    if (!calibration->is_table()) top.fail(*calibration, "'calibration' must be a table");
+    TableReader slice(*calibration->as_table(), file.string(), "calibration");
+    suite.calibration.poses = slice.whole("poses", 200, 0, 1000000);
+    suite.calibration.faults = slice.whole("faults", 40, 1, 1000000);
+    slice.finish();
+  }
   if (const toml::node* pictures = top.find("pictures")) {
     if (!pictures->is_table()) top.fail(*pictures, "'pictures' must be a table");
     suite.pictures = read_pictures(file.string(), *pictures->as_table());

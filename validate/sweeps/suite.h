@@ -42,6 +42,12 @@ struct PicturePlan {
   int sheet_columns = 6;    // poses of the leading sweep on a contact sheet; 0: none
 };
 
+/// Planted faults that a run tries its own detectors on: as many clean poses of each body, and so
+/// many faulted ones of each size. 0: the run plants none.
+struct CalibrationSlice {
+  int poses = 0, faults = 0;
+};
+
 /// A nightly job: characters x rigs x mappings x sweeps.
 struct Suite {
   std::string name, title;
@@ -52,6 +58,7 @@ struct Suite {
   std::vector<Sweep> sweeps;
   Envelope envelope;
   PicturePlan pictures;
+  CalibrationSlice calibration;
   SuiteRules rules;             // limits that were moved, findings that were accepted
   bool judges_weights = false;  // mesh findings count against the character, not only the rig
 };

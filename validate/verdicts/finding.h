@@ -33,6 +33,7 @@ struct ImageWitness {
 /// Names of pictures of one finding, relative to the report's folder; empty where none was made.
 struct FindingPictures {
   std::string before, after, heat, other;  // `other`: the same pose under the other rig
+  std::string other_rig;                   // what that rig is called
 };
 
 /// One thing that was measured and judged, with its place and how to see it again.
@@ -56,6 +57,9 @@ struct Finding {
   ImageWitness image;
   FindingPictures pictures;
   std::string reproduce;  // command line that shows it again
+  /// Program (`maya`, `blender`) -> the line of Python that puts the artist's own rig into the
+  /// pose; empty where no sidecar says which control does what.
+  std::map<std::string, std::string> artist;
 };
 
 }  // namespace backbend::validate

@@ -71,12 +71,9 @@ function headroomTiles() {
     el("div", { class: "tiles" }, [...channels].map(tile)));
 }
 
-/** Which rig a sweep's frame shows, by its path. */
-const rigOfFrame = new Map(report.rigs.flatMap((rig) => rig.sweeps.flatMap((s) => s.frame.map((path) => [path, rig.rig]))));
-
 function picturesOf(finding) {
   const p = finding.pictures, what = finding.rig + " at " + finding.pose;
-  const both = p.before && p.after, otherRig = rigOfFrame.get(p.other) ?? "other rig";
+  const both = p.before && p.after, otherRig = p.other_rig || "other rig";
   const all = [];
   const add = (key, path, label, alt) => { if (path) all.push({ key, path, label, alt }); };
   add("before", p.before, both ? "before" : finding.rig, what + (both ? ", before" : ""));

@@ -64,6 +64,8 @@ function factsOf(finding) {
         Object.entries(finding.geometry).map(([key, value]) => el("tr", {}, el("th", { scope: "row" }, name(key)), el("td", { class: "num" }, number(value, 8))))))),
       check && row("check", name(check.measures), check.limit != null && "; default limit " + quantity(check.limit, check.unit), check.reason && ["; ", name(check.reason)])),
     finding.reproduce && el("div", { class: "reproduce" }, el("h3", {}, "See it again"), el("pre", {}, visible(finding.reproduce)), copyButton(finding.reproduce, "copy command")),
+    ...Object.entries(finding.artist ?? {}).map(([program, line]) => el("div", { class: "reproduce" }, el("h3", {}, "Your rig in this pose: ", name(program)),
+      el("pre", {}, visible(line)), copyButton(line, "copy line for " + visible(program)))),
     mayApprove(finding) && tick(finding),
     el("p", { class: "links" }, solidAt(finding) >= 0 && el("a", { href: "#mesh/" + solidAt(finding) }, "turn it in 3D"), series && el("a", { href: sweepAddress(finding.character, finding.mapping, finding.sweep, finding.control_deg) }, "show in its sweep"),
       copyButton(location.href.split("#")[0] + "#finding/" + addressOf.get(finding), "copy link"))];

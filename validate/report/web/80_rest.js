@@ -31,12 +31,18 @@ function trustSection() {
   const canary = (c) => el("tr", {}, el("td", {}, badge(c.ok ? "pass" : "fail")), el("th", { scope: "row" }, name(c.rig)), el("td", {}, code(c.code)), el("td", {}, name(c.joint)),
     el("td", { class: "num" }, number(c.expected_deg, 7) + " ± " + number(c.tolerance_deg)), el("td", { class: "num" }, c.found ? number(c.found_deg, 8) : "not found"),
     el("td", {}, c.twin_clean ? "clean" : el("b", { class: "over" }, "not clean")), el("td", {}, name(c.detail)));
+  const calibrated = (c) => el("tr", {}, el("th", { scope: "row" }, name(c.detector)), el("td", {}, code(c.code)), el("td", {}, name(c.body)),
+    el("td", { class: "num" }, quantity(c.threshold, c.unit)), el("td", { class: "num" }, c.clean_poses),
+    el("td", { class: "num" + (c.false_alarms > 0 ? " over" : "") }, c.false_alarms),
+    el("td", { class: "num" + (c.ok ? "" : " over") }, c.smallest == null ? "none" : quantity(c.smallest, c.unit)),
+    el("td", { class: "num" }, quantity(c.target, c.unit)), el("td", {}, badge(c.ok ? "pass" : "fail")));
   return section("trust", "Why this may be believed",
     el("h3", {}, "Canaries: rigs with a known fault, which must be found, and their repaired twins, which must be clean"),
     report.canaries.length ? table("plain", ["duty", "canary", "must show", "at", "expected, °", "found, °", "twin", "what happened"], report.canaries.map(canary), "canaries")
       : el("p", { class: "over" }, "No canary ran: nothing shows tonight that the detectors work."),
     el("h3", {}, "Detectors: the smallest planted fault found, with no false alarm"),
-    report.detectors.length ? el("ul", {}, report.detectors.map((d) => el("li", {}, name(d)))) : el("p", { class: "soft" }, "Not calibrated in this run."));
+    report.detectors.length ? el("ul", {}, report.detectors.map((d) => el("li", {}, name(d)))) : el("p", { class: "soft" }, "Not calibrated in this run."),
+    report.calibration?.length > 0 && table("plain calibration", ["detector", "check", "tried on", "alarms over", "clean poses", "of those flagged", "smallest found", "must find", "verdict"], report.calibration.map(calibrated), "calibration of the detectors"));
 }
 
 function coverageSection() {
@@ -63,7 +69,8 @@ function mediaSection() {
     const path = source(m.path);
     const caption = el("figcaption", {}, el("a", { href: path || null }, name(m.title)), " ", el("span", { class: "soft" }, words(visible(m.kind))));
     if (!path) return el("figure", {}, el("p", { class: "soft" }, "not in this folder"), caption);
-    return el("figure", {}, m.kind === "video" || m.path.endsWith(".mp4")
+    // Rigs side by side need the whole width.
+    return el("figure", { class: m.kind === "video" || m.kind === "review" ? "broad" : null }, m.kind === "video" || m.path.endsWith(".mp4")
       ? el("video", { src: path, controls: true, preload: "metadata", loop: true, muted: true, "aria-label": visible(m.title) })
       : el("a", { href: path }, image(m.path, m.title, { loading: "lazy" })), caption);
   };
