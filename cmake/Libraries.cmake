@@ -6,6 +6,7 @@ foreach(entry
     "embree libembree-dev ${embree_VERSION}" "glm libglm-dev ${glm_VERSION}" "imath libimath-dev ${Imath_VERSION}"
     "nlohmann-json nlohmann-json3-dev ${nlohmann_json_VERSION}" "openexr libopenexr-dev ${OpenEXR_VERSION}"
     "openimageio libopenimageio-dev ${OpenImageIO_VERSION}" "tbb libtbb-dev ${TBB_VERSION}"
+    "sqlite libsqlite3-dev ${SQLite3_VERSION}"
     "tinygltf libtinygltf-dev ${TinyGLTF_VERSION}" "tomlplusplus libtomlplusplus-dev ${tomlplusplus_VERSION}"
     "xxhash libxxhash-dev ")
   separate_arguments(entry)

@@ -7,8 +7,9 @@ namespace {
 
 TEST(Libraries, EveryOneThatIsLinkedIsNamedWithItsVersion) {
   const auto versions = program_versions();
-  for (const char* name : {"CLI11", "assimp", "embree", "glibc", "glm", "imath", "nlohmann-json",
-                           "openexr", "openimageio", "tbb", "tinygltf", "tomlplusplus", "xxhash"}) {
+  for (const char* name :
+       {"CLI11", "assimp", "embree", "glibc", "glm", "imath", "nlohmann-json", "openexr",
+        "openimageio", "sqlite", "tbb", "tinygltf", "tomlplusplus", "xxhash"}) {
     const auto found = versions.find(std::string("library ") + name);
     ASSERT_NE(found, versions.end()) << name;
     EXPECT_NE(found->second.find_first_of("0123456789"), std::string::npos) << name;
@@ -19,7 +20,8 @@ TEST(Libraries, EveryOneThatIsLinkedIsNamedWithItsVersion) {
 
 TEST(Libraries, WhatRunsIsWhatTheProgramWasBuiltWith) {
   // The packages' versions start with the library's own: "3.13.5+dfsg-2, running 3.13.5".
-  for (const char* name : {"library embree", "library openimageio", "library tbb"}) {
+  for (const char* name :
+       {"library embree", "library openimageio", "library sqlite", "library tbb"}) {
     const std::string version = program_versions().at(name);
     const std::size_t at = version.find(", running ");
     ASSERT_NE(at, std::string::npos) << version;

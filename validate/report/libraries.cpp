@@ -2,6 +2,7 @@
 
 #include <gnu/libc-version.h>
 #include <oneapi/tbb/version.h>
+#include <sqlite3.h>
 
 #include <string_view>
 
@@ -21,6 +22,7 @@ std::map<std::string, std::string> program_versions() {
   }
   std::map<std::string, std::string> running = render::library_versions();
   running["tbb"] = TBB_runtime_version();
+  running["sqlite"] = sqlite3_libversion();
   for (const auto& [name, version] : running) out["library " + name] += ", running " + version;
   // The mathematical functions that results rest on are its own.
   out["library glibc"] = std::string("running ") + gnu_get_libc_version();
