@@ -5,7 +5,7 @@
 // absent. BACKBEND_SHOTS names a folder for screenshots.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
-import { copyFileSync, existsSync, mkdtempSync, readFileSync, readdirSync, rmSync } from "node:fs";
+import { copyFileSync, existsSync, mkdtempSync, readFileSync, readdirSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { dirname, join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -491,6 +491,19 @@ test("a finding names the other rig, and says what to set in the artist's progra
   assert.equal(await lines.filter({ hasText: "maya" }).locator("pre").innerText(), 'from maya import cmds; cmds.setAttr("chest_ctl.rotateX", -58)');
   await shot(page, "finding-artist");
   await done(page);
+});
+
+test("under a baseline what fails is counted as new or worse", async () => {
+  const plain = readFileSync(join(folders.night, "index.html"), "utf8");
+  const start = plain.indexOf('"provenance":{') + '"provenance":{'.length;
+  const path = join(folders.night, "baseline.html");
+  writeFileSync(path, plain.slice(0, start) + '"baseline":"0123",' + plain.slice(start));
+  const page = await open(path, { missing: true });
+  assert.match(await page.locator(".figure").first().innerText(), /^3\s+new or worse$/);
+  await done(page);
+  const without = await night();
+  assert.match(await without.locator(".figure").first().innerText(), /^3\s+inside the envelope$/);
+  await done(without);
 });
 
 test("nothing stands out of a telephone's width", async () => {

@@ -20,7 +20,8 @@ function verdictBand() {
       report.headline !== report.title && el("p", { class: "headline" }, name(report.headline)),
       report.reasons.length > 0 && el("ul", { class: "reasons" }, report.reasons.map((r) => el("li", {}, name(r))))),
     el("div", { class: "figures" },
-      figure(n.fail, "inside the envelope", n.fail ? "bad" : "", "#findings?standing=fail"),
+      // With a baseline nothing fails but what is new, or worse than approved.
+      figure(n.fail, "baseline" in report.provenance ? "new or worse" : "inside the envelope", n.fail ? "bad" : "", "#findings?standing=fail"),
       figure(n.stress, "beyond it", "", "#findings?standing=stress"),
       figure(n.waived, "waived", "", "#findings?standing=waived"),
       figure(n.notMeasured, "not measured", n.notMeasured ? "warn" : "", "#coverage"),
