@@ -109,8 +109,12 @@ class ExportingFromBlender(CommandTest):
     def test_spline_ik_whose_twist_is_read_from_a_matrix_flips_at_180(self):
         spine = [f"spine{k}" for k in range(5)]
         clip = self.export(SPLINE_IK, spine, stress=True)
+        self.write("rig.backbend.toml", 'schema = "backbend.sidecar/1"\n[[control]]\nchannel = "twist"\ncontrol = "chest"\naxis = "Y"\n')
         found = flips(self.report(clip))
         self.assertTrue(found)
+        # The sidecar beside the clip says which control it was: each finding says what to set.
+        for finding in found:
+            self.assertIn("cmds.setAttr(\"chest.rotateY\", %g)" % finding["control_deg"], finding["artist"]["maya"])
         # Twist comes back to one reading at +180 and -180, and nowhere else in +-360.
         for finding in found:
             self.assertLessEqual(abs(abs(finding["control_deg"]) - 180), 2, finding)

@@ -137,7 +137,7 @@ class Pruning(CommandTest):
     def setUp(self):
         super().setUp()
         for day in (1, 2, 3, 4, 5):
-            for name in ("report.json", "index.html", "findings/x/a.exr", "frames/f.png", "media/m.mp4", "mine.txt"):
+            for name in ("report.json", "index.html", "findings/x/a.exr", "frames/f.png", "media/m.mp4", "review/r.mp4", "mine.txt"):
                 self.write(f"runs/2026-11-0{day}_031500/{name}", "x" * 1000)
         self.write("runs/keep me/frames/f.png", "mine")
         self.write("runs/2026-11-01_notes/frames/f.png", "mine")
@@ -151,7 +151,7 @@ class Pruning(CommandTest):
         self.assert_runs("prune", "--keep", "2")
         gone = set(before) - set(contents(self.folder))
         want = {f"runs/2026-11-0{day}_031500/{name}" for day in (2, 3)
-                for name in ("findings", "findings/x", "findings/x/a.exr", "frames", "frames/f.png", "media", "media/m.mp4")}
+                for name in ("findings", "findings/x", "findings/x/a.exr", "frames", "frames/f.png", "media", "media/m.mp4", "review", "review/r.mp4")}
         self.assertEqual(gone, want)
 
     def test_a_missing_folder_is_named(self):
