@@ -247,7 +247,45 @@ void write_parts(std::vector<PartPlan>& parts, int height, Imf::OStream& out) {
   }
 }
 
-void read_part(Imf::InputPart part, Frame& frame) {
+/// The library makes room for an attribute before it looks whether the file goes on that long, up
+/// to two gigabytes for a file of a few bytes. What is no header at all is left for it to refuse.
+void check_attribute_sizes(std::span<const std::uint8_t> bytes) {
+  const auto word = [&](std::size_t at) {
+    return std::uint32_t{bytes[at]} | std::uint32_t{bytes[at + 1]} << 8 |
+           std::uint32_t{bytes[at + 2]} << 16 | std::uint32_t{bytes[at + 3]} << 24;
+  };
+  constexpr std::uint32_t kManyParts = 0x1000;
+  if (bytes.size() < 8) return;
+  const bool many = (word(4) & kManyParts) != 0;
+  std::size_t at = 8;
+  // The length of the text at `at`, its final zero not counted; past the file's end where it has
+  // none.
+  const auto text_length = [&] {
+    std::size_t length = 0;
+    while (at + length < bytes.size() && bytes[at + length] != 0) ++length;
+    return length;
+  };
+  for (bool first = true;; first = false) {  // an empty name ends a header, two the headers
+    const std::size_t name = text_length();
+    at += name + 1;
+    if (at >= bytes.size() || (name == 0 && (!many || first))) return;
+    if (name == 0) {
+      if (bytes[at] == 0) return;
+      continue;
+    }
+    at += text_length() + 1;  // its type
+    if (at + 4 > bytes.size()) return;
+    const std::uint32_t size = word(at);
+    at += 4;
+    if (size > bytes.size() - at)
+      throw RenderError("exr: an attribute of " + std::to_string(size) +
+                        " bytes does not fit the file");
+    at += size;
+  }
+}
+
+/// `most_numbers`: what is left of the room that the file's size justifies.
+void read_part(Imf::InputPart part, std::size_t& most_numbers, Frame& frame) {
   const Imath::Box2i window = part.header().dataWindow();
   const std::int64_t width = std::int64_t{window.max.x} - window.min.x + 1;
   const std::int64_t height = std::int64_t{window.max.y} - window.min.y + 1;
@@ -259,6 +297,13 @@ void read_part(Imf::InputPart part, Frame& frame) {
   frame.height = static_cast<int>(height);
   std::vector<Layer> layers = group_channels(part.header().channels());
   Imf::FrameBuffer buffer;
+  std::size_t numbers = 0;
+  for (const Layer& layer : layers) numbers += layer.names.size();
+  numbers *= static_cast<std::size_t>(width * height);
+  if (numbers > most_numbers)
+    throw RenderError("exr: a picture of " + std::to_string(width) + " x " +
+                      std::to_string(height) + " does not fit a file of this size");
+  most_numbers -= numbers;
   for (Layer& layer : layers) {
     const std::size_t channels = layer.names.size();
     layer.data.resize(static_cast<std::size_t>(width) * height * channels);
@@ -307,12 +352,15 @@ std::vector<std::uint8_t> encode_exr(const Frame& frame, ExrParts parts) try {
 }
 
 Frame decode_exr(std::span<const std::uint8_t> bytes) try {
+  check_attribute_sizes(bytes);
   MemoryIn in(bytes);
   Imf::MultiPartInputFile file(in, 0);
   if (file.parts() < 1 || file.parts() > kMaxChannels) throw RenderError("exr: too many parts");
   Frame frame;
   read_attributes(file.header(0), frame);
-  for (int i = 0; i < file.parts(); ++i) read_part(Imf::InputPart(file, i), frame);
+  // Deflated bytes grow to 1032 times themselves at most, and half a float to a whole one.
+  std::size_t most_numbers = (std::size_t{1} << 24) + bytes.size() * 1032;
+  for (int i = 0; i < file.parts(); ++i) read_part(Imf::InputPart(file, i), most_numbers, frame);
   return frame;
 } catch (const RenderError&) {
   throw;

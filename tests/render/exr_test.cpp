@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -124,6 +125,38 @@ TEST(Exr, RefusesBytesThatAreNoPicture) {
   std::vector<std::uint8_t> cut = encode_exr(rendered());
   cut.resize(cut.size() / 2);
   EXPECT_THROW(decode_exr(cut), RenderError);
+}
+
+/// What decode_exr() says of a written picture in which the bytes `offset` behind the first
+/// occurrence of `text` are other ones.
+std::string refusal_of(const std::string& text, std::size_t offset,
+                       const std::vector<std::uint8_t>& other) {
+  Frame frame;
+  frame.width = frame.height = 4;
+  frame.layers.push_back({{"R", "G", "B", "A"}, true, std::vector<float>(64, 0.5f)});
+  std::vector<std::uint8_t> bytes = encode_exr(frame);
+  bytes.resize(bytes.size() + 20000);  // room for a table of many lines
+  const auto at = std::search(bytes.begin(), bytes.end(), text.begin(), text.end());
+  if (at == bytes.end()) return "no such attribute";
+  std::copy(other.begin(), other.end(), at + static_cast<std::ptrdiff_t>(text.size() + offset));
+  try {
+    decode_exr(bytes);
+  } catch (const RenderError& error) {
+    return error.what();
+  }
+  return "read";
+}
+
+TEST(Exr, MakesNoRoomForMoreThanTheFileCanHold) {
+  // Behind an attribute's name and type stands its size: here 1.6 GB of a file of 20 kB.
+  const std::string attribute("lineOrder\0lineOrder\0", 20);
+  EXPECT_EQ(refusal_of(attribute, 0, {0x61, 0x62, 0x63, 0x61}),
+            "exr: an attribute of 1633903201 bytes does not fit the file");
+  // A data window from 0, 0 to 29999, 29999: behind the size, and the least corner.
+  const std::string window("dataWindow\0box2i\0", 17);
+  EXPECT_EQ(refusal_of(window, 4 + 8, {0x2F, 0x75, 0, 0, 0x2F, 0x75, 0, 0}),
+            "exr: a picture of 30000 x 30000 does not fit a file of this size");
+  EXPECT_EQ(refusal_of(window, 0, {}), "read");
 }
 
 }  // namespace
