@@ -15,7 +15,7 @@ from harness import CANNOT_WRITE, RETRY, SOURCE, contents, run_backbend
 HUMAN = SOURCE / "scenes/characters/human.toml"
 
 
-class FaultTest(unittest.TestCase):
+class FaultTest:
     """Holds the shim that fails calls. `sanitizers` must come first in a process, so that it cannot
     be preloaded into theirs."""
 
@@ -50,7 +50,7 @@ class FaultTest(unittest.TestCase):
         return int(file.read_text()) if file.exists() else 0
 
 
-class FailingEachCallOnce(FaultTest):
+class FailingEachCallOnce(FaultTest, unittest.TestCase):
     """The smallest job that writes many files: a report again from its report.json."""
 
     @classmethod
@@ -120,7 +120,7 @@ class FailingEachCallOnce(FaultTest):
         self.fail_each("open", (errno.ENOSPC, errno.EACCES, errno.EINTR))
 
 
-class FailingTheEncoder(FaultTest):
+class FailingTheEncoder(FaultTest, unittest.TestCase):
     """ffmpeg's own writes fail, whatever it says of them."""
 
     def test_no_video_gets_its_name_that_is_not_whole(self):

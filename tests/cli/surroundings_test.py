@@ -25,7 +25,7 @@ __attribute__((constructor)) static void set(void) { setlocale(LC_ALL, ""); }
 """
 
 
-class Surrounded(unittest.TestCase):
+class Surrounded:
     @classmethod
     def setUpClass(cls):
         holder = tempfile.TemporaryDirectory(prefix="backbend-surroundings-")
@@ -69,7 +69,7 @@ class Surrounded(unittest.TestCase):
         return ["check", str(self.folder / "human.glb"), "--quick", "--quiet"]
 
 
-class ThirtySurroundings(Surrounded):
+class ThirtySurroundings(Surrounded, unittest.TestCase):
     def test_a_measured_run_is_the_same_in_thirty_of_them(self):
         code, expected, told = self.run_in("plain", self.check())
         self.assertIn(code, (0, 1, 5), told)
@@ -91,7 +91,7 @@ class ThirtySurroundings(Surrounded):
         self.assertEqual([len(values) for values in seen], [5, 5, 5, 3, 2])
 
 
-class PicturesInSurroundings(Surrounded):
+class PicturesInSurroundings(Surrounded, unittest.TestCase):
     def test_a_picture_is_the_same_in_some_of_them(self):
         command = ["render", str(self.folder / "human.glb"), "--res", "32x32", "--spp", "1", "--quiet"]
         code, expected, told = self.run_in("picture", command)
@@ -102,7 +102,7 @@ class PicturesInSurroundings(Surrounded):
             self.assertEqual(found[:2], (code, expected), found[2])
 
 
-class ALocaleThatIsSet(Surrounded):
+class ALocaleThatIsSet(Surrounded, unittest.TestCase):
     """A decimal comma in the process itself, as after a library's setlocale(LC_ALL, "")."""
 
     def test_changes_no_number(self):
