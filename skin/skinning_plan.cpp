@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstring>
 #include <optional>
 #include <utility>
 
@@ -15,9 +16,9 @@ namespace {
 constexpr std::size_t kLanes = 8;
 constexpr std::size_t kBlockJoints = 4;
 // Below this a block wastes more on empty lanes than single vertices cost.
-constexpr std::size_t kLeastLanes = 3;
-constexpr std::size_t kBlockGrain = 256;  // blocks a task: some ten microseconds
-constexpr std::size_t kSingleGrain = 1024;
+constexpr std::size_t kLeastLanes = 5;
+constexpr std::size_t kTileGrain = 2;  // tiles a task: some ten microseconds
+constexpr std::size_t kTile = 1024;    // vertices: 24 kB of positions and normals
 
 /// Up to four joints of a vertex, ascending, as one number; nothing for any other count.
 std::optional<std::uint64_t> joint_key(const Influences& influences) {
@@ -34,6 +35,20 @@ std::optional<std::uint64_t> joint_key(const Influences& influences) {
   std::uint64_t key = 0;
   for (const std::uint16_t each : joint) key = key << 16 | each;
   return key;
+}
+
+/// The joints of a vertex that joint_key() takes, ascending; how many they are.
+std::uint8_t joints_of(const Influences& influences,
+                       std::array<std::uint16_t, kBlockJoints>& joint) {
+  std::size_t count = 0;
+  for (; count < kBlockJoints && influences.weight[count] > 0.0f; ++count)
+    joint[count] = influences.joint[count];
+  std::sort(joint.begin(), joint.begin() + static_cast<std::ptrdiff_t>(count));
+  return static_cast<std::uint8_t>(count);
+}
+
+bool is_in_a_row(std::span<const std::uint32_t> vertices) {
+  return vertices.size() == kLanes && vertices.back() == vertices.front() + kLanes - 1;
 }
 
 float weight_of(const Influences& influences, std::uint16_t joint) {
@@ -63,22 +78,30 @@ void store_in_a_row(float* out, const Triple& v) {
   _mm_storeu_ps(out + 20, _mm256_extractf128_ps(third, 1));
 }
 
-void store_scattered(glm::vec3* out, const std::array<std::uint32_t, kLanes>& vertex,
+void store_scattered(glm::vec3* out, const std::array<std::uint16_t, kLanes>& vertex,
                      const Triple& v) {
   const __m256 low = _mm256_unpacklo_ps(v.x, v.y);   // x0 y0 x1 y1 | x4 y4 x5 y5
   const __m256 high = _mm256_unpackhi_ps(v.x, v.y);  // x2 y2 x3 y3 | x6 y6 x7 y7
-  alignas(32) float z[kLanes];
-  _mm256_store_ps(z, v.z);
   const __m128 pair[4] = {_mm256_castps256_ps128(low), _mm256_castps256_ps128(high),
                           _mm256_extractf128_ps(low, 1), _mm256_extractf128_ps(high, 1)};
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    glm::vec3& to = out[vertex[k]];
-    if (k % 2 == 0)
-      _mm_storel_pi(reinterpret_cast<__m64*>(&to.x), pair[k / 2]);
+  const __m128 z[2] = {_mm256_castps256_ps128(v.z), _mm256_extractf128_ps(v.z, 1)};
+  const auto store = [&]<int kLane>() {
+    float* to = &out[vertex[kLane]].x;
+    if constexpr (kLane % 2 == 0)
+      _mm_storel_pi(reinterpret_cast<__m64*>(to), pair[kLane / 2]);
     else
-      _mm_storeh_pi(reinterpret_cast<__m64*>(&to.x), pair[k / 2]);
-    to.z = z[k];
-  }
+      _mm_storeh_pi(reinterpret_cast<__m64*>(to), pair[kLane / 2]);
+    const int bits = _mm_extract_ps(z[kLane / 4], kLane % 4);
+    std::memcpy(to + 2, &bits, sizeof bits);
+  };
+  store.template operator()<0>();
+  store.template operator()<1>();
+  store.template operator()<2>();
+  store.template operator()<3>();
+  store.template operator()<4>();
+  store.template operator()<5>();
+  store.template operator()<6>();
+  store.template operator()<7>();
 }
 
 /// Unit length; +Y where there is none. The same steps as unit_or_up().
@@ -143,73 +166,177 @@ void skin_block(int joints, const JointMatrix* const* joint, const float* data, 
   }
 }
 
+void store_vec3(glm::vec3& to, __m128 v) {
+  _mm_storel_pi(reinterpret_cast<__m64*>(&to.x), v);
+  const int z = _mm_extract_ps(v, 2);
+  std::memcpy(&to.z, &z, sizeof z);
+}
+
+/// Unit length; +Y where there is none. The same steps as unit_or_up().
+void store_unit_or_up(glm::vec3& to, __m128 v) {
+  const __m128 y = _mm_movehdup_ps(v), z = _mm_movehl_ps(v, v);
+  const __m128 square = _mm_fmadd_ss(v, v, _mm_fmadd_ss(y, y, _mm_mul_ss(z, z)));
+  const __m128 length = _mm_sqrt_ss(square);
+  if (!(_mm_cvtss_f32(length) > 0.0f)) {
+    to = glm::vec3(0.0f, 1.0f, 0.0f);
+    return;
+  }
+  const __m128 inverse = _mm_div_ss(_mm_set_ss(1.0f), length);
+  store_vec3(to, _mm_mul_ps(v, _mm_shuffle_ps(inverse, inverse, 0)));
+}
+
+/// One vertex: the blend of its joints' matrices, two columns at once. The same steps as
+/// blend_vertex(), whose joints it takes in their order.
+template <bool kUneven>
+void skin_single(const JointMatrices& joints, const std::uint16_t* joint, const float* weights,
+                 int count, const glm::vec3& bind_position, const glm::vec3& bind_normal,
+                 glm::vec3& position, glm::vec3& normal) {
+  // Columns 0 and 1, columns 2 and 3.
+  const JointMatrix& first = joints.joint[joint[0]];
+  __m256 low = _mm256_mul_ps(_mm256_set1_ps(weights[0]), _mm256_loadu_ps(first.point[0]));
+  __m256 high = _mm256_mul_ps(_mm256_set1_ps(weights[0]), _mm256_loadu_ps(first.point[2]));
+  __m128 turn[3];
+  if constexpr (kUneven)
+    for (int c = 0; c < 3; ++c)
+      turn[c] = _mm_mul_ps(_mm_set1_ps(weights[0]), _mm_load_ps(first.normal[c]));
+  for (int k = 1; k < count; ++k) {
+    const JointMatrix& matrix = joints.joint[joint[k]];
+    const __m256 weight = _mm256_set1_ps(weights[k]);
+    low = _mm256_fmadd_ps(weight, _mm256_loadu_ps(matrix.point[0]), low);
+    high = _mm256_fmadd_ps(weight, _mm256_loadu_ps(matrix.point[2]), high);
+    if constexpr (kUneven)
+      for (int c = 0; c < 3; ++c)
+        turn[c] =
+            _mm_fmadd_ps(_mm256_castps256_ps128(weight), _mm_load_ps(matrix.normal[c]), turn[c]);
+  }
+  const __m128 c0 = _mm256_castps256_ps128(low), c1 = _mm256_extractf128_ps(low, 1);
+  const __m128 c2 = _mm256_castps256_ps128(high), c3 = _mm256_extractf128_ps(high, 1);
+  if constexpr (!kUneven) {
+    turn[0] = c0;
+    turn[1] = c1;
+    turn[2] = c2;
+  }
+  const glm::vec3 &p = bind_position, &n = bind_normal;
+  store_vec3(position, _mm_fmadd_ps(c0, _mm_set1_ps(p.x),
+                                    _mm_fmadd_ps(c1, _mm_set1_ps(p.y),
+                                                 _mm_fmadd_ps(c2, _mm_set1_ps(p.z), c3))));
+  store_unit_or_up(normal, _mm_fmadd_ps(turn[0], _mm_set1_ps(n.x),
+                                        _mm_fmadd_ps(turn[1], _mm_set1_ps(n.y),
+                                                     _mm_mul_ps(turn[2], _mm_set1_ps(n.z)))));
+}
+
 }  // namespace
 
 SkinningPlan::SkinningPlan(const Character& character)
     : vertex_count_(character.vertex_count()),
       node_count_(character.nodes.size()),
       joints_(character.joints) {
+  for (std::size_t v = 0; v < vertex_count_; v += kTile)
+    add_tile(character, static_cast<std::uint32_t>(v),
+             static_cast<std::uint32_t>(std::min(v + kTile, vertex_count_)));
+  tiles_.push_back({blocks_.size(), data_.size(), singles_.size(), others_.size()});
+}
+
+void SkinningPlan::add_tile(const Character& character, std::uint32_t first, std::uint32_t last) {
+  tiles_.push_back({blocks_.size(), data_.size(), singles_.size(), others_.size()});
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed;
-  const auto add_single = [&](std::uint32_t v) {
-    singles_.push_back(
-        {v, character.influences[v], character.bind_position[v], character.bind_normal[v]});
-  };
-  for (std::uint32_t v = 0; v < vertex_count_; ++v) {
+  for (std::uint32_t v = first; v < last; ++v) {
     if (const auto key = joint_key(character.influences[v]))
       keyed.emplace_back(*key, v);
     else
-      add_single(v);
+      others_.push_back({character.influences[v], character.bind_position[v],
+                         character.bind_normal[v], static_cast<std::uint16_t>(v - first)});
   }
   std::sort(keyed.begin(), keyed.end());
-  std::vector<std::uint32_t> lanes;
-  for (std::size_t i = 0; i < keyed.size(); ++i) {
-    lanes.push_back(keyed[i].second);
-    const bool last = i + 1 == keyed.size() || keyed[i + 1].first != keyed[i].first;
-    if (lanes.size() < kLanes && !last) continue;
+  std::vector<std::vector<std::uint32_t>> blocks;
+  const std::size_t first_single = singles_.size();
+  for (std::size_t i = 0; i < keyed.size();) {
+    std::vector<std::uint32_t> lanes;
+    for (const std::uint64_t key = keyed[i].first;
+         i < keyed.size() && keyed[i].first == key && lanes.size() < kLanes; ++i)
+      lanes.push_back(keyed[i].second);
     if (lanes.size() >= kLeastLanes)
-      add_block(character, lanes);
+      blocks.push_back(std::move(lanes));
     else
-      for (const std::uint32_t v : lanes) add_single(v);
-    lanes.clear();
+      for (const std::uint32_t v : lanes) add_single(character, first, v);
   }
-  // In the order of the mesh: neighbours in memory are written together.
-  std::sort(blocks_.begin(), blocks_.end(),
-            [](const Block& a, const Block& b) { return a.vertex[0] < b.vertex[0]; });
-  std::vector<float> sorted;
-  sorted.reserve(data_.size());
-  for (Block& block : blocks_) {
-    const auto from = data_.begin() + static_cast<std::ptrdiff_t>(block.first);
-    block.first = sorted.size();
-    sorted.insert(sorted.end(), from,
-                  from + static_cast<std::ptrdiff_t>(kLanes) * (6 + block.joint_count));
-  }
-  data_ = std::move(sorted);
+  // Alike ones behind each other: no processor guesses well what changes from block to block.
+  const auto kind = [&](const std::vector<std::uint32_t>& lanes) {
+    std::array<std::uint16_t, kBlockJoints> joint{};
+    return std::pair(joints_of(character.influences[lanes[0]], joint), is_in_a_row(lanes));
+  };
+  std::stable_sort(blocks.begin(), blocks.end(),
+                   [&](const auto& a, const auto& b) { return kind(a) < kind(b); });
+  for (const auto& lanes : blocks) add_block(character, first, lanes);
+  std::stable_sort(singles_.begin() + static_cast<std::ptrdiff_t>(first_single), singles_.end(),
+                   [](const Single& a, const Single& b) { return a.joint_count < b.joint_count; });
 }
 
-void SkinningPlan::add_block(const Character& character, std::span<const std::uint32_t> vertices) {
-  Block block;
-  block.first = data_.size();
-  block.lane_count = static_cast<std::uint8_t>(vertices.size());
-  for (std::size_t k = 0; k < kLanes; ++k)
-    block.vertex[k] = vertices[std::min(k, vertices.size() - 1)];
-  block.in_a_row = true;
-  for (std::size_t k = 0; k < kLanes; ++k)
-    block.in_a_row = block.in_a_row && block.vertex[k] == block.vertex[0] + k;
+void SkinningPlan::add_single(const Character& character, std::uint32_t first,
+                              std::uint32_t vertex) {
+  Single single;
+  single.position = character.bind_position[vertex];
+  single.normal = character.bind_normal[vertex];
+  single.vertex = static_cast<std::uint16_t>(vertex - first);
+  single.joint_count = joints_of(character.influences[vertex], single.joint);
+  for (std::size_t k = 0; k < single.joint_count; ++k)
+    single.weight[k] = weight_of(character.influences[vertex], single.joint[k]);
+  singles_.push_back(single);
+}
 
-  const Influences& first = character.influences[vertices[0]];
-  while (block.joint_count < kBlockJoints && first.weight[block.joint_count] > 0.0f) {
-    block.joint[block.joint_count] = first.joint[block.joint_count];
-    ++block.joint_count;
+void SkinningPlan::add_block(const Character& character, std::uint32_t first,
+                             std::span<const std::uint32_t> vertices) {
+  Block block;
+  block.lane_count = static_cast<std::uint8_t>(vertices.size());
+  std::array<std::uint32_t, kLanes> vertex{};
+  for (std::size_t k = 0; k < kLanes; ++k) {
+    vertex[k] = vertices[std::min(k, vertices.size() - 1)];
+    block.lane[k] = static_cast<std::uint16_t>(vertex[k] - first);
   }
-  std::sort(block.joint.begin(), block.joint.begin() + block.joint_count);
+  block.in_a_row = is_in_a_row(vertices);
+  block.joint_count = joints_of(character.influences[vertices[0]], block.joint);
   for (int axis = 0; axis < 3; ++axis)
-    for (const std::uint32_t v : block.vertex) data_.push_back(character.bind_position[v][axis]);
+    for (const std::uint32_t v : vertex) data_.push_back(character.bind_position[v][axis]);
   for (int axis = 0; axis < 3; ++axis)
-    for (const std::uint32_t v : block.vertex) data_.push_back(character.bind_normal[v][axis]);
+    for (const std::uint32_t v : vertex) data_.push_back(character.bind_normal[v][axis]);
   for (std::size_t k = 0; k < block.joint_count; ++k)
-    for (const std::uint32_t v : block.vertex)
+    for (const std::uint32_t v : vertex)
       data_.push_back(weight_of(character.influences[v], block.joint[k]));
   blocks_.push_back(block);
+}
+
+/// One tile into arrays of its own, counted from its first vertex.
+template <bool kUneven>
+void SkinningPlan::skin_tile(const JointMatrices& joints, std::size_t tile, glm::vec3* position,
+                             glm::vec3* normal) const {
+  const Tile &from = tiles_[tile], &to = tiles_[tile + 1];
+  const float* data = data_.data() + from.data;
+  for (std::size_t b = from.block; b != to.block; ++b) {
+    const Block& block = blocks_[b];
+    const JointMatrix* joint[kBlockJoints];
+    for (std::size_t k = 0; k < kBlockJoints; ++k) joint[k] = &joints.joint[block.joint[k]];
+    Triple p, n;
+    skin_block<kUneven>(block.joint_count, joint, data, p, n);
+    data += kLanes * (6 + std::size_t{block.joint_count});
+    if (block.in_a_row) {
+      store_in_a_row(&position[block.lane[0]].x, p);
+      store_in_a_row(&normal[block.lane[0]].x, n);
+    } else {
+      store_scattered(position, block.lane, p);
+      store_scattered(normal, block.lane, n);
+    }
+  }
+  for (std::size_t k = from.single; k != to.single; ++k) {
+    const Single& single = singles_[k];
+    skin_single<kUneven>(joints, single.joint.data(), single.weight.data(), single.joint_count,
+                         single.position, single.normal, position[single.vertex],
+                         normal[single.vertex]);
+  }
+  for (std::size_t k = from.other; k != to.other; ++k) {
+    const Other& other = others_[k];
+    blend_vertex(joints, other.influences, other.position, other.normal, position[other.vertex],
+                 normal[other.vertex]);
+  }
 }
 
 void SkinningPlan::skin(const std::vector<glm::dmat4>& world_from_node, PosedMesh& out) const {
@@ -217,37 +344,16 @@ void SkinningPlan::skin(const std::vector<glm::dmat4>& world_from_node, PosedMes
   const JointMatrices joints = joint_matrices(joints_, world_from_node);
   out.position.resize(vertex_count_);
   out.normal.resize(vertex_count_);
-  const auto skin_range = [&]<bool kUneven>(std::size_t first, std::size_t last) {
-    for (std::size_t b = first; b != last; ++b) {
-      const Block& block = blocks_[b];
-      const JointMatrix* joint[kBlockJoints];
-      for (std::size_t k = 0; k < kBlockJoints; ++k) joint[k] = &joints.joint[block.joint[k]];
-      Triple position, normal;
-      skin_block<kUneven>(block.joint_count, joint, data_.data() + block.first, position, normal);
-      if (block.in_a_row) {
-        store_in_a_row(&out.position[block.vertex[0]].x, position);
-        store_in_a_row(&out.normal[block.vertex[0]].x, normal);
-      } else {
-        store_scattered(out.position.data(), block.vertex, position);
-        store_scattered(out.normal.data(), block.vertex, normal);
-      }
-    }
-  };
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, blocks_.size(), kBlockGrain),
-                    [&](const auto& range) {
-                      if (joints.uneven)
-                        skin_range.template operator()<true>(range.begin(), range.end());
-                      else
-                        skin_range.template operator()<false>(range.begin(), range.end());
-                    });
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, singles_.size(), kSingleGrain),
-                    [&](const auto& range) {
-                      for (std::size_t k = range.begin(); k != range.end(); ++k) {
-                        const Single& single = singles_[k];
-                        blend_vertex(joints, single.influences, single.position, single.normal,
-                                     out.position[single.vertex], out.normal[single.vertex]);
-                      }
-                    });
+  tbb::parallel_for(
+      tbb::blocked_range<std::size_t>(0, tiles_.size() - 1, kTileGrain), [&](const auto& range) {
+        for (std::size_t t = range.begin(); t != range.end(); ++t) {
+          glm::vec3 *position = &out.position[t * kTile], *normal = &out.normal[t * kTile];
+          if (joints.uneven)
+            skin_tile<true>(joints, t, position, normal);
+          else
+            skin_tile<false>(joints, t, position, normal);
+        }
+      });
 }
 
 double SkinningPlan::padded_share() const {
@@ -258,9 +364,9 @@ double SkinningPlan::padded_share() const {
 }
 
 double SkinningPlan::single_share() const {
-  return vertex_count_ == 0
-             ? 0.0
-             : static_cast<double>(singles_.size()) / static_cast<double>(vertex_count_);
+  return vertex_count_ == 0 ? 0.0
+                            : static_cast<double>(singles_.size() + others_.size()) /
+                                  static_cast<double>(vertex_count_);
 }
 
 }  // namespace backbend::skin

@@ -11,9 +11,11 @@ namespace backbend::skin {
 
 /// A character laid out for skinning many poses: the same bits as skin() with the linear method.
 ///
-/// Vertices that the same (up to four) joints move stand together, eight to a block, so that one
-/// blend of matrices serves eight vertices at once; the few others are done one by one. Built once
-/// per character, then immutable: skin() may be called on many threads, and uses TBB itself.
+/// The mesh is cut into tiles of vertices that follow each other, small enough that what a tile
+/// writes stays in the nearest cache. In a tile, vertices that the same (up to four) joints move
+/// stand together, eight to a block, so that one blend of matrices serves eight vertices at once;
+/// the few others are done one by one. Built once per character, then immutable: skin() may be
+/// called on many threads, and uses TBB itself.
 class SkinningPlan {
  public:
   explicit SkinningPlan(const Character& character);
@@ -27,28 +29,46 @@ class SkinningPlan {
   double single_share() const;
 
  private:
+  // Lanes and vertices are counted from their tile's first.
   struct Block {
     std::array<std::uint16_t, 4> joint{};
-    std::array<std::uint32_t, 8> vertex{};
+    std::array<std::uint16_t, 8> lane{};
     std::uint8_t joint_count = 0;  // 1..4
     std::uint8_t lane_count = 0;   // vertices; the lanes behind them repeat the last
     bool in_a_row = false;         // eight vertices that follow each other
-    std::size_t first = 0;         // into data_
   };
-  void add_block(const Character& character, std::span<const std::uint32_t> vertices);
+  struct Single {  // a vertex that up to four joints move, ascending
+    std::array<float, 4> weight{};
+    glm::vec3 position, normal;
+    std::array<std::uint16_t, 4> joint{};
+    std::uint16_t vertex = 0;
+    std::uint8_t joint_count = 0;  // 1..4
+  };
+  struct Other {  // moved by none, or by more
+    Influences influences;
+    glm::vec3 position, normal;
+    std::uint16_t vertex = 0;
+  };
+  struct Tile {  // where its share of the lists begins; it ends where the next one begins
+    std::size_t block = 0, data = 0, single = 0, other = 0;
+  };
+  void add_block(const Character& character, std::uint32_t first,
+                 std::span<const std::uint32_t> vertices);
+  void add_single(const Character& character, std::uint32_t first, std::uint32_t vertex);
+  void add_tile(const Character& character, std::uint32_t first, std::uint32_t last);
+  template <bool kUneven>
+  void skin_tile(const JointMatrices& joints, std::size_t tile, glm::vec3* position,
+                 glm::vec3* normal) const;
 
   std::size_t vertex_count_ = 0;
   std::size_t node_count_ = 0;
   std::vector<SkinJoint> joints_;
+  std::vector<Tile> tiles_;  // one more than there are
   std::vector<Block> blocks_;
   // Eight floats each: x, y, z, normal x, y, z, then one weight for each joint.
   std::vector<float> data_;
-  struct Single {
-    std::uint32_t vertex;
-    Influences influences;
-    glm::vec3 position, normal;
-  };
   std::vector<Single> singles_;
+  std::vector<Other> others_;
 };
 
 }  // namespace backbend::skin
