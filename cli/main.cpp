@@ -10,6 +10,7 @@
 #include "cli/judging_commands.h"
 #include "render/scene.h"
 #include "skin/character.h"
+#include "skin/rig_templates.h"
 #include "solver/spine_system.h"
 #include "validate/farm/ledger.h"
 #include "validate/files/output_folder.h"
@@ -109,6 +110,11 @@ std::pair<int, int> parse_resolution(const std::string& text) {
 }
 
 void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
+  std::string templates;
+  for (const std::string_view name : skin::template_names())
+    templates += (templates.empty() ? "" : ", ") + std::string(name);
+  command->add_option("--template", hints.rig_template,
+                      "rig whose names the joints bear: " + templates + " (found by itself)");
   command->add_option("--hip", hints.hip, "joint at the hips (found by itself)");
   command->add_option("--chest", hints.chest, "joint at the base of the neck (found by itself)");
   command->add_option("--spine", hints.spine, "all spine joints, hips first, separated by commas")

@@ -8,6 +8,7 @@
 #include "skin/chain_arc.h"
 #include "skin/facing.h"
 #include "skin/printable.h"
+#include "skin/rig_templates.h"
 #include "skin/skeleton_shape.h"
 #include "skin/spine_finder.h"
 
@@ -68,6 +69,13 @@ class Finder {
       out_.head = out_.spine.back();
       return say("spine: as given");
     }
+    if (const auto named = template_of_names(hinted)) {
+      ends = {named->hip, named->head, {}, ""};
+      template_chest_ = named->chest;
+      ends.reasons.push_back("names: as " + std::string(named->title) + " has them: hips " +
+                             name(named->hip) + ", base of the neck " + name(named->chest) +
+                             ", head " + name(named->head));
+    }
     if (hinted.hip >= 0) ends.hip = hinted.hip;
     if (hinted.chest >= 0 && !shape_.is_ancestor(character_, hinted.chest, ends.head))
       ends.head = hinted.chest;  // nothing is known beyond it
@@ -75,11 +83,9 @@ class Finder {
     if (ends.hip < 0 || ends.head < 0) refuse(ends.doubt);
     if (hinted.hip >= 0) say("hips: " + name(ends.hip) + " as given");
     if (hinted.chest >= 0) say("chest: " + name(hinted.chest) + " as given");
-    auto path = path_down(character_, ends.hip, ends.head);
-    if (path.empty()) {  // built from the head backwards
-      path = path_down(character_, ends.head, ends.hip);
-      std::reverse(path.begin(), path.end());
-    }
+    // Downwards in most skeletons, upwards where they are built from the head, up and down again
+    // where they are built from the chest.
+    const auto path = central_path(ends.hip, ends.head);
     if (path.size() < 2)
       refuse("the head " + name(ends.head) + " does not hang from the hips " + name(ends.hip));
     if (hinted.chest >= 0 && std::find(path.begin() + 1, path.end(), hinted.chest) == path.end())
@@ -88,6 +94,49 @@ class Finder {
       if (node == path.front() || node == path.back() || shape_.is_joint[static_cast<Index>(node)])
         out_.spine.push_back(node);
     out_.head = out_.spine.back();
+    if (hinted.hip < 0 && hinted.chest < 0) refuse_scattered_names();
+  }
+
+  /// path_between(), empty where it would have to lead over a limb.
+  std::vector<int> central_path(int hip, int head) const {
+    auto path = path_between(character_, hip, head);
+    if (shape_.is_ancestor(character_, hip, head) || shape_.is_ancestor(character_, head, hip))
+      return path;
+    for (const int node : path) {
+      const bool paired = std::any_of(
+          shape_.pairs.begin(), shape_.pairs.end(),
+          [&](const MirrorPair& pair) { return pair.left == node || pair.right == node; });
+      if (paired || shape_.name[static_cast<Index>(node)].side != Side::none) return {};
+    }
+    return path;
+  }
+
+  /// The rig whose names the joints bear: the one that was given, else one that fits by itself.
+  std::optional<TemplateMatch> template_of_names(const HintedSpine& hinted) const {
+    if (!hints_.rig_template.empty()) return require_template(character_, hints_.rig_template);
+    if (hinted.hip >= 0 || hinted.chest >= 0) return std::nullopt;
+    return find_template(character_);
+  }
+
+  /// A skeleton whose hierarchy was lost: joints that are called spine and neck stand beside the
+  /// way to the head, and none on it.
+  void refuse_scattered_names() const {
+    const auto is_back = [&](Index n) {
+      const NameFacts& facts = shape_.name[n];
+      return shape_.is_joint[n] && facts.side == Side::none && !facts.control && !facts.end &&
+             (facts.part == BodyPart::spine || facts.part == BodyPart::neck);
+    };
+    int beside = -1, count = 0;
+    for (Index n = 0; n < shape_.name.size(); ++n) {
+      if (!is_back(n)) continue;
+      if (on_spine(static_cast<int>(n))) return;
+      beside = static_cast<int>(n);
+      ++count;
+    }
+    if (count >= 2)
+      refuse("joints such as " + name(beside) + " do not stand between the hips " +
+             name(out_.spine.front()) + " and the head " + name(out_.head) +
+             ": was the hierarchy lost in the export?");
   }
 
   /// From a limb's root outwards to the hand or foot: where it forks into fingers, or ends.
@@ -264,6 +313,9 @@ class Finder {
       return;
     }
     if (body_behind_hips_ || last == 1) return found(last, ", the end of the chain");
+    if (const auto at = std::find(out_.spine.begin(), out_.spine.end(), template_chest_);
+        at != out_.spine.end())
+      return found(static_cast<Index>(at - out_.spine.begin()), ", the base of the neck");
     for (Index k = 1; k <= last; ++k)
       if (shape_.name[static_cast<Index>(out_.spine[k])].part == BodyPart::neck)
         return found(k, ", the first joint called neck");
@@ -330,6 +382,7 @@ class Finder {
   SkeletonShape shape_;
   std::vector<LimbPair> limbs_;
   MirrorPair arm_pair_, leg_pair_;
+  int template_chest_ = -1;  // the base of the neck where a known rig's names say so
   bool arms_given_ = false;
   bool body_behind_hips_ = false;
   Anatomy out_;

@@ -15,6 +15,7 @@ struct AnatomyHints {
   std::string hip, chest;
   std::vector<std::string> spine;
   std::vector<std::string> left_arm, right_arm;
+  std::string rig_template;  // whose names the joints bear: skin/rig_templates.h
 };
 
 /// A joint that no driven joint carries although it touches one: it goes where that one goes.

@@ -30,7 +30,10 @@ std::vector<int> chain_of(const Character& character, const std::vector<std::str
   std::vector<int> chain;
   for (const std::string& name : names) {
     const int node = node_named(character, name);
-    if (!chain.empty() && path_down(character, chain.back(), node).size() < 2)
+    // Some skeletons are built from the head or the chest: a chain may run up the tree, too.
+    if (!chain.empty() &&
+        (node == chain.back() || (path_down(character, chain.back(), node).empty() &&
+                                  path_down(character, node, chain.back()).empty())))
       throw CharacterError(character.file_name + ": " + what + ": " + in_quotes(name) +
                            " does not hang from " +
                            in_quotes(character.nodes[static_cast<std::size_t>(chain.back())].name));
@@ -39,31 +42,76 @@ std::vector<int> chain_of(const Character& character, const std::vector<std::str
   return chain;
 }
 
+std::string without_namespaces(const std::string& name) {
+  return name.substr(name.find_last_of(":|") + 1);
+}
+
+/// Nodes for which `is` holds: joints alone where there are any among them.
+template <typename Test>
+std::vector<int> nodes_that(const Character& character, const Test& is) {
+  std::vector<bool> is_joint(character.nodes.size(), false);
+  for (const SkinJoint& joint : character.joints)
+    is_joint[static_cast<std::size_t>(joint.node)] = true;
+  std::vector<int> all, joints;
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    if (!is(character.nodes[n])) continue;
+    all.push_back(static_cast<int>(n));
+    if (is_joint[n]) joints.push_back(static_cast<int>(n));
+  }
+  return joints.empty() ? all : joints;
+}
+
+std::string nearest_name(const Character& character, const std::string& name) {
+  std::string nearest;
+  std::size_t least = 0;
+  for (const Node& node : character.nodes) {
+    if (name.size() > 256 || node.name.size() > 256) continue;
+    const std::size_t distance = edit_distance(name, node.name);
+    if (!nearest.empty() && distance >= least) continue;
+    nearest = node.name;
+    least = distance;
+  }
+  return nearest;
+}
+
 }  // namespace
 
 int node_named(const Character& character, const std::string& name) {
-  int found = -1;
-  const Node* nearest = nullptr;
-  std::size_t least = 0;
-  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
-    const Node& node = character.nodes[n];
-    if (node.name == name) {
-      if (found >= 0)
-        throw CharacterError(character.file_name + ": several joints are called " +
-                             in_quotes(name));
-      found = static_cast<int>(n);
-    }
-    if (found >= 0 || name.size() > 256 || node.name.size() > 256) continue;
-    const std::size_t distance = edit_distance(name, node.name);
-    if (!nearest || distance < least) {
-      nearest = &node;
-      least = distance;
-    }
+  auto found = nodes_that(character, [&](const Node& node) { return node.name == name; });
+  if (found.empty() && name.size() > 1 && name[0] == '#')
+    found = nodes_that(
+        character, [&](const Node& node) { return name == "#" + std::to_string(node.file_node); });
+  const std::string bare = without_namespaces(name);
+  if (found.empty() && !bare.empty())
+    found = nodes_that(character,
+                       [&](const Node& node) { return without_namespaces(node.name) == bare; });
+  if (found.size() == 1) return found.front();
+  if (found.size() > 1)
+    throw CharacterError(
+        character.file_name + ": several joints are called " + in_quotes(name) +
+        "; name one by its number, such as #" +
+        std::to_string(character.nodes[static_cast<std::size_t>(found.front())].file_node));
+  const std::string nearest = nearest_name(character, name);
+  throw CharacterError(character.file_name + ": no joint is called " + in_quotes(name) +
+                       (nearest.empty() ? "" : "; the nearest is " + in_quotes(nearest)));
+}
+
+std::string reference_name(const Character& character, int node) {
+  const Node& at = character.nodes[static_cast<std::size_t>(node)];
+  const auto same = nodes_that(character, [&](const Node& other) { return other.name == at.name; });
+  return same.size() == 1 && same.front() == node ? at.name : "#" + std::to_string(at.file_node);
+}
+
+std::vector<int> path_between(const Character& character, int from, int to) {
+  std::vector<int> up;
+  for (int n = from; n >= 0; n = character.nodes[static_cast<std::size_t>(n)].parent) {
+    const auto down = path_down(character, n, to);
+    up.push_back(n);
+    if (down.empty()) continue;
+    up.insert(up.end(), down.begin() + 1, down.end());
+    return up;
   }
-  if (found < 0)
-    throw CharacterError(character.file_name + ": no joint is called " + in_quotes(name) +
-                         (nearest ? "; the nearest is " + in_quotes(nearest->name) : ""));
-  return found;
+  return {};
 }
 
 HintedSpine resolve_spine_hints(const Character& character, const AnatomyHints& hints) {

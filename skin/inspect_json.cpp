@@ -1,8 +1,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "skin/anatomy_hints.h"
 #include "skin/driver_coverage.h"
 #include "skin/inspect.h"
+#include "skin/rig_templates.h"
 #include "skin/skeleton_shape.h"
 #include "skin/weight_hygiene.h"
 
@@ -13,8 +15,16 @@ using nlohmann::json;
 
 json names(const Character& character, const std::vector<int>& nodes) {
   json out = json::array();
-  for (const int node : nodes) out.push_back(character.nodes[static_cast<std::size_t>(node)].name);
+  for (const int node : nodes) out.push_back(reference_name(character, node));
   return out;
+}
+
+/// The known rig whose names were what decided, null where none was.
+json template_json(const Character& character, const Anatomy& anatomy) {
+  const auto match = find_template(character);
+  const bool decided = match && match->hip == anatomy.spine.front() &&
+                       match->chest == anatomy.spine[anatomy.chest_index];
+  return decided ? json(match->name) : json(nullptr);
 }
 
 json vector_json(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
@@ -100,34 +110,34 @@ std::string inspect_json(const Character& character, const Anatomy& anatomy) {
   json warnings = json::array();
   for (const Warning& warning : character.warnings)
     warnings.push_back({{"code", warning.code}, {"message", warning.message}});
-  const json root = {
-      {"schema", "backbend.inspect/1"},
-      {"file", character.file_name},
-      {"spine", names(character, anatomy.spine)},
-      {"chest", character.nodes[static_cast<std::size_t>(anatomy.spine[anatomy.chest_index])].name},
-      {"arms",
-       {{"left", names(character, anatomy.left_arm)},
-        {"right", names(character, anatomy.right_arm)}}},
-      {"legs",
-       {{"left", names(character, anatomy.left_leg)},
-        {"right", names(character, anatomy.right_leg)}}},
-      {"tail", names(character, anatomy.tail)},
-      {"up", vector_json(anatomy.up)},
-      {"forward", vector_json(anatomy.forward)},
-      {"left", vector_json(anatomy.left)},
-      {"height", anatomy.height},
-      {"spine_length", anatomy.spine_length},
-      {"sure", anatomy.sure},
-      {"reasons", anatomy.reasons},
-      {"vertices", character.vertex_count()},
-      {"places", character.place_count},
-      {"triangles", character.triangles.size()},
-      {"joints", character.joints.size()},
-      {"meshes", meshes_json(character)},
-      {"weights", weights_json(character, anatomy)},
-      {"driven", driven_json(character, anatomy)},
-      {"skeleton", skeleton_json(character)},
-      {"warnings", warnings}};
+  const json root = {{"schema", "backbend.inspect/1"},
+                     {"file", character.file_name},
+                     {"spine", names(character, anatomy.spine)},
+                     {"chest", reference_name(character, anatomy.spine[anatomy.chest_index])},
+                     {"template", template_json(character, anatomy)},
+                     {"arms",
+                      {{"left", names(character, anatomy.left_arm)},
+                       {"right", names(character, anatomy.right_arm)}}},
+                     {"legs",
+                      {{"left", names(character, anatomy.left_leg)},
+                       {"right", names(character, anatomy.right_leg)}}},
+                     {"tail", names(character, anatomy.tail)},
+                     {"up", vector_json(anatomy.up)},
+                     {"forward", vector_json(anatomy.forward)},
+                     {"left", vector_json(anatomy.left)},
+                     {"height", anatomy.height},
+                     {"spine_length", anatomy.spine_length},
+                     {"sure", anatomy.sure},
+                     {"reasons", anatomy.reasons},
+                     {"vertices", character.vertex_count()},
+                     {"places", character.place_count},
+                     {"triangles", character.triangles.size()},
+                     {"joints", character.joints.size()},
+                     {"meshes", meshes_json(character)},
+                     {"weights", weights_json(character, anatomy)},
+                     {"driven", driven_json(character, anatomy)},
+                     {"skeleton", skeleton_json(character)},
+                     {"warnings", warnings}};
   return root.dump(2, ' ', false, json::error_handler_t::replace);
 }
 

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "skin/anatomy_hints.h"
 #include "skin/driver_coverage.h"
 #include "skin/inspect.h"
 #include "skin/printable.h"
@@ -18,7 +19,8 @@ std::string name(const Character& character, int node) {
 
 std::string chain_text(const Character& character, const std::vector<int>& chain) {
   std::string out;
-  for (const int node : chain) out += (out.empty() ? "" : " > ") + name(character, node);
+  for (const int node : chain)
+    out += (out.empty() ? "" : " > ") + printable(reference_name(character, node));
   return out.empty() ? "none" : out;
 }
 

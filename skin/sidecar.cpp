@@ -10,9 +10,11 @@
 #include <cstdint>
 #include <cstdio>
 
+#include "skin/anatomy_hints.h"
 #include "skin/asset_folder.h"
 #include "skin/clip.h"
 #include "skin/printable.h"
+#include "skin/rig_templates.h"
 
 namespace backbend::skin {
 namespace {
@@ -143,8 +145,22 @@ std::string axis_name(const glm::dvec3& v) {
 
 std::vector<std::string> names_of(const Character& character, const std::vector<int>& nodes) {
   std::vector<std::string> out;
-  for (const int node : nodes) out.push_back(character.nodes[static_cast<std::size_t>(node)].name);
+  for (const int node : nodes) out.push_back(reference_name(character, node));
   return out;
+}
+
+/// The namespace that all joints of a character bear, with its colon; "" where they share none.
+std::string common_namespace(const Character& character) {
+  std::string space;
+  for (const SkinJoint& joint : character.joints) {
+    const std::string& name = character.nodes[static_cast<std::size_t>(joint.node)].name;
+    const auto cut = name.find_last_of(':');
+    if (cut == std::string::npos || cut + 1 == name.size()) return "";
+    const std::string own = name.substr(0, cut + 1);
+    if (!space.empty() && own != space) return "";
+    space = own;
+  }
+  return space;
 }
 
 void take_away(const std::vector<std::string>& namespaces, std::string& name) {
@@ -239,7 +255,8 @@ Sidecar parse_sidecar(const std::string& text, const fs::path& path) {
     throw CharacterError(path.string() + ": `schema` is not \"" + kSchema + "\"");
   Sidecar out;
   if (const toml::table* skeleton = reader.table(root, "skeleton")) {
-    reader.only(*skeleton, {"spine", "chest", "left_arm", "right_arm", "namespaces"});
+    reader.only(*skeleton, {"spine", "chest", "left_arm", "right_arm", "namespaces", "template"});
+    out.rig_template = reader.word(*skeleton, "template", template_names());
     out.spine = reader.texts(*skeleton, "spine");
     out.chest = reader.text(*skeleton, "chest");
     out.left_arm = reader.texts(*skeleton, "left_arm");
@@ -274,6 +291,12 @@ Sidecar sidecar_of(const Character& character, const Anatomy& anatomy, const Sid
   out.right_arm = names_of(character, anatomy.right_arm);
   out.up = axis_name(anatomy.up);
   out.forward = axis_name(anatomy.forward);
+  if (const std::string space = common_namespace(character); !space.empty()) {
+    out.namespaces.push_back(space);
+    for (auto* names : {&out.spine, &out.left_arm, &out.right_arm})
+      for (std::string& name : *names) take_away({space}, name);
+    take_away({space}, out.chest);
+  }
   return out;
 }
 
@@ -285,6 +308,8 @@ std::string sidecar_text(const Sidecar& sidecar) {
       std::string(kSchema) + "\"\n";
   if (!sidecar.envelope.empty()) out += "envelope = " + quoted(sidecar.envelope) + "\n";
   out += "\n[skeleton]\n";
+  if (!sidecar.rig_template.empty())
+    out += "template = " + quoted(sidecar.rig_template) + "  # whose names the joints bear\n";
   if (!sidecar.spine.empty()) out += "spine = " + quoted(sidecar.spine) + "  # hips to head\n";
   if (!sidecar.chest.empty())
     out += "chest = " + quoted(sidecar.chest) + "  # the rig drives the spine up to here\n";
@@ -349,8 +374,12 @@ void apply_sidecar(const Sidecar& sidecar, Clip& clip) {
 AnatomyHints hints_with(const Sidecar& sidecar, AnatomyHints hints) {
   // One word about the spine on the command line means a choice of its own.
   if (hints.spine.empty() && hints.hip.empty() && hints.chest.empty()) {
-    hints.spine = sidecar.spine;
-    hints.chest = sidecar.chest;
+    if (hints.rig_template.empty()) {
+      hints.spine = sidecar.spine;
+      hints.chest = sidecar.chest;
+    }
+    if (hints.rig_template.empty() && hints.spine.empty())
+      hints.rig_template = sidecar.rig_template;
   }
   if (hints.left_arm.empty() && hints.right_arm.empty()) {
     hints.left_arm = sidecar.left_arm;

@@ -25,8 +25,9 @@ struct Sidecar {
   std::vector<std::string> spine;  // hips to head
   std::string chest;               // the last driven joint: one of the spine
   std::vector<std::string> left_arm, right_arm;
-  std::string up, forward;              // of the file: `+Y`
-  double metres_per_unit = 1.0;         // what one unit of the file is
+  std::string rig_template;      // whose names the joints bear, for a spine that is not listed
+  std::string up, forward;       // of the file: `+Y`
+  double metres_per_unit = 1.0;  // what one unit of the file is
   std::vector<std::string> leave_out;   // parts that are not judged: hair, props, proxies
   std::vector<std::string> namespaces;  // beginnings of joint names to take away: `hero:`
   std::string envelope;                 // human, cartoon, creature, sweep
@@ -45,6 +46,7 @@ std::optional<Sidecar> read_sidecar(const std::filesystem::path& character);
 Sidecar parse_sidecar(const std::string& text, const std::filesystem::path& path);
 
 /// What was found, ready to be confirmed: the rest is taken from `known`, what stood there before.
+/// A namespace that every joint bears is one to take away.
 Sidecar sidecar_of(const Character& character, const Anatomy& anatomy, const Sidecar& known = {});
 
 /// The file's text; reading it gives the same sidecar again.

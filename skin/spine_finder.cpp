@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "skin/anatomy_hints.h"
 #include "skin/printable.h"
 
 namespace backbend::skin {
@@ -14,6 +15,10 @@ constexpr double kNamedLimbReach = 0.02;  // a dinosaur's leg against its length
 
 // Hair, trunks and antlers hang from heads too, but none makes a third of its owner.
 constexpr double kBodyReach = 0.35;
+
+// Hips that hang so far (of the size) from the way to the head end a spine; nearer ones are a
+// pelvis beside its centre of mass.
+constexpr double kBuiltFromChest = 0.05;
 
 using Index = std::size_t;
 
@@ -135,6 +140,10 @@ class EndFinder {
       if (lower < 0 || shape_.is_ancestor(character_, limb.pair.parent, lower))
         lower = limb.pair.parent;
     }
+    if (limbs_.size() == 2 && upper == lower) {
+      find_head_of_parted_body();
+      if (out_.head >= 0) return;
+    }
     if (limbs_.size() < 2 || upper == lower || !shape_.is_ancestor(character_, lower, upper)) {
       out_.doubt = "no joint is called head, and there are no two pairs of limbs to tell it by";
       return;
@@ -148,6 +157,38 @@ class EndFinder {
         name_of(character_, upper));
   }
 
+  /// Pelvis and ribcage hang beside each other from one joint: the head is on the branch that goes
+  /// on between its limbs, where only one does.
+  void find_head_of_parted_body() {
+    const int a = limbs_[0].pair.parent, b = limbs_[1].pair.parent;
+    const int common = common_ancestor(character_, a, b);
+    if (a == b || common < 0 || !shape_.is_joint[static_cast<Index>(common)]) return;
+    const int head_a = head_by_topology(shape_, a), head_b = head_by_topology(shape_, b);
+    if ((head_a < 0) == (head_b < 0)) return;
+    out_.head = std::max(head_a, head_b);
+    say("head: " + name_of(character_, out_.head) + ", the branch between the limbs of " +
+        name_of(character_, head_a < 0 ? b : a));
+  }
+
+  /// A skeleton that is built from the chest: hips that are called so hang from the way to the
+  /// head, a good piece of the body away.
+  int hip_below_chest(const std::vector<int>& path_to_head) const {
+    for (Index n = 0; n < shape_.name.size(); ++n) {
+      const int node = static_cast<int>(n);
+      const NameFacts& name = shape_.name[n];
+      if (name.part != BodyPart::hip || name.control || name.end || !shape_.is_joint[n]) continue;
+      const int common = common_ancestor(character_, node, out_.head);
+      if (common < 0 || common == node || common == out_.head) continue;
+      const auto c = static_cast<Index>(common);
+      if (!shape_.is_joint[c] || is_scene_root(shape_, common) ||
+          std::find(path_to_head.begin(), path_to_head.end(), common) == path_to_head.end())
+        continue;
+      if (glm::distance(shape_.position[n], shape_.position[c]) > kBuiltFromChest * shape_.size)
+        return node;
+    }
+    return -1;
+  }
+
   void find_hip() {
     const auto path = path_from_root(character_, out_.head);
     for (const int node : path) {
@@ -156,6 +197,11 @@ class EndFinder {
         out_.hip = node;
         return say("hips: " + name_of(character_, node) + " by its name");
       }
+    }
+    if (const int hip = hip_below_chest(path); hip >= 0) {
+      out_.hip = hip;
+      return say("hips: " + name_of(character_, hip) +
+                 " by its name; the skeleton is built from the chest");
     }
     const int legs = leg_parent();
     const int start = legs < 0 ? path.front() : common_ancestor(character_, legs, out_.head);

@@ -350,7 +350,7 @@ TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
   EXPECT_NE(refusal(character, between("hip", ""))
                 .find("no joint is called 'hip'; the nearest is 'hips'"),
             std::string::npos);
-  EXPECT_NE(refusal(character, along({"neck", "hips"})).find("does not hang from"),
+  EXPECT_NE(refusal(character, along({"hips", "foot.L", "hand.L"})).find("does not hang from"),
             std::string::npos);
   EXPECT_NE(refusal(character, along({"neck"})).find("no chain"), std::string::npos);
   EXPECT_NE(refusal(character, between("spine_2", "hips")).find("is not above"), std::string::npos);
@@ -359,6 +359,7 @@ TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
   Character twins = stick_figure();
   twins.nodes[3].name = "spine_1";
   EXPECT_NE(refusal(twins, between("spine_1", "")).find("several joints"), std::string::npos);
+  EXPECT_EQ(refusal(twins, between("#2", "")), "");  // a number is always its own
 }
 
 /// Joints without names or symmetry: a table with odd legs.
@@ -385,6 +386,99 @@ TEST(Anatomy, RefusesToGuessAndAsksForNames) {
   EXPECT_NE(error.find("table.glb: cannot tell the spine"), std::string::npos) << error;
   EXPECT_NE(error.find("--hip and --chest"), std::string::npos) << error;
   EXPECT_EQ(refusal(furniture(), between("#0", "#2")), "");
+}
+
+/// The stick figure with `name` hung from `parent` (none: -1), standing where it stood; parents
+/// stay before their children.
+void hang(Character& character, const std::string& name, const std::string& parent) {
+  character.nodes[static_cast<std::size_t>(stick_node(character, name))].parent =
+      parent.empty() ? -1 : stick_node(character, parent);
+}
+
+TEST(Anatomy, RefusesASkeletonWhoseHierarchyWasLost) {
+  Character character = stick_figure();
+  for (const char* name : {"hips", "spine_1", "spine_2", "neck", "head"})
+    hang(character, name, "scene");
+  const std::string error = refusal(character);
+  EXPECT_NE(error.find("could be the hips"), std::string::npos) << error;
+  // Where the common root is a joint of the body, it could be the hips but for the others' names.
+  stick_vertex(character, stick_node(character, "scene"));
+  const std::string told = refusal(character);
+  EXPECT_NE(told.find("do not stand between"), std::string::npos) << told;
+  EXPECT_NE(told.find("--hip and --chest"), std::string::npos) << told;
+}
+
+/// A figure that is built from its chest: spine and hips hang from it downwards, neck and arms
+/// beside them.
+Character built_from_the_chest() {
+  Character character;
+  character.file_name = "doll.glb";
+  const auto add = [&](const std::string& name, int parent, const glm::dvec3& at) {
+    Node node;
+    node.name = name;
+    node.parent = parent;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+    character.nodes.push_back(node);
+    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+    return static_cast<int>(character.nodes.size()) - 1;
+  };
+  const int chest = add("chest", -1, {0, 1.25, 0});
+  const int spine = add("spine", chest, {0, 1.1, 0});
+  const int hips = add("hips", spine, {0, 0.95, 0});
+  add("head", add("neck", chest, {0, 1.5, 0}), {0, 1.6, 0});
+  for (const double side : {1.0, -1.0}) {
+    const std::string end = side > 0.0 ? ".L" : ".R";
+    add("hand" + end, add("arm" + end, chest, {0.2 * side, 1.4, 0}), {0.7 * side, 1.4, 0});
+    add("foot" + end, add("thigh" + end, hips, {0.1 * side, 0.9, 0}), {0.1 * side, 0.05, 0});
+  }
+  return character;
+}
+
+TEST(Anatomy, GoesUpAndDownASkeletonThatIsBuiltFromTheChest) {
+  const Character character = built_from_the_chest();
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(names_of(character, anatomy.spine), (Names{"hips", "spine", "chest", "neck", "head"}));
+  EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"arm.L", "hand.L"}));
+  // Bent, the body stays together: legs on the hips, arms and head on the end of the chain.
+  const SpineDriver driver(character, anatomy);
+  const auto system = solver::build_system({"even", {}}, driver.rest_chain());
+  const auto rest = driver.drive(*system, system->rest());
+  for (std::size_t n = 0; n < rest.size(); ++n)
+    EXPECT_EQ(rest[n], character.nodes[n].world_from_node);
+  const auto pose = system->solve(system->controls_for({.extension = 1.0}, solver::Mapping::chest));
+  const auto world = driver.drive(*system, pose);
+  const auto at = [&](const char* name) {
+    return glm::dvec3(world[static_cast<std::size_t>(stick_node(character, name))][3]);
+  };
+  EXPECT_NEAR(glm::distance(at("hips"), at("foot.L")), std::hypot(0.1, 0.9), 1e-9);
+  EXPECT_NEAR(glm::distance(at("hips"), glm::dvec3(0, 0.95, 0)), 0.0, 1e-9);
+  EXPECT_NEAR(glm::distance(at("neck"), pose.position.back()), 0.0, 1e-9);
+  EXPECT_NEAR(glm::distance(at("neck"), at("arm.L")), std::hypot(0.2, 0.1), 1e-9);
+}
+
+TEST(Anatomy, FindsTheHeadWherePelvisAndRibcageHangBesideEachOther) {
+  Character character;
+  character.file_name = "parted.glb";
+  const auto add = [&](int parent, const glm::dvec3& at) {
+    Node node;
+    node.name = "#" + std::to_string(character.nodes.size());
+    node.parent = parent;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+    character.nodes.push_back(node);
+    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+    return static_cast<int>(character.nodes.size()) - 1;
+  };
+  const int centre = add(-1, {0, 1.0, 0});
+  const int pelvis = add(centre, {0, 0.97, 0});
+  const int low = add(centre, {0, 1.1, 0}), high = add(low, {0, 1.3, 0});
+  const int neck = add(high, {0, 1.5, 0}), head = add(neck, {0, 1.6, 0});
+  for (const double side : {1.0, -1.0}) {
+    add(add(high, {0.2 * side, 1.4, 0}), {0.7 * side, 1.4, 0});
+    add(add(pelvis, {0.1 * side, 0.9, 0}), {0.1 * side, 0.05, 0});
+  }
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.spine, (std::vector<int>{centre, low, high, neck, head}));
+  EXPECT_EQ(anatomy.left_arm.size(), 2u);
 }
 
 TEST(Anatomy, ReadsASkeletonWithoutAForkFromEndToEnd) {

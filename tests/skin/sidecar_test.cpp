@@ -109,6 +109,52 @@ TEST(Sidecar, HoldsTheAnatomyThatWasFoundAndGivesItBack) {
   EXPECT_TRUE(contradiction(sidecar, turned));
 }
 
+TEST(Sidecar, NamesJointsThatShareANameByTheirNumber) {
+  Character figure = stick_figure();
+  const Anatomy found = find_anatomy(figure);
+  for (Node& node : figure.nodes) node.name = "joint";
+  const Sidecar sidecar = sidecar_of(figure, found);
+  EXPECT_EQ(sidecar.spine.front(), "#1");
+  const Anatomy again = find_anatomy(figure, hints_with(sidecar, {}));
+  EXPECT_EQ(again.spine, found.spine);
+  EXPECT_EQ(again.chest_index, found.chest_index);
+  EXPECT_EQ(again.left_arm, found.left_arm);
+}
+
+TEST(Sidecar, ProposesTheNamespaceThatAllJointsBear) {
+  Character figure = stick_figure();
+  const Anatomy found = find_anatomy(figure);
+  for (Node& node : figure.nodes) node.name = "crowd_01:hero:" + node.name;
+  const Sidecar sidecar = sidecar_of(figure, found);
+  EXPECT_EQ(sidecar.namespaces, std::vector<std::string>{"crowd_01:hero:"});
+  EXPECT_EQ(sidecar.spine.front(), "hips");
+  apply_sidecar(sidecar, figure);
+  EXPECT_EQ(find_anatomy(figure, hints_with(sidecar, {})).spine, found.spine);
+  // The same character in another scene has another namespace: its joints are still known.
+  for (Node& node : figure.nodes) node.name = "crowd_02:hero:" + node.name;
+  EXPECT_EQ(find_anatomy(figure, hints_with(sidecar, {})).spine, found.spine);
+}
+
+TEST(Sidecar, TakesATemplateInPlaceOfAList) {
+  const std::string head = "schema = \"backbend.sidecar/1\"\n[skeleton]\n";
+  const Sidecar sidecar = parse_sidecar(head + "template = \"unreal\"\n", "hero.backbend.toml");
+  EXPECT_EQ(sidecar.rig_template, "unreal");
+  EXPECT_EQ(parse_sidecar(sidecar_text(sidecar), "hero.backbend.toml"), sidecar);
+  EXPECT_EQ(hints_with(sidecar, {}).rig_template, "unreal");
+  AnatomyHints said;
+  said.hip = "hips";
+  EXPECT_EQ(hints_with(sidecar, said).rig_template, "");
+  EXPECT_NE(refusal(head + "template = \"unreel\"\n").find("unreal"), std::string::npos);
+  // It is what decides: the stick figure's names are nobody's.
+  try {
+    find_anatomy(stick_figure(), hints_with(sidecar, {}));
+    FAIL();
+  } catch (const CharacterError& error) {
+    EXPECT_NE(std::string(error.what()).find("no joint for the hips (pelvis)"), std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(Sidecar, GivesWayToTheCommandLine) {
   AnatomyHints said;
   said.chest = "spine";
