@@ -93,12 +93,18 @@ bool is_index(const json& value) {
          value.get<std::uint64_t>() <= std::numeric_limits<std::int32_t>::max();
 }
 
+// The objects of a glTF document in all: nodes, accessors, primitives and their like. A film
+// character with all its clips has some ten thousand; each costs about a kilobyte to read.
+constexpr std::size_t kMostObjects = std::size_t{1} << 17;
+
 class ShapeCheck {
  public:
   explicit ShapeCheck(const std::string& file) : file_(file) {}
 
   /// Checks the members of one object against the rules of its kind, and what lies below.
-  void object(const json& value, std::string_view kind, const std::string& path) const {
+  void object(const json& value, std::string_view kind, const std::string& path) {
+    if (++objects_ > kMostObjects)
+      fail(path, "more than " + std::to_string(kMostObjects) + " objects in the document");
     for (const Rule& rule : kRules) {
       if (rule.of != kind) continue;
       const std::string place = path + "/" + std::string(rule.member);
@@ -120,7 +126,7 @@ class ShapeCheck {
     return value.is_structured() ? value.type_name() : printable(value.dump());
   }
 
-  void member(const json& value, const Rule& rule, const std::string& place) const {
+  void member(const json& value, const Rule& rule, const std::string& place) {
     switch (rule.kind) {
       case Kind::index:
         return index(value, place);
@@ -168,7 +174,7 @@ class ShapeCheck {
     for (std::size_t k = 0; k < value.size(); ++k) check(value[k], place + "/" + std::to_string(k));
   }
 
-  void nested(const json& value, const Rule& rule, const std::string& place) const {
+  void nested(const json& value, const Rule& rule, const std::string& place) {
     if (!value.is_object()) fail(place, shown(value) + " is not an object");
     const std::string kind = rule.of.empty()
                                  ? std::string(rule.member)
@@ -177,6 +183,7 @@ class ShapeCheck {
   }
 
   const std::string& file_;
+  std::size_t objects_ = 0;
 };
 
 }  // namespace

@@ -1,7 +1,12 @@
 """Bad input of every kind: one clear line, the exit code of the specification, nothing written."""
 
+import os
+import tempfile
+import unittest
+
 import glb
-from harness import BAD_INPUT, CANNOT_WRITE, CommandTest, USAGE
+import hostile
+from harness import BACKBEND, BAD_INPUT, CANNOT_WRITE, CommandTest, USAGE, contents
 
 # Every command that reads a character, with what it needs besides.
 READERS = {
@@ -100,6 +105,58 @@ class Characters(CommandTest):
         result = self.backbend("check", "hero.glb", "--quick")
         self.assertNotIn("\x1b[31m", result.stdout + result.stderr)
         self.assertNotIn("\x07", result.stdout + result.stderr)
+
+
+class Hostile(CommandTest):
+    """Files that nobody means well with, each in a process of its own whose memory is looked at."""
+
+    MOST_BYTES = 512 << 20
+
+    def run_on(self, file, content):
+        """The outcome of reading a file; memory is judged where no sanitizer takes its share."""
+        path = hostile.write(self.folder, file, content)
+        words = ["body", path, "-o", str(self.folder / "out.glb")] if file.endswith(".bvh") else ["inspect", path]
+        environment = {"PATH": os.environ["PATH"], "HOME": str(self.folder)}
+        environment.update((k, v) for k, v in os.environ.items() if k.endswith("SAN_OPTIONS"))
+        with tempfile.TemporaryDirectory() as logs:
+            code, out, err, memory, _ = hostile.measured([str(BACKBEND), *words], environment, logs)
+        left = list(contents(self.folder))
+        os.unlink(path)
+        self.assertEqual(left, [file])
+        if not self.sanitized:
+            self.assertLess(memory, self.MOST_BYTES, f"{memory >> 20} MB")
+        return code, out, err
+
+    @classmethod
+    def setUpClass(cls):
+        program = BACKBEND.read_bytes()
+        cls.sanitized = b"__asan_" in program or b"__tsan_" in program
+
+    def test_each_is_refused_in_one_line_that_names_it(self):
+        for name, (file, content) in hostile.REFUSED.items():
+            with self.subTest(name):
+                code, out, err = self.run_on(file, content)
+                self.assertEqual(code, BAD_INPUT, err)
+                self.assertEqual(out, "")
+                self.assertIn(file, err)
+                self.assertEqual(err.count("\n"), 1, err)
+                self.assertTrue(err[:-1].isprintable(), ascii(err))
+                self.assertLess(len(err), 1000)
+
+    def test_what_is_odd_and_legal_is_read_and_said(self):
+        for name, (content, warning) in hostile.ACCEPTED.items():
+            with self.subTest(name):
+                code, out, err = self.run_on("hero.glb", content)
+                self.assertEqual(code, 0, err)
+                self.assertEqual(err, "")
+                told = [line for line in out.splitlines() if line.startswith("  warning") or "weights" in line]
+                self.assertIn(warning, "\n".join(told))
+                self.assertTrue(out.replace("\n", "").isprintable())
+
+    @unittest.skipUnless(hasattr(os, "mkfifo"), "this system has no FIFOs")
+    def test_a_pipe_is_refused_and_not_waited_for(self):
+        os.mkfifo(self.folder / "hero.glb")
+        self.assert_refused("inspect", "hero.glb", names=["hero.glb"], timeout_s=60)
 
 
 class Spines(CommandTest):

@@ -99,6 +99,24 @@ class JudgingAClip(CommandTest):
                          "-o", "out", code=1)
         self.assertIn("BB001", codes(report_of(self.folder / "out")))
 
+    def test_a_character_in_another_unit_has_the_same_findings(self):
+        clip = self.folder / "pop.clip"
+        joints = [(name, k - 1, column_matrix(SPACING * k, 0)) for k, name in enumerate(HUMAN)]
+        writer = backbend_clip.ClipWriter(joints, program="test", spine=HUMAN[:4])
+        for frame in range(40):  # the spine stretches: turns alone would not show it
+            stretch = 1.0 + 0.01 * frame
+            writer.add([column_matrix(SPACING * k * stretch, steady(frame) if k else 0) for k in range(len(HUMAN))],
+                       None, sweep="twist", controls={"twist": steady(frame)})
+        writer.save(str(clip))
+        found = {}
+        for name, unit in (("metres", 1.0), ("centimetres", 100.0)):
+            self.write(name + ".glb", tube(unit=unit))
+            result = self.backbend("check", name + ".glb", "--baked", clip, "-o", name)
+            self.assertEqual("another unit" in result.stdout, unit != 1.0, result.stdout + result.stderr)
+            found[name] = [(f["code"], f["frame"], f["verdict"], f["place"]) for f in report_of(self.folder / name)["findings"]]
+        self.assertEqual(found["metres"], found["centimetres"])
+        self.assertIn("BB047", [code for code, *_ in found["metres"]])  # length change
+
     def test_fewer_frames_than_tell_a_jump_are_not_called_clean(self):
         clip = twisting_clip(self.folder / "short.clip", steady, frames=4)
         self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=5)

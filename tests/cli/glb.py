@@ -19,22 +19,23 @@ def encode(document, binary=b""):
     return out
 
 
-def tube(names=HUMAN, change=None, vertex=None, rings=9, sides=8):
+def tube(names=HUMAN, change=None, vertex=None, rings=9, sides=8, unit=1.0):
     """A tube 1.6 m tall around a straight chain of joints `names`, weights shared by neighbours.
 
     `vertex(i, position, joints, weights)` may return other values for vertex i; `change(document)`
-    may alter the glTF before it is written.
+    may alter the glTF before it is written; `unit` is how many of the file's units a metre has.
     """
-    spacing = 1.6 / len(names)
+    spacing = 1.6 * unit / len(names)
     positions, joints, weights, triangles = [], [], [], []
     for ring in range(rings):
-        height = 1.6 * ring / (rings - 1)
+        height = 1.6 * unit * ring / (rings - 1)
         along = min(height / spacing, len(names) - 1)
         low = min(int(along), len(names) - 2) if len(names) > 1 else 0
         share = along - low if len(names) > 1 else 0.0
         for side in range(sides):
             angle = 2 * math.pi * side / sides
-            values = ([0.15 * math.cos(angle), height, 0.15 * math.sin(angle)],
+            radius = 0.15 * unit
+            values = ([radius * math.cos(angle), height, radius * math.sin(angle)],
                       [low, min(low + 1, len(names) - 1), 0, 0], [1 - share, share, 0.0, 0.0])
             if vertex:
                 values = vertex(len(positions), *values) or values

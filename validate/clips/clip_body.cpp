@@ -162,8 +162,14 @@ ClipBody::ClipBody(const skin::Character& character, const skin::Anatomy& anatom
   } else {
     match_joints(clip, names);
     check_spine(clip);
-    const double apart = rest_distance(clip);
-    if (apart <= kSamePlace) {
+    const double apart = rest_distance(clip, 1.0);
+    const double ratio = apart <= kSamePlace ? 1.0 : spine_ratio(clip);
+    if (apart <= kSamePlace || rest_distance(clip, ratio) <= kSamePlace) {
+      // The same skeleton in another unit is not turned only: what its joints travel counts.
+      unit_ = ratio;
+      if (apart > kSamePlace)
+        notes_.push_back("the clip has another unit than the character: its lengths are taken " +
+                         number_text(ratio, 4) + " times");
       follow(clip);
     } else {
       fit_ = ClipFit::retarget;
@@ -294,28 +300,47 @@ void ClipBody::check_spine(const skin::Clip& clip) const {
   }
 }
 
-double ClipBody::rest_distance(const skin::Clip& clip) const {
+/// How much longer the character's spine is than the clip's, at rest.
+double ClipBody::spine_ratio(const skin::Clip& clip) const {
+  double ours = 0.0, theirs = 0.0;
+  for (Index k = 1; k <= anatomy_.chest_index; ++k) {
+    const auto a = static_cast<Index>(anatomy_.spine[k - 1]);
+    const auto b = static_cast<Index>(anatomy_.spine[k]);
+    ours += glm::distance(origin(character_.nodes[a].world_from_node),
+                          origin(character_.nodes[b].world_from_node));
+    theirs += glm::distance(origin(clip.rest[static_cast<Index>(clip_joint_[a])]),
+                            origin(clip.rest[static_cast<Index>(clip_joint_[b])]));
+  }
+  const double ratio = ours / theirs;
+  return std::isfinite(ratio) && ratio > 0.0 ? ratio : 1.0;
+}
+
+/// The farthest that a spine joint of the clip, its lengths taken `unit` times, stands at rest from
+/// the character's; a share of the height.
+double ClipBody::rest_distance(const skin::Clip& clip, double unit) const {
   // Its own animation, or nothing said of a rest: the character's.
   if (clip.rest.empty() || is_same_file(clip)) return 0.0;
   double worst = 0.0;
   for (Index k = 0; k <= anatomy_.chest_index; ++k) {
     const auto node = static_cast<Index>(anatomy_.spine[k]);
-    worst =
-        std::max(worst, glm::distance(origin(character_.nodes[node].world_from_node),
-                                      origin(clip.rest[static_cast<Index>(clip_joint_[node])])));
+    worst = std::max(
+        worst, glm::distance(origin(character_.nodes[node].world_from_node),
+                             unit * origin(clip.rest[static_cast<Index>(clip_joint_[node])])));
   }
   return worst / anatomy_.height;
 }
 
 void ClipBody::follow(const skin::Clip& clip) {
   const bool same_file = is_same_file(clip);
+  glm::dmat4 scale(unit_);
+  scale[3][3] = 1.0;
   std::vector<glm::dmat4> local(character_.nodes.size(), glm::dmat4(1.0));
   for (Index n = 0; n < local.size(); ++n) {
     const int j = clip_joint_[n];
     // Exporters give one joint other axes: what counts is how far it went from its rest. A file's
     // own animation stands on its own axes, whatever pose its nodes hold.
     if (j >= 0 && !clip.rest.empty() && !same_file)
-      local[n] = glm::affineInverse(clip.rest[static_cast<Index>(j)]) *
+      local[n] = glm::affineInverse(scale * clip.rest[static_cast<Index>(j)]) *
                  character_.nodes[n].world_from_node;
   }
   world_.assign(frames_, {});
@@ -325,7 +350,8 @@ void ClipBody::follow(const skin::Clip& clip) {
       const skin::Node& node = character_.nodes[n];
       const int j = clip_joint_[n];
       if (j >= 0)
-        world.push_back(clip.world[f * clip.joint_count() + static_cast<Index>(j)] * local[n]);
+        world.push_back(scale * clip.world[f * clip.joint_count() + static_cast<Index>(j)] *
+                        local[n]);
       else
         world.push_back(node.parent < 0
                             ? node.world_from_node

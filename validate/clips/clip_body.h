@@ -62,7 +62,8 @@ class ClipBody {
   void match_points(const skin::Clip& clip);
   void fit_joints();
   void hold_hips();
-  double rest_distance(const skin::Clip& clip) const;
+  double rest_distance(const skin::Clip& clip, double unit) const;
+  double spine_ratio(const skin::Clip& clip) const;
 
   const skin::Character& character_;
   const skin::Anatomy& anatomy_;
@@ -70,6 +71,7 @@ class ClipBody {
   skin::PosedMesh rest_;
   std::size_t frames_ = 0;
   ClipFit fit_ = ClipFit::same;
+  double unit_ = 1.0;            // the clip's in the character's
   std::vector<int> clip_joint_;  // of each node, -1 for none
   std::vector<std::vector<glm::dmat4>> world_;
   std::vector<glm::vec3> point_;  // [frames x vertices]
