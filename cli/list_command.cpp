@@ -47,6 +47,9 @@ Rows rig_rows() {
 }
 
 std::string sweep_text(const Sweep& sweep) {
+  if (!sweep.through.empty())
+    return std::to_string(sweep.through.size()) + " poses and the way between them, " +
+           number_text(sweep.to_deg) + " degrees by " + number_text(sweep.step_deg);
   std::string text = number_text(sweep.from_deg) + " to " + number_text(sweep.to_deg) + " by " +
                      number_text(sweep.step_deg) + " degrees of " + sweep.channel;
   for (const std::string_view channel : kChannels) {
@@ -61,6 +64,8 @@ Rows sweep_rows() {
   Rows rows;
   for (const Sweep& sweep : standard_sweeps()) rows.add(sweep.name, sweep_text(sweep));
   for (const Sweep& sweep : stress_sweeps()) rows.add("stress " + sweep.name, sweep_text(sweep));
+  rows.add("stress grid", sweep_text(grid_sweeps().front()) +
+                              "; each at side -60 to 60 by 30 and twist -90 to 90 by 45");
   return rows;
 }
 

@@ -31,6 +31,15 @@ struct NightlyOptions : RunOptions {
   validate::RunRequest request() const;
 };
 
+/// Runs a request, writes its report into its run folder, prints it and adds the night to the
+/// history that was asked for; gives the exit code.
+int run_and_print(validate::RunRequest request, const Common& common, const RunOptions& options);
+
+/// The rig of a run that must be caught (specification 8, canaries).
+validate::RigPlan isner_canary();
+/// `standard`; `stress`: with the grid of poses.
+std::vector<validate::Sweep> sweeps_named(const std::string& name);
+
 /// The words of a command line that say what a job is: the options that were given, then the suite
 /// with its whole path. How it is done (folder, shard) is left out; files that only the report
 /// needs have their whole path.

@@ -190,6 +190,8 @@ class RunFolder {
   std::vector<fs::path> made_;  // the deepest first
 };
 
+}  // namespace
+
 int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
@@ -215,7 +217,6 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   return code;
 }
 
-/// The rig of a comparison that must be caught, as in every run (specification 8, canaries).
 RigPlan isner_canary() {
   RigPlan plan;
   plan.name = "isner_flip";
@@ -233,10 +234,11 @@ RigPlan isner_canary() {
 }
 
 std::vector<Sweep> sweeps_named(const std::string& name) {
-  return name == "stress" ? stress_sweeps() : standard_sweeps();
+  if (name != "stress") return standard_sweeps();
+  std::vector<Sweep> sweeps = stress_sweeps();
+  for (Sweep& sweep : grid_sweeps()) sweeps.push_back(std::move(sweep));
+  return sweeps;
 }
-
-}  // namespace
 
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.
 TerminalStyle style_of_stdout() {
@@ -422,42 +424,6 @@ void add_check(const Registry& registry) {
       ->check(CLI::IsMember(envelope_names()));
   add_chain_option(command, options->chain);
   command->add_option("--sweeps", options->sweeps, "standard or stress [standard]")
-      ->check(CLI::IsMember({"standard", "stress"}));
-  options->add_to(command);
-}
-
-void add_compare(const Registry& registry) {
-  struct Options : RunOptions {
-    std::string first, second, character, mapping = "chest", sweeps = "stress";
-  };
-  auto options = std::make_shared<Options>();
-  CLI::App* command = registry.add(
-      "compare", "two rigs on the same character and the same poses",
-      [options, &common = registry.common] {
-        RunRequest request;
-        Suite& suite = request.suite;
-        suite.name = "compare";
-        suite.rigs = {read_rig(options->first), read_rig(options->second), isner_canary()};
-        suite.rigs[1].role = Role::reference;
-        if (suite.rigs[0].name == suite.rigs[1].name) suite.rigs[1].name += "_2";
-        suite.title = suite.rigs[0].name + " against " + suite.rigs[1].name;
-        const fs::path bundled =
-            read_suite(data_folder() / "scenes" / "nightly.toml").characters.front();
-        suite.characters = {options->character.empty() ? bundled : fs::path(options->character)};
-        suite.mappings = {*find_mapping(options->mapping)};
-        suite.sweeps = sweeps_named(options->sweeps);
-        suite.envelope = *find_envelope("sweep");
-        options->apply_to(request);
-        request.character =
-            options->character.empty() ? "scenes/characters/human.toml" : options->character;
-        return run_and_print(std::move(request), common, *options);
-      });
-  command->add_option("A", options->first, "the proposed rig: a system or a rig file")->required();
-  command->add_option("B", options->second, "the rig to compare with")->required();
-  command->add_option("--character", options->character, "character file [the bundled human]");
-  command->add_option("--mapping", options->mapping, "chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}));
-  command->add_option("--sweeps", options->sweeps, "standard or stress [stress]")
       ->check(CLI::IsMember({"standard", "stress"}));
   options->add_to(command);
 }

@@ -40,6 +40,8 @@ std::vector<Bytes> seeds() {
   sweep.control_deg.resize(3);
   sweep.frame.resize(std::min<std::size_t>(sweep.frame.size(), 3));
   for (auto& [name, values] : sweep.metric) values.resize(3);
+  for (auto& [channel, degrees] : sweep.pose_deg) degrees.resize(3);
+  small.comparisons.resize(1);
   small.findings.resize(1);
   small.pairs.clear();
   small.meshes.clear();

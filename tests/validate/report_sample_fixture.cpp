@@ -65,8 +65,45 @@ SweepSeries series(const std::string& rig, const std::string& mapping, const std
   s.metric_unit = {
       {"gain", "deg/deg"}, {"kink", "deg"}, {"drift", "deg"}, {"slice area", "of rest"}};
   s.metric_limit = {{"gain", 3}, {"kink", 8}, {"drift", 0.5}, {"slice area", 0.75}};
-  s.per_degree = {{sweep, 1.0}};
+  s.pose_deg = {{sweep, s.control_deg}};
   return s;
+}
+
+/// Curve against Isner over the sweep and a small grid of side and twist.
+Comparison sample_comparison(const std::string& mapping) {
+  Comparison c;
+  c.a = "curve";
+  c.b = "isner";
+  c.character = "human";
+  c.mapping = mapping;
+  c.metrics = {{"kink", "BB010", "deg", 0.1, 40, 3, 48, 1.2},
+               {"slice area", "BB030", "ratio", 0.0375, 2, 9, 80, 0}};
+  c.worst_of_a = {
+      {"extension", "extension 150", 75, 150, "BB030", "ratio", 0.61, 0.8, 0.75,
+       picture_of("curve", mapping, "extension", 75), picture_of("isner", mapping, "extension", 75),
+       "backbend render human.glb --rig curve", "backbend render human.glb --rig isner"}};
+  c.worst_of_b = {{"extension", "extension 116", 58, 116, "BB010", "deg", 1.1, 171.4, 2,
+                   picture_of("curve", mapping, "extension", 58),
+                   picture_of("isner", mapping, "extension", 58), "", ""}};
+  for (const double side : {-30.0, 0.0, 30.0})
+    for (const double twist : {-45.0, 0.0, 45.0}) {
+      SweepComparison s;
+      s.sweep = "grid side " + std::to_string(static_cast<int>(side)) + " twist " +
+                std::to_string(static_cast<int>(twist));
+      s.control_deg = {0, 30, 60, 90, 120, 150};
+      s.pose_deg = {{"extension", s.control_deg},
+                    {"side", std::vector<double>(6, side)},
+                    {"twist", std::vector<double>(6, twist)}};
+      s.marks = "==++x-";
+      c.sweeps.push_back(s);
+    }
+  c.paired = 54;
+  c.same = c.a_better = 18;
+  c.mixed = c.b_better = 9;
+  c.a_over = 18;
+  c.b_over = 27;
+  c.ahead = "a";
+  return c;
 }
 
 RigResult rig_result(const std::string& rig, const std::string& mapping, Role role,
@@ -257,6 +294,7 @@ Report sample_report() {
   r.calibration = {
       {"flip", "BB001", "10 bones", "deg", 1, 200, 0, 1.2, 1.2, true},
       {"chain kink", "BB010", "24 bones", "deg", 0.2, 200, 3, 0.5, kNotMeasured, false}};
+  r.comparisons = {sample_comparison("chest"), sample_comparison("spread")};
   r.pairs = {{"Isner flips at extension 114.3", "one step of 0.00002 degrees apart",
               picture_of("isner", "chest", "extension", 57), "114.29999",
               picture_of("isner", "chest", "extension", 58), "114.30001",
@@ -311,7 +349,7 @@ Report sample_report_named(const std::string& name) {
       s.metric = {{name, {1, 2, 3}}};
       s.metric_unit = {{name, name}};
       s.frame = {name, name, name};
-      s.per_degree = {{name, 1.0}};
+      s.pose_deg = {{name, {0, 1, 2}}};
     }
   }
   for (Finding& f : r.findings) {
@@ -323,6 +361,16 @@ Report sample_report_named(const std::string& name) {
   }
   for (CalibrationRow& c : r.calibration) c.detector = c.code = c.body = c.unit = name;
   for (CanaryResult& c : r.canaries) c.rig = c.code = c.joint = c.detail = name;
+  for (Comparison& c : r.comparisons) {
+    c.a = c.b = c.character = c.mapping = name;
+    for (MetricComparison& m : c.metrics) m.metric = m.code = m.unit = name;
+    for (auto* poses : {&c.worst_of_a, &c.worst_of_b})
+      for (ComparedPose& p : *poses) {
+        p.sweep = p.pose = p.code = p.unit = p.a_path = p.b_path = name;
+        p.a_command = p.b_command = name;
+      }
+    for (SweepComparison& s : c.sweeps) s.sweep = name;
+  }
   for (PicturePair& p : r.pairs) p = {name, name, name, name, name, name, name, p.finding};
   for (MediaItem& m : r.media) m.title = m.path = name;
   r.nights.assign(r.nights.size(), name);

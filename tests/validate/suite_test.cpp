@@ -66,6 +66,23 @@ TEST_F(SuiteFile, IsReadWithEverythingItSays) {
   EXPECT_EQ(suite.sweeps.front().pose_at(20).twist, 10.0);
 }
 
+TEST_F(SuiteFile, TakesASweepThroughNamedPoses) {
+  const std::string path =
+      "[[sweep]]\nname = \"dance\"\nstep = 5\n"
+      "path = [\"rest\", \"extension=60, side=20\", \"twist=-45\"]\n";
+  const Suite suite = read_suite(write(kSmall + path));
+  ASSERT_EQ(suite.sweeps.size(), 2u);
+  EXPECT_EQ(suite.sweeps.back().name, "dance");
+  EXPECT_EQ(suite.sweeps.back().pose_at(30).text(), "extension 30, side 10");
+  EXPECT_EQ(suite.sweeps.back().to_deg, 120.0);
+  EXPECT_NE(error_of(kSmall + std::string("[[sweep]]\nname = \"x\"\npath = [\"bend=3\"]\n"))
+                .find("no channel 'bend'"),
+            std::string::npos);
+  EXPECT_NE(error_of(kSmall + std::string("[[sweep]]\nname = \"x\"\npath = [\"rest\"]\n"))
+                .find("two poses that differ"),
+            std::string::npos);
+}
+
 TEST_F(SuiteFile, NamesLineAndNearestKeyOfAMistypedOne) {
   std::string text = kSmall;
   text.replace(text.find("envelope"), 8, "envelop ");

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+
 namespace backbend::validate {
 namespace {
 
@@ -43,6 +46,43 @@ TEST(Sweep, WalksDownwardsToo) {
   const Sweep sweep = channel_sweep("twist", 90, -90, 30);
   ASSERT_EQ(sweep.pose_count(), 7u);
   EXPECT_EQ(sweep.control_at(6), -90.0);
+}
+
+TEST(Sweep, AGridCoversSideAndTwistAtEveryExtension) {
+  const std::vector<Sweep> grid = grid_sweeps();
+  ASSERT_EQ(grid.size(), 25u);
+  EXPECT_EQ(grid.front().pose_at(0).text(), "side -60, twist -90");
+  EXPECT_EQ(grid.back().pose_at(150).text(), "extension 150, side 60, twist 90");
+}
+
+TEST(Sweep, APathGoesStraightFromPoseToPose) {
+  const std::vector<PoseDegrees> poses = {{}, {30, 0, 10, 0}, {30, 0, 10, 0}, {30, 0, 10, -60}};
+  const Sweep path = path_sweep("dance", poses, 10);
+  ASSERT_EQ(path.through.size(), 3u);  // the repeated pose is no leg
+  EXPECT_EQ(path.to_deg, 90.0);        // 30 of extension, then 60 of twist
+  EXPECT_EQ(path.pose_at(15).text(), "extension 15, side 5");
+  EXPECT_EQ(path.pose_at(30).text(), "extension 30, side 10");
+  EXPECT_EQ(path.pose_at(60).text(), "extension 30, side 10, twist -30");
+  EXPECT_EQ(path.pose_at(91).text(), "extension 30, side 10, twist -61");
+  EXPECT_THROW(path_sweep("still", std::vector<PoseDegrees>(3), 1), solver::RigError);
+}
+
+TEST(Sweep, AWalkIsOneUnbrokenPathThatNeverBendsBothWays) {
+  const Sweep walk = random_walk(7, 40, 1);
+  PoseDegrees before = walk.pose_at(0);
+  for (std::size_t i = 1; i < walk.pose_count(); ++i) {
+    const PoseDegrees pose = walk.pose_at(walk.control_at(i));
+    double step = 0.0;
+    for (const std::string_view channel : kChannels)
+      step = std::max(step, std::abs(*pose.find(channel) - *before.find(channel)));
+    ASSERT_LE(step, 1.0 + 1e-9) << pose.text();
+    ASSERT_TRUE(pose.extension < 1e-9 || pose.flexion < 1e-9) << pose.text();
+    before = pose;
+  }
+  EXPECT_EQ(random_walk(7, 40, 1).through.back().pose.text(), walk.through.back().pose.text());
+  EXPECT_NE(random_walk(8, 40, 1).through.back().pose.text(), walk.through.back().pose.text());
+  // Pinned: the same walk on every machine and compiler.
+  EXPECT_EQ(random_walk(1, 12, 8).through[1].pose.text(), "flexion 62, side -44, twist -12");
 }
 
 TEST(Sweep, StandardOnesReachWhatTheSpecificationAsks) {

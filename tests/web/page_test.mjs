@@ -527,6 +527,21 @@ test("the trend names each lasting change, and headroom shows its last thirty ni
   await done(page);
 });
 
+test("a comparison says who is ahead, where, and shows what speaks against each side", async () => {
+  const page = await night();
+  const compare = page.locator("#compare");
+  assert.match(await compare.innerText(), /curve is ahead: over a limit in 18 of 54 paired poses against 27/);
+  assert.equal(await compare.locator(".map").count(), 3);
+  assert.equal(await compare.locator(".map").first().locator("g.mark").count(), 18);
+  assert.equal(await compare.locator(".map").first().locator("g.mark.b").count(), 3);
+  assert.match(await compare.locator("g.mark.b title").first().textContent(), /extension 150, side -30, twist -45: isner is better/);
+  assert.match(await compare.innerText(), /Against isner[^]*extension 116[^]*171.4/);
+  await compare.getByRole("button", { name: /spread/ }).click();
+  assert.match(await compare.locator("h3").first().innerText(), /spread/);
+  await compare.scrollIntoViewIfNeeded();
+  await shot(page, "compare");
+});
+
 test("the map shows every measured pose and leads to the findings", async () => {
   const page = await night();
   const map = page.locator("#map");

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "validate/compare/comparison.h"
 #include "validate/report/digest.h"
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
@@ -84,6 +85,19 @@ std::vector<std::string> finding_rows(const Report& report, const Digest& digest
   return rows;
 }
 
+std::vector<std::string> comparison_rows(const Report& report) {
+  std::vector<std::string> rows;
+  for (const Comparison& c : report.comparisons) {
+    std::string row = "| " + code(c.a) + " | " + code(c.b) + " | " + code(c.character) + " | " +
+                      code(c.mapping) + " |";
+    for (const int n : {c.paired, c.a_better, c.same, c.b_better, c.mixed})
+      row += " " + std::to_string(n) + " |";
+    rows.push_back(row + " " + std::to_string(c.a_over) + " : " + std::to_string(c.b_over) + " | " +
+                   code(comparison_verdict(c)) + " |\n");
+  }
+  return rows;
+}
+
 std::string closing(const Report& report, const Digest::Counts& n) {
   std::string out = std::to_string(n.fail) + " inside the envelope, " + std::to_string(n.stress) +
                     " beyond it, " + std::to_string(n.waived) + " waived, " +
@@ -125,6 +139,11 @@ std::string markdown_summary(const Report& report, std::size_t limit) {
       "| character | rig | mapping | role | channel | clean to, deg | needs | headroom |\n"
       "|---|---|---|---|---|--:|--:|--:|\n",
       headroom_rows(report), "channels", end.size());
+  comment.table(
+      "| side | against | character | mapping | poses | better | same | worse | mixed | over a "
+      "limit "
+      "| |\n|---|---|---|---|--:|--:|--:|--:|--:|--:|---|\n",
+      comparison_rows(report), "comparisons", end.size());
   comment.table(
       "| verdict | check | rig | pose | place | value | owner | detail |\n"
       "|---|---|---|---|---|---|---|---|\n",

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <map>
 #include <string>
 #include <vector>
@@ -29,7 +30,7 @@ struct SweepSeries {
   std::map<std::string, std::string> metric_unit;
   std::map<std::string, double> metric_limit;  // absent or NaN: no limit is drawn
   std::vector<std::string> frame;              // picture per pose, relative path, empty where none
-  std::map<std::string, double> per_degree;    // degrees of each channel a degree of the control
+  std::map<std::string, std::vector<double>> pose_deg;  // by channel; empty: not in channels
 };
 
 /// Planned, measured and not measured for one check on one rig: the sums must match.
@@ -127,6 +128,48 @@ struct Trend {
   std::vector<TrendStep> steps;
 };
 
+/// A pose at which one side of a comparison is worse than the other by one check.
+struct ComparedPose {
+  std::string sweep, pose;  // `grid side 30 twist 45`; `extension 90, side 30, twist 45`
+  int index = -1;           // into the sweep
+  double control_deg = 0;
+  std::string code, unit;
+  double a = 0, b = 0, limit = 0;
+  std::string a_path, b_path;        // frames of both sides, relative to the report; empty: none
+  std::string a_command, b_command;  // that show them again; empty: none
+};
+
+/// One metric over all paired poses.
+struct MetricComparison {
+  std::string metric, code, unit;
+  double tolerance = 0;  // a smaller difference counts as none
+  int a_better = 0, b_better = 0, same = 0;
+  double median_gain = 0;  // over the poses, by how much a is better than b; unit
+};
+
+/// How the poses of one sweep compare.
+struct SweepComparison {
+  std::string sweep;
+  std::map<std::string, std::vector<double>> pose_deg;  // as in SweepSeries
+  std::vector<double> control_deg;
+  std::string marks;  // one a pose: + a is better, - b is, x each in something, = same, ? unpaired
+};
+
+/// Two rigs, characters, clips or runs, paired on every pose.
+struct Comparison {
+  std::string a, b;  // what the sides are called
+  std::string character, mapping;
+  double matched = std::numeric_limits<double>::quiet_NaN();  // share of b's surface found on a's,
+                                                              // where the bodies are two
+  int paired = 0, unpaired = 0;
+  int a_better = 0, b_better = 0, mixed = 0, same = 0;  // of the paired poses
+  int a_over = 0, b_over = 0;  // paired poses with something over its limit
+  std::string ahead;           // `a`, `b`; empty: a draw
+  std::vector<MetricComparison> metrics;
+  std::vector<ComparedPose> worst_of_a, worst_of_b;  // what speaks most against each
+  std::vector<SweepComparison> sweeps;
+};
+
 /// Everything a report shows. report.json is this, and every other form is a function of it.
 struct Report {
   std::string title, suite, headline;
@@ -140,6 +183,7 @@ struct Report {
   std::vector<CanaryResult> canaries;
   std::vector<std::string> detectors;       // one line each: sensitivity at zero false alarms
   std::vector<CalibrationRow> calibration;  // empty where the run planted no faults
+  std::vector<Comparison> comparisons;
   std::vector<PicturePair> pairs;
   std::vector<MediaItem> media;
   std::vector<MeshView> meshes;

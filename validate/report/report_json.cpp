@@ -39,7 +39,7 @@ json value(const SweepSeries& s) {
           {"metric_unit", s.metric_unit},
           {"metric_limit", s.metric_limit},
           {"frame", s.frame},
-          {"per_degree", s.per_degree}};
+          {"pose_deg", s.pose_deg}};
 }
 
 json value(const Coverage& c) {
@@ -150,6 +150,57 @@ json value(const CalibrationRow& c) {
           {"smallest", c.smallest},   {"ok", c.ok}};
 }
 
+json value(const ComparedPose& p) {
+  return {{"sweep", p.sweep},
+          {"pose", p.pose},
+          {"index", p.index},
+          {"control_deg", p.control_deg},
+          {"code", p.code},
+          {"unit", p.unit},
+          {"a", p.a},
+          {"b", p.b},
+          {"limit", p.limit},
+          {"a_path", p.a_path},
+          {"b_path", p.b_path},
+          {"a_command", p.a_command},
+          {"b_command", p.b_command}};
+}
+
+json value(const MetricComparison& m) {
+  return {{"metric", m.metric},     {"code", m.code},
+          {"unit", m.unit},         {"tolerance", m.tolerance},
+          {"a_better", m.a_better}, {"b_better", m.b_better},
+          {"same", m.same},         {"median_gain", m.median_gain}};
+}
+
+json value(const SweepComparison& s) {
+  return {{"sweep", s.sweep},
+          {"pose_deg", s.pose_deg},
+          {"control_deg", s.control_deg},
+          {"marks", s.marks}};
+}
+
+json value(const Comparison& c) {
+  return {{"a", c.a},
+          {"b", c.b},
+          {"character", c.character},
+          {"mapping", c.mapping},
+          {"matched", c.matched},
+          {"paired", c.paired},
+          {"unpaired", c.unpaired},
+          {"a_better", c.a_better},
+          {"b_better", c.b_better},
+          {"mixed", c.mixed},
+          {"same", c.same},
+          {"a_over", c.a_over},
+          {"b_over", c.b_over},
+          {"ahead", c.ahead},
+          {"metrics", list(c.metrics, [](const auto& m) { return value(m); })},
+          {"worst_of_a", list(c.worst_of_a, [](const auto& p) { return value(p); })},
+          {"worst_of_b", list(c.worst_of_b, [](const auto& p) { return value(p); })},
+          {"sweeps", list(c.sweeps, [](const auto& s) { return value(s); })}};
+}
+
 json value(const PicturePair& p) {
   return {{"title", p.title},         {"caption", p.caption}, {"a_path", p.a_path},
           {"a_label", p.a_label},     {"b_path", p.b_path},   {"b_label", p.b_label},
@@ -198,6 +249,7 @@ json value(const Report& r) {
               {"findings", list(r.findings, [](const auto& f) { return value(f); })},
               {"canaries", list(r.canaries, [](const auto& c) { return value(c); })},
               {"detectors", r.detectors},
+              {"comparisons", list(r.comparisons, [](const auto& c) { return value(c); })},
               {"pairs", list(r.pairs, [](const auto& p) { return value(p); })},
               {"media", list(r.media, [](const auto& m) { return value(m); })},
               {"meshes", list(r.meshes, [](const auto& m) { return value(m); })},
@@ -263,6 +315,12 @@ std::string report_json(const Report& report) {
   Writer writer(true);
   writer.write(value(report));
   return writer.take() + '\n';
+}
+
+std::string comparisons_json(const std::vector<Comparison>& comparisons) {
+  Writer writer(true);
+  writer.write({{"comparisons", list(comparisons, [](const auto& c) { return value(c); })}});
+  return writer.take();
 }
 
 std::string report_json_compact(const Report& report) {

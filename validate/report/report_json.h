@@ -26,6 +26,9 @@ std::string report_json_compact(const Report& report);
 /// Content hash of one finding as report.json holds it: what an approval speaks of.
 std::string finding_hash(const Finding& finding);
 
+/// Comparisons alone, as in the report.
+std::string comparisons_json(const std::vector<Comparison>& comparisons);
+
 /// The inverse: parse_report(report_json(r)) gives r, with null read as NaN.
 ///
 /// `name` is what errors call the text. Throws ReportError on anything the schema does not allow:

@@ -144,10 +144,14 @@ SweepSeries sweep(Place p) {
   s.metric_unit = p.at("metric_unit").map(text);
   s.metric_limit = p.at("metric_limit").map(number);
   s.frame = p.at("frame").list(text);
-  s.per_degree = p.at("per_degree").map(number);
+  s.pose_deg = p.at("pose_deg").map([](const Place& c) { return c.list(number); });
   for (const auto& [name, values] : s.metric)
     if (values.size() != s.control_deg.size())
       p.refuse("metric '" + visible(name) + "' has " + std::to_string(values.size()) +
+               " values for " + std::to_string(s.control_deg.size()) + " poses");
+  for (const auto& [channel, values] : s.pose_deg)
+    if (values.size() != s.control_deg.size())
+      p.refuse("channel '" + visible(channel) + "' has " + std::to_string(values.size()) +
                " values for " + std::to_string(s.control_deg.size()) + " poses");
   if (!s.frame.empty() && s.frame.size() != s.control_deg.size())
     p.refuse("there are " + std::to_string(s.frame.size()) + " frames for " +
@@ -300,6 +304,80 @@ CalibrationRow calibration(Place p) {
   return c;
 }
 
+ComparedPose compared_pose(Place p) {
+  ComparedPose out;
+  out.sweep = p.at("sweep").text();
+  out.pose = p.at("pose").text();
+  out.index = p.at("index").integer();
+  out.control_deg = p.at("control_deg").number();
+  out.code = p.at("code").text();
+  out.unit = p.at("unit").text();
+  out.a = p.at("a").number();
+  out.b = p.at("b").number();
+  out.limit = p.at("limit").number();
+  out.a_path = p.at("a_path").text();
+  out.b_path = p.at("b_path").text();
+  out.a_command = p.at("a_command").text();
+  out.b_command = p.at("b_command").text();
+  p.done();
+  return out;
+}
+
+MetricComparison metric_comparison(Place p) {
+  MetricComparison out;
+  out.metric = p.at("metric").text();
+  out.code = p.at("code").text();
+  out.unit = p.at("unit").text();
+  out.tolerance = p.at("tolerance").number();
+  out.a_better = p.at("a_better").count();
+  out.b_better = p.at("b_better").count();
+  out.same = p.at("same").count();
+  out.median_gain = p.at("median_gain").number();
+  p.done();
+  return out;
+}
+
+SweepComparison sweep_comparison(Place p) {
+  SweepComparison out;
+  out.sweep = p.at("sweep").text();
+  out.pose_deg = p.at("pose_deg").map([](const Place& c) { return c.list(number); });
+  out.control_deg = p.at("control_deg").list(number);
+  Place marks = p.at("marks");
+  out.marks = marks.text();
+  if (out.marks.size() != out.control_deg.size() ||
+      out.marks.find_first_not_of("+-x=?") != std::string::npos)
+    marks.refuse("expected one of + - x = ? for each pose");
+  p.done();
+  return out;
+}
+
+Comparison comparison(Place p) {
+  Comparison c;
+  c.a = p.at("a").text();
+  c.b = p.at("b").text();
+  c.character = p.at("character").text();
+  c.mapping = p.at("mapping").text();
+  c.matched = p.at("matched").number();
+  c.paired = p.at("paired").count();
+  c.unpaired = p.at("unpaired").count();
+  c.a_better = p.at("a_better").count();
+  c.b_better = p.at("b_better").count();
+  c.mixed = p.at("mixed").count();
+  c.same = p.at("same").count();
+  c.a_over = p.at("a_over").count();
+  c.b_over = p.at("b_over").count();
+  Place ahead = p.at("ahead");
+  c.ahead = ahead.text();
+  if (c.ahead != "a" && c.ahead != "b" && !c.ahead.empty())
+    ahead.refuse("unknown word '" + visible(c.ahead) + "'");
+  c.metrics = p.at("metrics").list(metric_comparison);
+  c.worst_of_a = p.at("worst_of_a").list(compared_pose);
+  c.worst_of_b = p.at("worst_of_b").list(compared_pose);
+  c.sweeps = p.at("sweeps").list(sweep_comparison);
+  p.done();
+  return c;
+}
+
 PicturePair pair(Place p) {
   PicturePair out;
   out.title = p.at("title").text();
@@ -424,6 +502,7 @@ Report parse_report(std::string_view text_in, std::string_view name) {
     if (finding < -1 || finding >= static_cast<int>(r.findings.size()))
       p.refuse(list + ("[" + std::to_string(i)) + "].finding names no finding");
   };
+  r.comparisons = p.at("comparisons").list(comparison);
   r.pairs = p.at("pairs").list(pair);
   for (std::size_t i = 0; i < r.pairs.size(); ++i) expect_finding("pairs", i, r.pairs[i].finding);
   r.media = p.at("media").list(media);

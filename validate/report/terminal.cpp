@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
+#include "validate/compare/comparison.h"
 #include "validate/history/history_text.h"
 #include "validate/report/digest.h"
 #include "validate/report/escape.h"
@@ -257,6 +259,90 @@ void finding(Page& page, const Finding& f, const Digest& digest) {
   page.paragraph(6, detail);
 }
 
+std::string side_text(const Comparison& c, const ComparedPose& p) {
+  return visible(p.pose) + ": " + visible(c.a) + ' ' + significant(p.a, 3) + ", " + visible(c.b) +
+         ' ' + significant(p.b, 3) + ' ' + visible(p.unit);
+}
+
+/// The grid of poses as marks: a row for each side bend, a block for each twist.
+void pose_map(Page& page, const Comparison& c) {
+  std::map<int, std::map<int, std::string>> rows;  // by side, by twist: marks over extension
+  std::size_t columns = 0;
+  double last = 0;
+  for (const SweepComparison& sweep : c.sweeps) {
+    if (!sweep.sweep.starts_with("grid ") || sweep.marks.empty()) continue;
+    const auto of = [&](const char* channel) {
+      const auto found = sweep.pose_deg.find(channel);
+      return found == sweep.pose_deg.end() || found->second.empty()
+                 ? 0
+                 : static_cast<int>(std::lround(found->second.front()));
+    };
+    rows[of("side")][of("twist")] = sweep.marks;
+    columns = std::max(columns, sweep.marks.size());
+    if (!sweep.control_deg.empty()) last = sweep.control_deg.back();
+  }
+  if (rows.empty()) return;
+  page.line(
+      "  side   twist " +
+          [&] {
+            std::string head;
+            for (const auto& [twist, marks] : rows.begin()->second)
+              head += padded(std::to_string(twist), columns + 2);
+            return head;
+          }(),
+      "", Ink::dim);
+  for (const auto& [side, cells] : rows) {
+    std::string text;
+    for (const auto& [twist, marks] : cells) text += padded(marks, columns + 2);
+    page.line("  " + padded(std::to_string(side), 13) + text);
+  }
+  page.paragraph(2,
+                 "each row of marks: extension 0 to " + fixed(last, 0) + "; + " + visible(c.a) +
+                     " is better, - " + visible(c.b) + " is, x each in something, = neither",
+                 Ink::dim);
+}
+
+void comparison(Page& page, const Comparison& c, bool whole) {
+  const std::string on =
+      visible(c.character) + (c.mapping.empty() ? "" : ", " + visible(c.mapping));
+  page.line("  " + visible(c.a) + " against " + visible(c.b), "  " + on, Ink::bold);
+  page.paragraph(
+      4, count_of(c.paired, "poses paired") +
+             (c.unpaired > 0 ? ", " + std::to_string(c.unpaired) + " without a partner" : "") +
+             (std::isfinite(c.matched)
+                  ? ", " + fixed(100.0 * c.matched, 1) + " % of the surface matched"
+                  : "") +
+             ": better " + std::to_string(c.a_better) + ", same " + std::to_string(c.same) +
+             ", worse " + std::to_string(c.b_better) + ", mixed " + std::to_string(c.mixed) +
+             "; over a limit " + std::to_string(c.a_over) + " against " + std::to_string(c.b_over) +
+             ": " + visible(comparison_verdict(c)));
+  if (!whole) return;
+  for (const MetricComparison& m : c.metrics) {
+    if (m.a_better + m.b_better == 0) continue;
+    std::string name = m.metric;
+    std::replace(name.begin(), name.end(), '_', ' ');
+    page.line("    " + visible(m.code) + ' ' + padded(visible(name), 20),
+              "better " + padded(std::to_string(m.a_better), 6) + "worse " +
+                  padded(std::to_string(m.b_better), 6) + "median " +
+                  (m.median_gain > 0 ? "+" : "") + significant(m.median_gain, 2) + ' ' +
+                  visible(m.unit));
+  }
+  const auto worst = [&](const std::string& side, const std::vector<ComparedPose>& poses) {
+    for (const ComparedPose& p : poses)
+      page.paragraph(4,
+                     "against " + visible(side) + "  " + visible(p.code) + "  " + side_text(c, p));
+  };
+  worst(c.a, c.worst_of_a);
+  worst(c.b, c.worst_of_b);
+  pose_map(page, c);
+}
+
+void comparisons(Page& page, const Report& report) {
+  for (const Comparison& each : report.comparisons)
+    comparison(page, each, report.comparisons.size() == 1);
+  if (!report.comparisons.empty()) page.blank();
+}
+
 void canaries(Page& page, const Report& report) {
   for (const CanaryResult& c : report.canaries) {
     const std::string found = c.found ? "found at " + significant(c.found_deg, 6) : "not found";
@@ -281,6 +367,7 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
                   : report.verdict == Verdict::fail ? Ink::red
                                                     : Ink::yellow;
   headroom(page, report);
+  comparisons(page, report);
   page.line(word, "  " + visible(report.title), ink, Ink::bold);
   if (!report.headline.empty()) page.paragraph(2, visible(report.headline));
   for (const std::string& reason : report.reasons) page.paragraph(2, visible(reason));
@@ -301,6 +388,15 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
   for (const std::string& command : report.next) {
     page.whole_line(head + visible(command));
     head = "        ";
+  }
+  return page.take();
+}
+
+std::string comparisons_text(const Report& report, const TerminalStyle& style) {
+  Page page(style);
+  for (const Comparison& each : report.comparisons) {
+    comparison(page, each, true);
+    page.blank();
   }
   return page.take();
 }

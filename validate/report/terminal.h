@@ -19,4 +19,7 @@ struct TerminalStyle {
 /// must stay whole to be copied. Names are shown with every control character spelled out.
 std::string terminal_summary(const Report& report, const TerminalStyle& style = {});
 
+/// Only the report's comparisons, each in full.
+std::string comparisons_text(const Report& report, const TerminalStyle& style = {});
+
 }  // namespace backbend::validate

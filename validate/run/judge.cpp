@@ -2,14 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "validate/report/shell_word.h"
 
 namespace backbend::validate {
-namespace {
 
-std::string command_for(const RigRecord& rig, const JudgeContext& context,
+std::string command_for(const RigRecord& rig, const std::string& character,
                         const PoseDegrees& pose) {
   std::string channels;
   for (const std::string_view channel : kChannels) {
@@ -17,10 +17,12 @@ std::string command_for(const RigRecord& rig, const JudgeContext& context,
     if (value == 0.0) continue;
     channels += (channels.empty() ? "" : ",") + std::string(channel) + "=" + number_text(value, 6);
   }
-  return "backbend render " + shell_word(context.character) + " --rig " +
+  return "backbend render " + shell_word(character) + " --rig " +
          shell_word(rig_text(rig.plan.spec)) + " --mapping " +
          std::string(mapping_name(rig.mapping)) + (channels.empty() ? "" : " --pose " + channels);
 }
+
+namespace {
 
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg) {
@@ -38,7 +40,7 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   finding.owner = check.owner;
   finding.inside_envelope = context.envelope.contains(pose);
   finding.verdict = finding.inside_envelope ? Verdict::fail : Verdict::stress;
-  finding.reproduce = command_for(rig, context, pose);
+  finding.reproduce = command_for(rig, context.character, pose);
   return finding;
 }
 
@@ -331,14 +333,20 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
     series.sweep = sweep.sweep.name;
     series.channel = sweep.sweep.channel;
     series.mapping = mapping_name(rig.mapping);
-    for (const std::string_view channel : kChannels)
-      series.per_degree[std::string(channel)] = *sweep.sweep.per_degree.find(channel);
+    for (const std::string_view channel : kChannels) {
+      std::vector<double> degrees;
+      for (const PoseRecord& pose : sweep.poses) degrees.push_back(*pose.body.find(channel));
+      series.pose_deg[std::string(channel)] = std::move(degrees);
+    }
     for (const PoseRecord& pose : sweep.poses) series.control_deg.push_back(pose.control_deg);
     for (std::size_t m = 0; m < kMetricCount; ++m) {
       const MetricInfo& info = pose_metrics()[m];
       const std::string name(info.name);
       std::vector<double>& values = series.metric[name];
-      for (const PoseRecord& pose : sweep.poses) values.push_back(pose.metric[m].value);
+      for (const PoseRecord& pose : sweep.poses)
+        values.push_back(is_applicable(rig, static_cast<MetricId>(m), pose)
+                             ? pose.metric[m].value
+                             : std::numeric_limits<double>::quiet_NaN());
       if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
         series.metric.erase(name);
         continue;

@@ -21,6 +21,10 @@ struct JudgeContext {
 /// where a limit is exceeded, inside the envelope if anywhere there. Worst first.
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context);
 
+/// The command that renders a character (its file as the user named it) under a rig at a pose.
+std::string command_for(const RigRecord& rig, const std::string& character,
+                        const PoseDegrees& pose);
+
 /// Puts the place of a metric into the finding: a joint by its name, a slice or a vertex by its
 /// number. Metrics of the whole body have none.
 void set_place(MetricId metric, int place, const std::vector<std::string>& joint_names,
@@ -41,7 +45,7 @@ std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& cont
 /// Planned, measured and not measured, for every check that is measured at poses.
 std::vector<Coverage> coverage_of(const RigRecord& rig);
 
-/// The plotted values of a rig.
+/// The plotted values of a rig; NaN where a metric does not apply to a pose.
 std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits);
 
 /// Whether a value of this metric says anything about this pose: lost twist does not in a bend,

@@ -203,11 +203,13 @@ std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDeg
 }
 
 FlipReport search_flips(const RigRecord& rig, const Sweep& sweep) {
-  const auto from = sweep.pose_at(sweep.from_deg).radians();
-  const auto to = sweep.pose_at(sweep.to_deg).radians();
+  const double span = sweep.to_deg - sweep.from_deg;
+  const auto path = [&](double t) {
+    return controls_at(*rig.system, sweep.pose_at(sweep.from_deg + span * t), rig.mapping);
+  };
   const int intervals = static_cast<int>(sweep.pose_count()) - 1;
-  return find_flips(probe(*rig.system, straight_path(*rig.system, from, to, rig.mapping)),
-                    flip_settings(*rig.system, intervals, std::abs(sweep.to_deg - sweep.from_deg)));
+  return find_flips(probe(*rig.system, path),
+                    flip_settings(*rig.system, intervals, std::abs(span)));
 }
 
 void take_flips(SweepRecord& record, FlipReport flips) {

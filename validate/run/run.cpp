@@ -3,6 +3,9 @@
 #include <algorithm>
 
 #include "validate/calibrate/calibrate.h"
+#include "validate/compare/comparison.h"
+#include "validate/compare/surface_match.h"
+#include "validate/compare/worst_frames.h"
 #include "validate/evidence/artist.h"
 #include "validate/evidence/evidence.h"
 #include "validate/farm/measure_job.h"
@@ -161,16 +164,36 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord&
   }
 }
 
-void run_character(const RunRequest& request, const std::filesystem::path& file,
-                   const OutputFolder& folder, Ledger& ledger, Progress& progress, Report& report) {
-  const Suite& suite = request.suite;
+/// A character that was measured, for those who pose it again.
+struct CharacterRun {
+  std::unique_ptr<Stage> stage;
+  std::vector<RigRecord> records;
+  std::string character;  // its file as commands name it
+  render::Bounds box;     // of every pose
+};
+
+CharacterRun run_character(const RunRequest& request, const Suite& suite,
+                           const std::filesystem::path& file, const OutputFolder& folder,
+                           Ledger& ledger, Progress& progress, Report& report) {
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
-  const Stage stage(std::move(confirmed.character), confirmed.hints, request.chain);
+  // Findings and pictures go by a character's name: a second file of one name gets a number.
+  const std::string name = confirmed.character.name;
+  const auto taken = [&](const CharacterFacts& each) {
+    return each.name == confirmed.character.name;
+  };
+  for (int n = 2; std::any_of(report.characters.begin(), report.characters.end(), taken); ++n)
+    confirmed.character.name = name + "_" + std::to_string(n);
+  CharacterRun run{
+      std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints, request.chain),
+      {},
+      request.character_text(file),
+      {}};
+  const Stage& stage = *run.stage;
   const Envelope envelope = envelope_of(suite, confirmed);
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), envelope.name));
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
-  const JudgeContext context{stage, limits, envelope, request.character_text(file)};
+  const JudgeContext context{stage, limits, envelope, run.character};
   // No limit of a studio's makes a canary deaf.
   const JudgeContext by_the_table{stage, table, envelope, context.character};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
@@ -178,7 +201,7 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
     report.characters.back().notes.push_back("volume has no meaning here: " +
                                              body.mesh().open_reason);
 
-  std::vector<RigRecord> records;
+  std::vector<RigRecord>& records = run.records;
   std::size_t poses = 0, rigs = 0;
   for (const Sweep& sweep : suite.sweeps) poses += sweep.pose_count();
   for (const RigPlan& plan : suite.rigs)
@@ -197,9 +220,9 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   }
   // Of the character's file and of what stands beside it.
   const std::string content = report.characters.back().hash;
-  if (!measure_records(stage, body, content, records, ledger, progress)) return;
+  if (!measure_records(stage, body, content, records, ledger, progress)) return run;
 
-  const render::Bounds box = framing_of(stage, records);
+  const render::Bounds box = run.box = framing_of(stage, records);
   ImagePass pictures(stage, box, content, ledger);
   std::vector<std::vector<Finding>> findings;
   for (RigRecord& record : records) {
@@ -218,6 +241,57 @@ void run_character(const RunRequest& request, const std::filesystem::path& file,
   }
   // Last, for pictures name findings by their number.
   judge_file(suite, records, context, report);
+  return run;
+}
+
+/// The rigs of the second character, proposed, against those of the first.
+std::vector<Comparison> compare_characters(const Report& report, std::vector<CharacterRun>& runs) {
+  std::vector<Comparison> comparisons;
+  const std::size_t count = runs.front().records.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const RigResult &before = report.rigs[i], &now = report.rigs[count + i];
+    comparisons.push_back(
+        compare_results(now, before, runs.back().character, runs.front().character));
+    comparisons.back().character = "rig " + now.rig;
+    comparisons.back().matched =
+        surface_match(runs.front().stage->rest().position, runs.back().stage->rest().position);
+  }
+  return comparisons;
+}
+
+/// What the run was made for: the comparison with its worst poses shown.
+void compare(const RunRequest& request, const OutputFolder& folder, std::vector<CharacterRun>& runs,
+             Progress& progress, Report& report) {
+  if (request.compare == RunRequest::Compare::characters) {
+    report.comparisons = compare_characters(report, runs);
+    render::Bounds box = runs.front().box;
+    box.add(runs.back().box);
+    for (std::size_t i = 0; i < report.comparisons.size(); ++i) {
+      const auto side = [&](const CharacterRun& run) {
+        return ComparedSide{*run.stage, run.records[i], run.character};
+      };
+      show_worst(report.comparisons[i], side(runs.back()), side(runs.front()), box,
+                 request.suite.pictures, folder, progress);
+    }
+    return;
+  }
+  report.comparisons = compare_with_references(report);
+  if (request.compare == RunRequest::Compare::none) return;
+  const CharacterRun& run = runs.front();
+  const auto side = [&](Role role) {
+    const auto record = std::find_if(run.records.begin(), run.records.end(),
+                                     [&](const RigRecord& each) { return each.plan.role == role; });
+    return ComparedSide{*run.stage, *record, run.character};
+  };
+  show_worst(report.comparisons.front(), side(Role::proposed), side(Role::reference), run.box,
+             request.suite.pictures, folder, progress);
+}
+
+/// The first of two characters that are compared is measured and shown, and does not decide.
+Suite as_reference(Suite suite) {
+  for (RigPlan& rig : suite.rigs)
+    if (rig.role == Role::proposed) rig.role = Role::reference;
+  return suite;
 }
 
 /// Plants faults of rising size and tells what the detectors saw of them. What is tried on are
@@ -296,6 +370,7 @@ PictureBytes files_in(const std::filesystem::path& folder) {
 
 std::string RunRequest::character_text(const std::filesystem::path& file) const {
   if (!character.empty()) return character;
+  if (suite.file.empty()) return file.string();
   const std::filesystem::path relative =
       file.lexically_proximate(std::filesystem::absolute(suite.file).parent_path().parent_path());
   return relative.string();
@@ -312,13 +387,18 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   const OutputFolder folder(request.folder);
   const auto ledger = request.ledger ? request.ledger : std::make_shared<Ledger>();
 
-  std::string first_error;
+  const bool comparing = request.compare != RunRequest::Compare::none;
+  std::vector<CharacterRun> runs;  // of a comparison
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();
     try {
-      run_character(request, file, folder, *ledger, progress, report);
+      const bool reference = request.compare == RunRequest::Compare::characters && runs.empty();
+      CharacterRun run = run_character(request, reference ? as_reference(suite) : suite, file,
+                                       folder, *ledger, progress, report);
+      if (comparing) runs.push_back(std::move(run));
     } catch (const skin::CharacterError& error) {
-      if (suite.characters.size() == 1) throw;  // nothing else to run: say it in one line
+      // Nothing else to run, or to compare with: say it in one line.
+      if (suite.characters.size() == 1 || comparing) throw;
       report.findings.push_back(input_finding(file, error.what()));
       progress.say(std::string("backbend: ") + error.what());
     }
@@ -339,6 +419,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
           return rig.name == finding.rig && rig.role == Role::proposed;
         });
       });
+  compare(request, folder, runs, progress, report);
   waive(request, report);
   report.checks = legend(report, limits);
   if (!report.findings.empty()) {

@@ -31,6 +31,12 @@ struct RunRequest {
   std::string today;  // `2026-11-22`; needed with either of the two, and for waivers to hold
   std::string title;  // first line of the report; empty: the suite's
 
+  /// Which comparison the run is made for: its worst poses are photographed. `rigs`: the proposed
+  /// rig against the reference; `characters`: the second character against the first, which is a
+  /// reference then and does not decide.
+  enum class Compare { none, rigs, characters };
+  Compare compare = Compare::none;
+
   // Where finished work is kept and taken from; null: nowhere. A shard's report is not one: it
   // lacks what the other shards make, and must not be written.
   std::shared_ptr<Ledger> ledger;

@@ -202,8 +202,32 @@ RigPlan read_rig_row(const std::string& file, const toml::table& table) {
   return plan;
 }
 
+/// A sweep through named poses: `path = ["rest", "extension=60, side=20"]`.
+Sweep read_path(TableReader& reader, const toml::node& node) {
+  const std::string name = reader.text(reader.need("name"), "name");
+  const double step = reader.number("step", 2, 0.01, 90);
+  reader.finish();
+  const toml::array* texts = node.as_array();
+  if (texts == nullptr) reader.fail(node, "'path' must be a list of poses");
+  std::vector<PoseDegrees> poses;
+  for (const toml::node& each : *texts) {
+    const std::string text = reader.text(each, "path");
+    try {
+      poses.push_back(parse_pose(text == "rest" ? "" : text));
+    } catch (const solver::RigError& error) {
+      reader.fail(each, error.what());
+    }
+  }
+  try {
+    return path_sweep(name, poses, step);
+  } catch (const solver::RigError& error) {
+    reader.fail(node, error.what());
+  }
+}
+
 Sweep read_sweep(const std::string& file, const toml::table& table) {
   TableReader reader(table, file, "sweep");
+  if (const toml::node* path = reader.find("path")) return read_path(reader, *path);
   const std::vector<std::string> channels{std::begin(kChannels), std::end(kChannels)};
   reader.need("channel");
   const std::string channel = reader.word("channel", "", channels);
@@ -455,6 +479,8 @@ LimitSet limits_for(const SuiteRules& rules, const std::string& character) {
   }
   return limits;
 }
+
+bool is_rig_file(const fs::path& file) { return parse(file).contains("rig"); }
 
 RigPlan read_rig(const std::string& text) {
   const fs::path file(text);

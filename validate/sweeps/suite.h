@@ -71,6 +71,10 @@ Suite read_suite(const std::filesystem::path& file);
 /// file with a [rig] table. Throws SuiteError.
 RigPlan read_rig(const std::string& text);
 
+/// Whether a TOML file holds a [rig] (and is no body description). Throws SuiteError where it
+/// cannot be read.
+bool is_rig_file(const std::filesystem::path& file);
+
 /// The text that read_rig() makes the same system of: `curve:length="rest"`.
 std::string rig_text(const solver::SystemSpec& spec);
 

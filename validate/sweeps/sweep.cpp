@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/trigonometric.hpp>
 #include <numeric>
+#include <random>
 #include <utility>
 
 namespace backbend::validate {
@@ -102,8 +103,61 @@ double Sweep::control_at(std::size_t pose) const {
 }
 
 PoseDegrees Sweep::pose_at(double control_deg) const {
-  return {per_degree.extension * control_deg, per_degree.flexion * control_deg,
-          per_degree.side * control_deg, per_degree.twist * control_deg};
+  PoseDegrees pose;
+  if (through.empty()) {
+    for (const std::string_view channel : kChannels)
+      *pose.find(channel) = *start.find(channel) + *per_degree.find(channel) * control_deg;
+    return pose;
+  }
+  // The leg that holds the control; the last one goes on.
+  const auto next =
+      std::find_if(through.begin() + 1, through.end() - 1,
+                   [&](const Waypoint& point) { return control_deg < point.control_deg; });
+  const Waypoint &a = *(next - 1), &b = *next;
+  const double share = (control_deg - a.control_deg) / (b.control_deg - a.control_deg);
+  for (const std::string_view channel : kChannels)
+    *pose.find(channel) = std::lerp(*a.pose.find(channel), *b.pose.find(channel), share);
+  return pose;
+}
+
+Sweep path_sweep(std::string name, std::span<const PoseDegrees> poses, double step_deg) {
+  Sweep sweep{std::move(name), "path", 0, 0, step_deg, {}};
+  for (const PoseDegrees& pose : poses) {
+    double leg = 0.0;
+    if (!sweep.through.empty())
+      for (const std::string_view channel : kChannels)
+        leg =
+            std::max(leg, std::abs(*pose.find(channel) - *sweep.through.back().pose.find(channel)));
+    if (!sweep.through.empty() && leg == 0.0) continue;
+    sweep.to_deg += leg;
+    sweep.through.push_back({sweep.to_deg, pose});
+  }
+  if (sweep.through.size() < 2)
+    throw solver::RigError("path '" + sweep.name + "': it needs two poses that differ");
+  return sweep;
+}
+
+Sweep random_walk(std::uint64_t seed, int legs, double step_deg) {
+  std::mt19937_64 bits(seed);  // its numbers are the standard's; distributions are each library's
+  const auto between = [&](double low, double high) {
+    return std::round(low + (high - low) * static_cast<double>(bits() >> 11) * 0x1p-53);
+  };
+  std::vector<PoseDegrees> poses(1);
+  double bend_before = 0.0;
+  for (int i = 0; i < legs; ++i) {
+    const double bend = between(-90, 120), side = between(-60, 60), twist = between(-120, 120);
+    const PoseDegrees pose{std::max(bend, 0.0), std::max(-bend, 0.0), side, twist};
+    if (bend * bend_before < 0.0) {
+      // No pose bends both ways: the path passes the upright one in between.
+      const double share = bend_before / (bend_before - bend);
+      const PoseDegrees& last = poses.back();
+      poses.push_back(
+          {0, 0, std::lerp(last.side, side, share), std::lerp(last.twist, twist, share)});
+    }
+    poses.push_back(pose);
+    bend_before = bend;
+  }
+  return path_sweep("walk", poses, step_deg);
 }
 
 Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg) {
@@ -121,12 +175,30 @@ std::vector<Sweep> standard_sweeps() {
 }
 
 std::vector<Sweep> stress_sweeps() {
-  Sweep grid = channel_sweep("extension", 0, 180, 2);
-  grid.name = "compound";
-  grid.per_degree.side = 0.5;
-  grid.per_degree.twist = 0.5;
-  return {channel_sweep("extension", 0, 180, 2), channel_sweep("flexion", 0, 180, 2),
-          channel_sweep("side", -120, 120, 4), channel_sweep("twist", -360, 360, 6), grid};
+  Sweep compound = channel_sweep("extension", 0, 180, 2);
+  compound.name = "compound";
+  compound.per_degree.side = 0.5;
+  compound.per_degree.twist = 0.5;
+  return {channel_sweep("extension", 0, 180, 2),
+          channel_sweep("flexion", 0, 180, 2),
+          channel_sweep("side", -120, 120, 4),
+          channel_sweep("twist", -360, 360, 6),
+          compound,
+          random_walk(1, 12, 8)};
+}
+
+std::vector<Sweep> grid_sweeps() {
+  std::vector<Sweep> sweeps;
+  for (int side = -60; side <= 60; side += 30) {
+    for (int twist = -90; twist <= 90; twist += 45) {
+      Sweep sweep = channel_sweep("extension", 0, 150, 15);
+      sweep.name = "grid side " + std::to_string(side) + " twist " + std::to_string(twist);
+      sweep.start.side = side;
+      sweep.start.twist = twist;
+      sweeps.push_back(std::move(sweep));
+    }
+  }
+  return sweeps;
 }
 
 double Envelope::needs(std::string_view channel) const {

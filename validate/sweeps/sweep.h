@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <span>
@@ -28,12 +29,22 @@ struct PoseDegrees {
 /// nearest name), a missing or a non-finite number.
 PoseDegrees parse_pose(std::string_view text);
 
-/// A straight path through pose space: `per_degree` of each channel for each degree of control.
+/// A pose that a path goes through, and how many degrees of control lead there.
+struct Waypoint {
+  double control_deg = 0;
+  PoseDegrees pose;
+};
+
+/// A path through pose space. A straight one starts, at control 0, in `start` and turns
+/// `per_degree` of each channel for each degree of control; one with waypoints is straight between
+/// them, and goes on straight beyond the last.
 struct Sweep {
   std::string name;     // `extension`, `compound`
-  std::string channel;  // the leading channel, whose degrees the control counts
+  std::string channel;  // the leading channel, whose degrees the control counts; `path`: waypoints
   double from_deg = 0, to_deg = 0, step_deg = 2;
   PoseDegrees per_degree;
+  PoseDegrees start{};
+  std::vector<Waypoint> through{};  // empty, or at least two by rising control
 
   std::size_t pose_count() const;
   double control_at(std::size_t pose) const;
@@ -43,9 +54,20 @@ struct Sweep {
 /// A sweep of one channel.
 Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg);
 
-/// Specification 8, Sweeps: what `check` runs by itself, and what stresses a rig further.
+/// The path through these poses, in order. A degree of control is a degree of the channel that
+/// changes most on its leg; poses that follow their like are left out. Throws solver::RigError
+/// where fewer than two remain.
+Sweep path_sweep(std::string name, std::span<const PoseDegrees> poses, double step_deg);
+
+/// A seeded path through `legs` random poses of a box: bends from -90 (flexion) to 120 (extension),
+/// 60 to either side, 120 of twist to either side. The same on every machine.
+Sweep random_walk(std::uint64_t seed, int legs, double step_deg);
+
+/// Specification 8, Sweeps: what `check` runs by itself, and what stresses a rig further. The grid
+/// covers pose space: extension at every pair of side and twist, a sweep each.
 std::vector<Sweep> standard_sweeps();
 std::vector<Sweep> stress_sweeps();
+std::vector<Sweep> grid_sweeps();
 
 /// How far a kind of character is expected to be clean in each channel, degrees.
 struct Envelope {

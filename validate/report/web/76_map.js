@@ -2,10 +2,14 @@
 const mapAxes = [["side", "side"], ["twist", "twist"]];
 const bendOf = (at) => (at.extension ?? 0) - (at.flexion ?? 0);
 
-/** Degrees of each channel at a control angle of a sweep; null where the report does not say. */
+/** Degrees of each channel at a control angle of a sweep, between its poses too; null where the report does not say. */
 function channelsAt(series, control) {
-  const all = Object.entries(series.per_degree);
-  return all.length && control != null ? Object.fromEntries(all.map(([channel, ratio]) => [channel, ratio * control])) : null;
+  const all = Object.entries(series.pose_deg), at = series.control_deg;
+  if (!all.length || control == null || !at.length) return null;
+  const rising = at[at.length - 1] >= at[0];
+  const next = at.findIndex((c) => (rising ? c >= control : c <= control)), j = next < 0 ? at.length - 1 : next, i = Math.max(0, j - 1);
+  const share = i === j || next < 0 ? 1 : (control - at[i]) / (at[j] - at[i]);
+  return Object.fromEntries(all.map(([channel, deg]) => [channel, deg[i] + (deg[j] - deg[i]) * share]));
 }
 
 function poseMap(rig, findings, [across, label]) {
@@ -35,7 +39,7 @@ function poseMap(rig, findings, [across, label]) {
 }
 
 function mapSection() {
-  const rigs = report.rigs.filter((rig) => rig.role !== "canary" && rig.sweeps.some((s) => Object.keys(s.per_degree).length > 0));
+  const rigs = report.rigs.filter((rig) => rig.role !== "canary" && rig.sweeps.some((s) => Object.keys(s.pose_deg).length > 0));
   if (rigs.length === 0) return null;
   const several = new Set(rigs.map((rig) => rig.character)).size > 1;
   const maps = el("div", { class: "maps" });

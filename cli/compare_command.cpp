@@ -1,0 +1,207 @@
+#include <algorithm>
+#include <cstdio>
+
+#include "cli/nightly.h"
+#include "skin/character.h"
+#include "validate/clips/clip_run.h"
+#include "validate/compare/comparison.h"
+#include "validate/files/data_folder.h"
+#include "validate/files/output_folder.h"
+#include "validate/report/report_json.h"
+#include "validate/report/shell_word.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::cli {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace backbend::validate;
+
+enum class SideKind { rig, character, clip, run };
+
+struct Options : RunOptions {
+  std::string first, second, character, rig = "even", mapping = "chest", sweeps = "stress";
+  bool baked = false;
+};
+
+std::string word_of(SideKind kind) {
+  switch (kind) {
+    case SideKind::rig:
+      return "a rig";
+    case SideKind::character:
+      return "a character";
+    case SideKind::clip:
+      return "a clip";
+    default:
+      return "a run";
+  }
+}
+
+/// report.json of a run folder, or the file itself.
+fs::path report_of(const fs::path& run) {
+  return fs::is_directory(run) ? run / "report.json" : run;
+}
+
+/// What a name on the command line stands for: what is no file is a rig.
+SideKind kind_of(const std::string& text, bool baked) {
+  const fs::path path(text);
+  std::error_code none;
+  if (fs::is_directory(path, none) || path.filename() == "report.json") return SideKind::run;
+  std::string ending = path.extension().string();
+  for (char& c : ending) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c);
+  if (ending == ".toml" && fs::exists(path, none)) {
+    return is_rig_file(path) ? SideKind::rig : SideKind::character;
+  }
+  const bool body = ending == ".glb" || ending == ".gltf" || ending == ".fbx" || ending == ".dae";
+  if (body) return baked ? SideKind::clip : SideKind::character;
+  return fs::exists(path, none) ? SideKind::clip : SideKind::rig;
+}
+
+int compare_rigs(const Options& options, const Common& common) {
+  RunRequest request;
+  Suite& suite = request.suite;
+  suite.name = "compare";
+  suite.rigs = {read_rig(options.first), read_rig(options.second), isner_canary()};
+  suite.rigs[1].role = Role::reference;
+  if (suite.rigs[0].name == suite.rigs[1].name) suite.rigs[1].name += "_2";
+  suite.title = suite.rigs[0].name + " against " + suite.rigs[1].name;
+  const fs::path bundled = read_suite(data_folder() / "scenes" / "nightly.toml").characters.front();
+  suite.characters = {options.character.empty() ? bundled : fs::path(options.character)};
+  suite.mappings = {*find_mapping(options.mapping)};
+  suite.sweeps = sweeps_named(options.sweeps);
+  suite.envelope = *find_envelope("sweep");
+  options.apply_to(request);
+  request.compare = RunRequest::Compare::rigs;
+  request.character =
+      options.character.empty() ? "scenes/characters/human.toml" : options.character;
+  return run_and_print(std::move(request), common, options);
+}
+
+int compare_characters(const Options& options, const Common& common) {
+  // Before the first is measured, which takes a while.
+  for (const std::string& file : {options.first, options.second})
+    if (!fs::exists(file)) throw skin::CharacterError(file + ": no such file");
+  RunRequest request;
+  Suite& suite = request.suite;
+  suite.name = "compare";
+  suite.title = options.second + " against " + options.first;
+  suite.characters = {options.first, options.second};
+  suite.rigs = {read_rig(options.rig), isner_canary()};
+  suite.mappings = {*find_mapping(options.mapping)};
+  suite.sweeps = sweeps_named(options.sweeps);
+  suite.pictures.sheet_columns = 0;
+  suite.judges_weights = true;
+  options.apply_to(request);
+  request.compare = RunRequest::Compare::characters;
+  return run_and_print(std::move(request), common, options);
+}
+
+Report clip_report(const Options& options, const std::string& clip, const Common& common) {
+  ClipRequest request;
+  request.character = options.character;
+  request.clip = clip;
+  request.hints = options.hints;
+  request.command = "backbend check " +
+                    (options.character.empty() ? "" : shell_word(options.character) + " ") +
+                    "--baked " + shell_word(clip);
+  if (!common.json)
+    request.on_character = [](const std::string& title, const CharacterFacts& facts) {
+      print_character(title, facts);
+    };
+  Progress progress(common.progress_style());
+  return run_clip(request, progress);
+}
+
+int compare_clips(const Options& options, const Common& common) {
+  const Report before = clip_report(options, options.first, common);
+  Report now = clip_report(options, options.second, common);
+  now.title = options.second + " against " + options.first;
+  now.comparisons = {
+      compare_results(now.rigs.front(), before.rigs.front(), options.second, options.first)};
+  return publish(now, new_run_folder(options.output), options.output.empty(), common,
+                 options.single_file);
+}
+
+/// Every rig that both runs have, under the same mapping; of one character each, whatever its name.
+std::vector<Comparison> compare_reports(const Report& before, const Report& now,
+                                        const Options& options) {
+  const bool by_name = before.characters.size() != 1 || now.characters.size() != 1;
+  std::vector<Comparison> comparisons;
+  for (const RigResult& rig : now.rigs) {
+    for (const RigResult& earlier : before.rigs) {
+      if (rig.rig != earlier.rig || rig.mapping != earlier.mapping ||
+          (by_name && rig.character != earlier.character))
+        continue;
+      comparisons.push_back(compare_results(rig, earlier, options.second, options.first));
+      comparisons.back().character = rig.character + ", rig " + rig.rig;
+    }
+  }
+  return comparisons;
+}
+
+int compare_runs(const Options& options, const Common& common) {
+  const auto read = [](const std::string& run) {
+    const fs::path file = report_of(run);
+    return parse_report(read_text(file), file.string());
+  };
+  Report report;
+  const Report before = read(options.first), now = read(options.second);
+  report.comparisons = compare_reports(before, now, options);
+  if (report.comparisons.empty())
+    throw ReportError(options.second + ": has no rig in common with " + options.first);
+  if (common.json)
+    std::printf("%s\n", comparisons_json(report.comparisons).c_str());
+  else
+    std::printf("%s", comparisons_text(report, style_of_stdout()).c_str());
+  const bool worse = std::any_of(report.comparisons.begin(), report.comparisons.end(),
+                                 [](const Comparison& each) { return each.a_over > each.b_over; });
+  return worse ? kExitFindings : kExitOk;
+}
+
+int run_compare(const Options& options, const Common& common) {
+  const SideKind kind = kind_of(options.first, options.baked);
+  const SideKind other = kind_of(options.second, options.baked);
+  if (kind != other)
+    throw CLI::ValidationError("'" + options.first + "' is " + word_of(kind) + " and '" +
+                               options.second + "' is " + word_of(other) +
+                               ": two of one kind can be compared");
+  switch (kind) {
+    case SideKind::rig:
+      return compare_rigs(options, common);
+    case SideKind::character:
+      return compare_characters(options, common);
+    case SideKind::clip:
+      return compare_clips(options, common);
+    default:
+      return compare_runs(options, common);
+  }
+}
+
+}  // namespace
+
+void add_compare(const Registry& registry) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      registry.add("compare", "two rigs, characters, clips or run folders, pose by pose",
+                   [options, &common = registry.common] { return run_compare(*options, common); });
+  command
+      ->add_option("A", options->first,
+                   "the proposed rig (a system or a rig file); or the earlier character, clip or "
+                   "run folder")
+      ->required();
+  command->add_option("B", options->second, "the rig to compare with; or the later one")
+      ->required();
+  command->add_option("--character", options->character,
+                      "character file, for rigs and clips [rigs: the bundled human]");
+  command->add_option("--rig", options->rig, "rig that two characters are compared under [even]");
+  command->add_flag(
+      "--baked", options->baked,
+      "compare the animations in two .glb, .gltf, .fbx or .dae files, not the bodies");
+  command->add_option("--mapping", options->mapping, "chest or spread [chest]")
+      ->check(CLI::IsMember({"chest", "spread"}));
+  command->add_option("--sweeps", options->sweeps, "standard or stress [stress]")
+      ->check(CLI::IsMember({"standard", "stress"}));
+  options->add_to(command);
+}
+
+}  // namespace backbend::cli

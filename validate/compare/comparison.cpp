@@ -1,0 +1,256 @@
+#include "validate/compare/comparison.h"
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "validate/run/measure.h"
+#include "validate/sweeps/sweep.h"
+#include "validate/verdicts/checks.h"
+
+namespace backbend::validate {
+namespace {
+
+/// How many poses of each side are shown as its worst.
+constexpr std::size_t kDamning = 3;
+
+/// The deciding checks that are measured at poses, by the name of their metric.
+const Check* check_of(const std::string& metric) {
+  for (const MetricInfo& info : pose_metrics()) {
+    if (info.name != metric) continue;
+    const Check* check = find_check(info.code);
+    return check->decides ? check : nullptr;
+  }
+  return nullptr;
+}
+
+const std::vector<double>* values_of(const SweepSeries& sweep, const std::string& metric) {
+  const auto found = sweep.metric.find(metric);
+  return found == sweep.metric.end() ? nullptr : &found->second;
+}
+
+double limit_of(const SweepSeries& sweep, const std::string& metric, const Check& check) {
+  const auto found = sweep.metric_limit.find(metric);
+  return found != sweep.metric_limit.end() && std::isfinite(found->second) ? found->second
+                                                                           : check.limit;
+}
+
+/// In channels where the series says them, else by its control: `extension 90, side 10`.
+std::string pose_text(const SweepSeries& sweep, std::size_t index) {
+  PoseDegrees pose;
+  for (const auto& [channel, degrees] : sweep.pose_deg)
+    if (double* value = pose.find(channel)) *value = degrees[index];
+  if (!sweep.pose_deg.empty()) return pose.text();
+  return sweep.sweep + " " + number_text(sweep.control_deg[index], 3);
+}
+
+/// Poses are the same where their controls agree to this, degrees.
+constexpr double kSameControl = 1e-6;
+
+/// For each pose of `a` its partner in `b`, -1 for none. Controls may rise or fall.
+std::vector<int> partners(const SweepSeries& a, const SweepSeries& b) {
+  std::map<long long, int> at;
+  const auto key = [](double control) { return std::llround(control / kSameControl); };
+  for (std::size_t i = 0; i < b.control_deg.size(); ++i)
+    at.emplace(key(b.control_deg[i]), static_cast<int>(i));
+  std::vector<int> result;
+  for (const double control : a.control_deg) {
+    const auto found = at.find(key(control));
+    result.push_back(found == at.end() ? -1 : found->second);
+  }
+  return result;
+}
+
+/// A difference that speaks against one side, and how much of the limit it is.
+struct Candidate {
+  ComparedPose pose;
+  double share = 0;
+};
+
+/// The worst differences, at most one of a sweep and a metric, so that neighbours of one bad spot
+/// do not fill the list.
+std::vector<ComparedPose> worst_of(std::vector<Candidate> candidates) {
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& x, const Candidate& y) { return x.share > y.share; });
+  std::vector<ComparedPose> result;
+  std::set<std::string> codes;
+  for (int again = 0; again < 2; ++again) {
+    // A second round fills up with codes that were shown already, at other poses.
+    for (const Candidate& each : candidates) {
+      if (result.size() == kDamning) return result;
+      const std::string key = again == 0 ? each.pose.code : each.pose.code + each.pose.sweep;
+      if (codes.insert(key).second &&
+          std::none_of(result.begin(), result.end(), [&](const ComparedPose& shown) {
+            return shown.code == each.pose.code && shown.sweep == each.pose.sweep;
+          }))
+        result.push_back(each.pose);
+    }
+  }
+  return result;
+}
+
+struct MetricTally {
+  MetricComparison row;
+  std::vector<double> gain;  // how much better a is, per pose
+};
+
+/// Everything that is counted while the poses are gone through.
+struct Tally {
+  std::map<std::string, MetricTally> metric;  // by name
+  std::vector<Candidate> against_a, against_b;
+};
+
+/// Compares one pair of poses; returns its mark.
+char compare_pose(const SweepSeries& a, std::size_t i, const SweepSeries& b, std::size_t j,
+                  Tally& tally, Comparison& comparison) {
+  bool a_better = false, b_better = false, compared = false, a_over = false, b_over = false;
+  for (const auto& [name, values] : a.metric) {
+    const Check* check = check_of(name);
+    const std::vector<double>* others = values_of(b, name);
+    if (check == nullptr || others == nullptr) continue;
+    const double x = values[i], y = (*others)[j];
+    if (!std::isfinite(x) || !std::isfinite(y)) continue;
+    const double limit = limit_of(a, name, *check);
+    const double tolerance = comparison_tolerance(limit);
+    const double gain = check->sense == Sense::at_most ? y - x : x - y;
+    compared = true;
+    const bool fails_a = judge(*check, x, limit) == Verdict::fail;
+    const bool fails_b = judge(*check, y, limit) == Verdict::fail;
+    a_over = a_over || fails_a;
+    b_over = b_over || fails_b;
+    MetricTally& row = tally.metric[name];
+    row.row = {name,
+               std::string(check->code),
+               std::string(check->unit),
+               tolerance,
+               row.row.a_better,
+               row.row.b_better,
+               row.row.same,
+               0.0};
+    row.gain.push_back(gain);
+    if (std::abs(gain) <= tolerance) {
+      ++row.row.same;
+      continue;
+    }
+    ++(gain > 0 ? row.row.a_better : row.row.b_better);
+    if (!fails_a && !fails_b) continue;
+    (gain > 0 ? a_better : b_better) = true;
+    ComparedPose pose{a.sweep,
+                      pose_text(a, i),
+                      static_cast<int>(i),
+                      a.control_deg[i],
+                      std::string(check->code),
+                      std::string(check->unit),
+                      x,
+                      y,
+                      limit,
+                      {},
+                      {},
+                      {},
+                      {}};
+    (gain > 0 ? tally.against_b : tally.against_a)
+        .push_back(
+            {std::move(pose), std::abs(excess(*check, x, limit) - excess(*check, y, limit))});
+  }
+  if (!compared) return '?';
+  ++comparison.paired;
+  comparison.a_over += a_over ? 1 : 0;
+  comparison.b_over += b_over ? 1 : 0;
+  if (a_better && b_better) {
+    ++comparison.mixed;
+    return 'x';
+  }
+  if (a_better) {
+    ++comparison.a_better;
+    return '+';
+  }
+  if (b_better) {
+    ++comparison.b_better;
+    return '-';
+  }
+  ++comparison.same;
+  return '=';
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
+}
+
+}  // namespace
+
+double comparison_tolerance(double limit) { return 0.05 * std::abs(limit); }
+
+Comparison compare_results(const RigResult& a, const RigResult& b, std::string a_label,
+                           std::string b_label) {
+  Comparison comparison;
+  comparison.a = std::move(a_label);
+  comparison.b = std::move(b_label);
+  comparison.character = a.character;
+  comparison.mapping = a.mapping;
+  Tally tally;
+  std::size_t seen = 0, poses_of_b = 0;
+  for (const SweepSeries& sweep : b.sweeps) poses_of_b += sweep.control_deg.size();
+  for (const SweepSeries& sweep : a.sweeps) {
+    // Two clips of one sweep each are the same motion whatever it is called.
+    const bool alone = a.sweeps.size() == 1 && b.sweeps.size() == 1;
+    const auto other = std::find_if(b.sweeps.begin(), b.sweeps.end(), [&](const SweepSeries& each) {
+      return alone || each.sweep == sweep.sweep;
+    });
+    if (other == b.sweeps.end()) {
+      comparison.unpaired += static_cast<int>(sweep.control_deg.size());
+      continue;
+    }
+    const std::vector<int> partner = partners(sweep, *other);
+    std::string marks;
+    for (std::size_t i = 0; i < partner.size(); ++i) {
+      char mark = '?';
+      if (partner[i] >= 0) {
+        ++seen;
+        mark =
+            compare_pose(sweep, i, *other, static_cast<std::size_t>(partner[i]), tally, comparison);
+      }
+      if (mark == '?') ++comparison.unpaired;
+      marks += mark;
+    }
+    comparison.sweeps.push_back({sweep.sweep, sweep.pose_deg, sweep.control_deg, marks});
+  }
+  comparison.unpaired += static_cast<int>(poses_of_b - std::min(seen, poses_of_b));
+  for (auto& [name, each] : tally.metric) {
+    each.row.median_gain = median(each.gain);
+    comparison.metrics.push_back(each.row);
+  }
+  // What differs most often first.
+  std::stable_sort(comparison.metrics.begin(), comparison.metrics.end(),
+                   [](const MetricComparison& x, const MetricComparison& y) {
+                     return x.a_better + x.b_better > y.a_better + y.b_better;
+                   });
+  comparison.worst_of_a = worst_of(std::move(tally.against_a));
+  comparison.worst_of_b = worst_of(std::move(tally.against_b));
+  const auto ahead = [](int of_a, int of_b) { return of_a > of_b ? "a" : of_b > of_a ? "b" : ""; };
+  comparison.ahead = ahead(comparison.b_over, comparison.a_over);
+  if (comparison.ahead.empty()) comparison.ahead = ahead(comparison.a_better, comparison.b_better);
+  return comparison;
+}
+
+std::vector<Comparison> compare_with_references(const Report& report) {
+  std::vector<Comparison> result;
+  for (const RigResult& a : report.rigs) {
+    if (a.role != Role::proposed) continue;
+    for (const RigResult& b : report.rigs) {
+      if (b.role == Role::reference && b.character == a.character && b.mapping == a.mapping)
+        result.push_back(compare_results(a, b, a.rig, b.rig));
+    }
+  }
+  return result;
+}
+
+std::string comparison_verdict(const Comparison& comparison) {
+  if (comparison.paired == 0) return "nothing could be compared";
+  if (comparison.ahead.empty()) return "a draw";
+  return (comparison.ahead == "a" ? comparison.a : comparison.b) + " is ahead";
+}
+
+}  // namespace backbend::validate
