@@ -139,7 +139,7 @@ class TakingUpANight(NightTest):
         self.assertEqual(self.nightly("damaged", "--resume").returncode, 1)
         run = self.folder / "damaged"
         parts = sorted((run / "parts").glob("*.part"))
-        frames = sorted(run.rglob("frames/*/*.png"))
+        frames = sorted(run.rglob("review/*/*.png"))
         self.assertGreater(len(parts), 10)
         parts[0].write_bytes(parts[0].read_bytes()[:-1])            # cut
         flipped = bytearray(parts[1].read_bytes())

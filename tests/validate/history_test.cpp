@@ -170,6 +170,25 @@ TEST(Trend, SaysNothingOfNightsThatDidNotLookAtTheCharacter) {
   EXPECT_EQ(first_bad(nights, "hero", "BB010")->first_bad->date, "2026-11-11");
 }
 
+TEST(History, SaysWhatIsNewSinceTheNightBefore) {
+  const Night clean = night_with("2026-11-01", 2, false), bad = night_with("2026-11-02", 6, true);
+  Night worse = bad;
+  worse.date = "2026-11-03";
+  worse.failures.push_back({"hero", "curve", "chest", "BB030", "twist 60", 0.6});
+  worse.failures.push_back({"hero", "curve", "chest", "BB030", "twist 62", 0.6});
+  EXPECT_EQ(news_of({clean}), "");
+  EXPECT_EQ(news_of({clean, clean}), "");
+  EXPECT_EQ(news_of({clean, bad}), "1 of 1 failing check is new since 2026-11-01 (v01)");
+  EXPECT_EQ(news_of({bad, worse}), "1 of 2 failing checks are new since 2026-11-02 (v02)");
+  EXPECT_EQ(news_of({worse, bad}),
+            "0 of 1 failing check is new since 2026-11-03 (v02), 1 has gone");
+  EXPECT_EQ(news_of({worse, clean}), "nothing fails any more, 2 have gone since 2026-11-03 (v02)");
+  // Nights of another suite are none of its own.
+  Night other = worse;
+  other.suite = "weekly";
+  EXPECT_EQ(news_of({bad, other, worse}), news_of({bad, worse}));
+}
+
 TEST(History, ReadsBackWhatItWrote) {
   const Night night = night_of(sample_report(), "2026-11-22", "v013");
   EXPECT_FALSE(night.values.empty());

@@ -33,6 +33,18 @@ Verdict after(const Waiver& waiver, Finding finding, std::string_view today = "2
   return finding.verdict;
 }
 
+TEST(Waivers, SayHowManyDaysAreLeft) {
+  EXPECT_EQ(days_between("2026-12-01", "2026-12-15"), 14);
+  EXPECT_EQ(days_between("2026-12-15", "2026-12-15"), 0);
+  EXPECT_EQ(days_between("2028-02-28", "2028-03-01"), 2);  // a leap year
+  EXPECT_EQ(days_between("2027-01-01", "2026-12-31"), -1);
+  Finding finding = drift();
+  const Waiver waiver = arm_drift();
+  EXPECT_EQ(apply_waivers({&finding, 1}, {&waiver, 1}, "2026-12-15").holding.size(), 1u);
+  finding = drift();
+  EXPECT_TRUE(apply_waivers({&finding, 1}, {&waiver, 1}, "2026-12-16").holding.empty());
+}
+
 TEST(Waivers, CoverWhatTheyNameUntilTheirLastDay) {
   EXPECT_EQ(after(arm_drift(), drift()), Verdict::waived);
   EXPECT_EQ(after(arm_drift(), drift(), "2026-12-15"), Verdict::waived);

@@ -306,8 +306,8 @@ SweepFrames shoot_sweep(Shooting& shooting, const std::vector<RigRecord>& record
     std::vector<render::Picture> pictures;
     std::vector<std::string> names;
     for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
-      names.push_back("frames/" + file_word(shooting.stage.character().name) + "_" + rig_word(rig) +
-                      "/" + sweep.sweep.name + "." +
+      names.push_back("review/" + file_word(shooting.stage.character().name) + "_" + rig_word(rig) +
+                      "/" + file_word(sweep.sweep.name) + "." +
                       std::to_string(kFirstFrame + static_cast<int>(i)) + ".png");
       pictures.push_back(shooting.picture(names.back(), {}, [&] {
         const PosedCharacter body = shooting.stage.pose(*rig.system, sweep.poses[i].control);

@@ -11,6 +11,8 @@
 #include <cstring>
 #include <limits>
 #include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
@@ -123,6 +125,39 @@ Night night_of(const Report& report, const std::string& date, const std::string&
     if (!known) night.failures.push_back({f.character, f.rig, f.mapping, f.code, f.pose, f.value});
   }
   return night;
+}
+
+std::string news_of(const std::vector<Night>& nights) {
+  if (nights.empty()) return {};
+  const Night& tonight = nights.back();
+  const auto before = std::find_if(nights.rbegin() + 1, nights.rend(), [&](const Night& night) {
+    return night.suite == tonight.suite;
+  });
+  if (before == nights.rend()) return {};
+  const auto failing = [](const Night& night) {
+    std::set<std::tuple<std::string, std::string, std::string, std::string>> keys;
+    for (const NightFailure& each : night.failures)
+      keys.emplace(each.character, each.rig, each.mapping, each.code);
+    return keys;
+  };
+  const auto then = failing(*before), now = failing(tonight);
+  if (then.empty() && now.empty()) return {};
+  const auto missing_from = [](const auto& keys, const auto& others) {
+    return std::count_if(keys.begin(), keys.end(),
+                         [&](const auto& key) { return !others.contains(key); });
+  };
+  const std::string since =
+      before->date + (before->label.empty() ? "" : " (" + before->label + ")");
+  std::string text = now.empty() ? std::string("nothing fails any more")
+                                 : std::to_string(missing_from(now, then)) + " of " +
+                                       std::to_string(now.size()) +
+                                       (now.size() == 1 ? " failing check is new since "
+                                                        : " failing checks are new since ") +
+                                       since;
+  if (const auto gone = missing_from(then, now); gone > 0)
+    text += ", " + std::to_string(gone) + (gone == 1 ? " has" : " have") +
+            (now.empty() ? " gone since " + since : " gone");
+  return text;
 }
 
 std::string night_json(const Night& night) {

@@ -46,6 +46,11 @@ inline constexpr std::string_view kNightSchemaName = "backbend.night/1";
 /// What a report leaves behind. `more_is_worse` of a metric by its name; true for unknown ones.
 Night night_of(const Report& report, const std::string& date, const std::string& label);
 
+/// How the failures of the last night compare with the night of its suite before it: `2 of 3
+/// failing checks are new since 2026-11-21 (v012)`. Empty where there is no such night, or neither
+/// failed. A check that fails on a character under a rig counts once, whatever the pose.
+std::string news_of(const std::vector<Night>& nights);
+
 /// One line of JSON, without the line feed.
 std::string night_json(const Night& night);
 

@@ -332,12 +332,17 @@ void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& re
 void waive(const RunRequest& request, Report& report) {
   const std::vector<Waiver>& waivers = request.suite.rules.waivers;
   // Without a day nobody can say that a waiver still holds.
-  const WaiverUse use =
-      apply_waivers(report.findings, waivers, request.today.empty() ? "9999-12-31" : request.today);
+  const std::string today = request.today.empty() ? "9999-12-31" : request.today;
+  const WaiverUse use = apply_waivers(report.findings, waivers, today);
   const auto name = [&](std::size_t i) {
     return "the waiver of " + waivers[i].code + " (" + waivers[i].owner + ": " + waivers[i].reason +
            ")";
   };
+  for (const std::size_t i : use.holding) {
+    const int days = days_between(today, waivers[i].expires);
+    report.reasons.push_back(name(i) + " holds until " + waivers[i].expires + ", " +
+                             std::to_string(days) + (days == 1 ? " day" : " days") + " left");
+  }
   for (const std::size_t i : use.expired)
     report.reasons.push_back(name(i) + " expired on " + waivers[i].expires +
                              ": what it covered fails again");
@@ -439,6 +444,8 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   if (request.history) {
     std::vector<Night> nights = *request.history;
     nights.push_back(night_of(report, request.today, request.label));
+    if (std::string news = news_of(nights); !news.empty())
+      report.reasons.push_back(std::move(news));
     TrendTable table = trends_of(nights, report.suite);
     report.nights = std::move(table.nights);
     report.trends = std::move(table.trends);

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <charconv>
+#include <chrono>
 
 namespace backbend::validate {
 namespace {
@@ -28,6 +29,16 @@ bool is_day(std::string_view text) {
   constexpr std::array<int, 12> kDays{31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31};
   const bool leap = (year % 4 == 0 && year % 100 != 0) || year % 400 == 0;
   return day <= kDays[static_cast<std::size_t>(month - 1)] + (month == 2 && leap);
+}
+
+int days_between(std::string_view from, std::string_view to) {
+  const auto day = [](std::string_view text) {
+    using namespace std::chrono;
+    return sys_days(year(number(text.substr(0, 4))) /
+                    month(static_cast<unsigned>(number(text.substr(5, 2)))) /
+                    std::chrono::day(static_cast<unsigned>(number(text.substr(8, 2)))));
+  };
+  return static_cast<int>((day(to) - day(from)).count());
 }
 
 void check_waiver(const Waiver& waiver) {
@@ -58,7 +69,7 @@ bool covers(const Waiver& waiver, const Finding& finding) {
 WaiverUse apply_waivers(std::span<Finding> findings, std::span<const Waiver> waivers,
                         std::string_view today) {
   WaiverUse out;
-  std::vector<char> used(waivers.size(), 0), expired(waivers.size(), 0);
+  std::vector<char> used(waivers.size(), 0), expired(waivers.size(), 0), holding(waivers.size(), 0);
   for (Finding& finding : findings) {
     if (finding.verdict != Verdict::fail) continue;
     bool holds = false;
@@ -66,10 +77,9 @@ WaiverUse apply_waivers(std::span<Finding> findings, std::span<const Waiver> wai
       if (!covers(waivers[i], finding)) continue;
       used[i] = 1;
       // Days in this form sort as text.
-      if (today <= waivers[i].expires)
-        holds = true;
-      else
-        expired[i] = 1;
+      const bool in_time = today <= waivers[i].expires;
+      (in_time ? holding : expired)[i] = 1;
+      holds = holds || in_time;
     }
     if (holds) {
       finding.verdict = Verdict::waived;
@@ -77,6 +87,7 @@ WaiverUse apply_waivers(std::span<Finding> findings, std::span<const Waiver> wai
     }
   }
   for (std::size_t i = 0; i < waivers.size(); ++i) {
+    if (holding[i]) out.holding.push_back(i);
     if (expired[i]) out.expired.push_back(i);
     if (!used[i]) out.unused.push_back(i);
   }

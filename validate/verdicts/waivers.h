@@ -25,6 +25,9 @@ struct Waiver {
 /// Whether a text is a day of the Gregorian calendar, `2026-12-15`.
 bool is_day(std::string_view text);
 
+/// Days from one day to another, negative where that is past. Both must be days (is_day).
+int days_between(std::string_view from, std::string_view to);
+
 /// Throws LimitError (naming the origin) for an unknown code, a missing owner or reason, a day that
 /// does not exist, or an empty range.
 void check_waiver(const Waiver& waiver);
@@ -35,6 +38,7 @@ bool covers(const Waiver& waiver, const Finding& finding);
 /// What waivers did to the findings of a run.
 struct WaiverUse {
   std::size_t waived = 0;
+  std::vector<std::size_t> holding;  // into the waivers: they cover a failure, and it is waived
   std::vector<std::size_t> expired;  // into the waivers: they cover a failure and no longer hold
   std::vector<std::size_t> unused;   // they cover nothing any more, and can go
 };
