@@ -24,16 +24,6 @@ target_include_directories(backbend_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_definitions(backbend_options INTERFACE GLM_ENABLE_EXPERIMENTAL
   BACKBEND_VERSION="${PROJECT_VERSION}")
 
-# backbend_precompile(TARGET headers...): the headers that most sources read, and those named, are
-# parsed once a target. A compiler cache serves better without them.
-function(backbend_precompile target)
-  if(NOT CMAKE_CXX_COMPILER_LAUNCHER)
-    target_precompile_headers(${target} PRIVATE <algorithm> <array> <cmath> <filesystem> <functional> <limits> <map>
-      <optional> <set> <span> <string> <string_view> <vector> <glm/geometric.hpp> <glm/gtc/matrix_inverse.hpp>
-      <glm/gtc/matrix_transform.hpp> <glm/gtc/quaternion.hpp> <glm/mat4x4.hpp> ${ARGN})
-  endif()
-endfunction()
-
 # backbend_layer(NAME uses... ): one layer of the program, from every source file in its folder.
 function(backbend_layer name)
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
@@ -42,5 +32,4 @@ function(backbend_layer name)
   add_library(backbend::${name} ALIAS backbend_${name})
   target_link_libraries(backbend_${name} PUBLIC glm::glm PRIVATE backbend_options)
   target_include_directories(backbend_${name} PUBLIC ${PROJECT_SOURCE_DIR})
-  backbend_precompile(backbend_${name})
 endfunction()
