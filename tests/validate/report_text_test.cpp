@@ -171,6 +171,22 @@ TEST(Terminal, ShowsOneRigWithBarsAndSeveralInColumns) {
       << text;
 }
 
+TEST(Terminal, SetsTheProposedRigAgainstEachReferenceInARow) {
+  Report report = sample_report();
+  std::string text = terminal_summary(report);
+  EXPECT_NE(text.find("  curve, pose by pose against  human, chest\n"
+                      "  isner          better 18   worse 9    mixed 9    over a limit 18 : 27   "
+                      "ahead\n"),
+            std::string::npos)
+      << text;
+  // One alone is told in full, with its worst poses and its map.
+  report.comparisons.resize(1);
+  text = terminal_summary(report);
+  EXPECT_NE(text.find("curve against isner"), std::string::npos);
+  EXPECT_NE(text.find("against isner BB010"), std::string::npos) << text;
+  EXPECT_NE(text.find("side   twist -45"), std::string::npos) << text;
+}
+
 TEST(Terminal, SaysWhenACanaryDidNotDoItsDuty) {
   Report report = sample_report();
   report.canaries[0].found = false;

@@ -302,10 +302,12 @@ void pose_map(Page& page, const Comparison& c) {
                  Ink::dim);
 }
 
-void comparison(Page& page, const Comparison& c, bool whole) {
-  const std::string on =
-      visible(c.character) + (c.mapping.empty() ? "" : ", " + visible(c.mapping));
-  page.line("  " + visible(c.a) + " against " + visible(c.b), "  " + on, Ink::bold);
+std::string where(const Comparison& c) {
+  return visible(c.character) + (c.mapping.empty() ? "" : ", " + visible(c.mapping));
+}
+
+void comparison(Page& page, const Comparison& c) {
+  page.line("  " + visible(c.a) + " against " + visible(c.b), "  " + where(c), Ink::bold);
   page.paragraph(
       4, count_of(c.paired, "poses paired") +
              (c.unpaired > 0 ? ", " + std::to_string(c.unpaired) + " without a partner" : "") +
@@ -316,7 +318,6 @@ void comparison(Page& page, const Comparison& c, bool whole) {
              ", worse " + std::to_string(c.b_better) + ", mixed " + std::to_string(c.mixed) +
              "; over a limit " + std::to_string(c.a_over) + " against " + std::to_string(c.b_over) +
              ": " + visible(comparison_verdict(c)));
-  if (!whole) return;
   for (const MetricComparison& m : c.metrics) {
     if (m.a_better + m.b_better == 0) continue;
     std::string name = m.metric;
@@ -329,18 +330,39 @@ void comparison(Page& page, const Comparison& c, bool whole) {
   }
   const auto worst = [&](const std::string& side, const std::vector<ComparedPose>& poses) {
     for (const ComparedPose& p : poses)
-      page.paragraph(4,
-                     "against " + visible(side) + "  " + visible(p.code) + "  " + side_text(c, p));
+      page.paragraph(4, "against " + visible(side) + " " + visible(p.code) + " " + side_text(c, p));
   };
   worst(c.a, c.worst_of_a);
   worst(c.b, c.worst_of_b);
   pose_map(page, c);
 }
 
+/// Several comparisons: a row each, under a line for every side that is set against others.
+void comparison_rows(Page& page, const std::vector<Comparison>& all) {
+  const Comparison* before = nullptr;
+  for (const Comparison& c : all) {
+    if (before == nullptr || before->a != c.a || before->character != c.character ||
+        before->mapping != c.mapping)
+      page.line("  " + visible(c.a) + ", pose by pose against", "  " + where(c), Ink::bold);
+    before = &c;
+    page.line("  " + padded(visible(c.b), 14) + " better " + padded(std::to_string(c.a_better), 5) +
+                  "worse " + padded(std::to_string(c.b_better), 5) + "mixed " +
+                  padded(std::to_string(c.mixed), 5) + "over a limit " +
+                  padded(std::to_string(c.a_over) + " : " + std::to_string(c.b_over), 10),
+              c.ahead == "a"   ? "ahead"
+              : c.ahead == "b" ? "behind"
+                               : "draw",
+              c.ahead == "b" ? Ink::red : Ink::plain);
+  }
+}
+
 void comparisons(Page& page, const Report& report) {
-  for (const Comparison& each : report.comparisons)
-    comparison(page, each, report.comparisons.size() == 1);
-  if (!report.comparisons.empty()) page.blank();
+  if (report.comparisons.empty()) return;
+  if (report.comparisons.size() == 1)
+    comparison(page, report.comparisons.front());
+  else
+    comparison_rows(page, report.comparisons);
+  page.blank();
 }
 
 void canaries(Page& page, const Report& report) {
@@ -395,7 +417,7 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
 std::string comparisons_text(const Report& report, const TerminalStyle& style) {
   Page page(style);
   for (const Comparison& each : report.comparisons) {
-    comparison(page, each, true);
+    comparison(page, each);
     page.blank();
   }
   return page.take();
