@@ -313,12 +313,12 @@ class Finder {
       return;
     }
     if (body_behind_hips_ || last == 1) return found(last, ", the end of the chain");
-    if (const auto at = std::find(out_.spine.begin(), out_.spine.end(), template_chest_);
-        at != out_.spine.end())
-      return found(static_cast<Index>(at - out_.spine.begin()), ", the base of the neck");
-    for (Index k = 1; k <= last; ++k)
+    for (Index k = 1; k <= last; ++k) {
+      // A common rig's names are borrowed by others that have more joints in the neck.
+      if (out_.spine[k] == template_chest_) return found(k, ", the base of the neck");
       if (shape_.name[static_cast<Index>(out_.spine[k])].part == BodyPart::neck)
         return found(k, ", the first joint called neck");
+    }
     if (out_.left_arm.empty() || out_.right_arm.empty())
       return found(last, ", the end of the chain");
     const LimbPair arms{{character_.nodes[static_cast<Index>(out_.left_arm.front())].parent,

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "skin/anatomy.h"
@@ -303,6 +304,23 @@ TEST_P(EveryRig, IsNotTakenForItselfWithoutItsNeck) {
 
 INSTANTIATE_TEST_SUITE_P(RigTemplates, EveryRig, ::testing::ValuesIn(kRigs),
                          [](const auto& test) { return test.param.name; });
+
+/// HumanIK's names are borrowed by captures whose neck has a joint more, below the one of that
+/// name.
+TEST(RigTemplates, ALowerJointOfTheNeckIsItsBase) {
+  Rig rig = *std::find_if(std::begin(kRigs), std::end(kRigs),
+                          [](const Rig& each) { return std::string(each.name) == "humanik"; });
+  const auto neck = std::find_if(rig.joints.begin(), rig.joints.end(), [&](const Joint& joint) {
+    return std::string(joint.name) == rig.chest;
+  });
+  const Joint lower{"lowerneck", neck->parent, {0, 1.44, 0}};
+  neck->parent = "lowerneck";
+  rig.joints.insert(neck, lower);
+  const Character character = built(rig);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(character.nodes[static_cast<std::size_t>(anatomy.spine[anatomy.chest_index])].name,
+            "lowerneck");
+}
 
 TEST(RigTemplates, AreEachTried) {
   std::vector<std::string_view> tried;
