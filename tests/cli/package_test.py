@@ -77,7 +77,7 @@ class Packaging(CommandTest):
         for library in ("libc6", "libembree", "libopenexr", "libopenimageio", "libtbb", "libassimp", "ffmpeg", "fonts-dejavu-core"):
             self.assertIn(library, depends)
         listing = subprocess.run(["dpkg-deb", "--contents", package], check=True, capture_output=True, text=True).stdout
-        for path in ("/usr/bin/backbend", "/usr/libexec/backbend/backbend-import", "/usr/share/backbend/scenes/nightly.toml", "/usr/share/man/man1/backbend.1",
+        for path in ("/usr/bin/backbend", "/usr/libexec/backbend/backbend-import", "/usr/share/backbend/scenes/nightly.toml", "/usr/share/backbend/report.schema.json", "/usr/share/man/man1/backbend.1",
                      "/usr/share/bash-completion/completions/backbend", "/usr/share/doc/backbend/copyright"):
             self.assertIn("." + path, listing)
         # It runs from where it was unpacked, and is the program that was built.
