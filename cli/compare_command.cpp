@@ -54,6 +54,8 @@ SideKind kind_of(const std::string& text, bool baked) {
   }
   const bool body = ending == ".glb" || ending == ".gltf" || ending == ".fbx" || ending == ".dae";
   if (body) return baked ? SideKind::clip : SideKind::character;
+  if (ending == ".clip" || ending == ".bvh" || ending == ".mdd" || ending == ".pc2")
+    return SideKind::clip;
   return fs::exists(path, none) ? SideKind::clip : SideKind::rig;
 }
 
@@ -84,12 +86,14 @@ int compare_characters(const Options& options, const Common& common) {
   RunRequest request;
   Suite& suite = request.suite;
   suite.name = "compare";
-  suite.title = options.second + " against " + options.first;
+  const auto [first, second] = side_labels(options.first, options.second);
+  suite.title = second + " against " + first;
   suite.characters = {options.first, options.second};
   suite.rigs = {read_rig(options.rig), isner_canary()};
   suite.mappings = {*find_mapping(options.mapping)};
   suite.sweeps = sweeps_named(options.sweeps);
   suite.pictures.sheet_columns = 0;
+  suite.envelope = *find_envelope("human");
   suite.judges_weights = true;
   options.apply_to(request);
   request.compare = RunRequest::Compare::characters;
@@ -115,9 +119,9 @@ Report clip_report(const Options& options, const std::string& clip, const Common
 int compare_clips(const Options& options, const Common& common) {
   const Report before = clip_report(options, options.first, common);
   Report now = clip_report(options, options.second, common);
-  now.title = options.second + " against " + options.first;
-  now.comparisons = {
-      compare_results(now.rigs.front(), before.rigs.front(), options.second, options.first)};
+  const auto [first, second] = side_labels(options.first, options.second);
+  now.title = second + " against " + first;
+  now.comparisons = {compare_results(now.rigs.front(), before.rigs.front(), second, first)};
   return publish(now, new_run_folder(options.output), options.output.empty(), common,
                  options.single_file);
 }
@@ -126,13 +130,14 @@ int compare_clips(const Options& options, const Common& common) {
 std::vector<Comparison> compare_reports(const Report& before, const Report& now,
                                         const Options& options) {
   const bool by_name = before.characters.size() != 1 || now.characters.size() != 1;
+  const auto [first, second] = side_labels(options.first, options.second);
   std::vector<Comparison> comparisons;
   for (const RigResult& rig : now.rigs) {
     for (const RigResult& earlier : before.rigs) {
       if (rig.rig != earlier.rig || rig.mapping != earlier.mapping ||
           (by_name && rig.character != earlier.character))
         continue;
-      comparisons.push_back(compare_results(rig, earlier, options.second, options.first));
+      comparisons.push_back(compare_results(rig, earlier, second, first));
       comparisons.back().character = rig.character + ", rig " + rig.rig;
     }
   }

@@ -111,6 +111,15 @@ TEST(Comparing, TheWorstPosesAreOfDifferentFaults) {
   EXPECT_EQ(comparison.worst_of_a[1].code, "BB030");
 }
 
+TEST(Comparing, FilesAreCalledByTheirNamesWhereThoseTellThemApart) {
+  EXPECT_EQ(side_labels("show/hero_v012.glb", "show/hero_v013.glb"),
+            (std::pair<std::string, std::string>("hero_v012.glb", "hero_v013.glb")));
+  EXPECT_EQ(side_labels("v012/hero.glb", "v013/hero.glb"),
+            (std::pair<std::string, std::string>("v012/hero.glb", "v013/hero.glb")));
+  EXPECT_EQ(side_labels("runs/monday/", "runs/tuesday"),
+            (std::pair<std::string, std::string>("runs/monday/", "runs/tuesday")));
+}
+
 TEST(Comparing, FewerPosesOverALimitAreAhead) {
   // b is better in more poses, but fails in one more.
   const Comparison comparison =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <set>
 
 #include "validate/run/measure.h"
@@ -180,6 +181,13 @@ double median(std::vector<double> values) {
 }
 
 }  // namespace
+
+std::pair<std::string, std::string> side_labels(const std::string& a, const std::string& b) {
+  const std::string first = std::filesystem::path(a).filename().string();
+  const std::string second = std::filesystem::path(b).filename().string();
+  if (first == second || first.empty() || second.empty()) return {a, b};
+  return {first, second};
+}
 
 double comparison_tolerance(double limit) { return 0.05 * std::abs(limit); }
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "validate/report/report.h"
@@ -22,6 +23,10 @@ Comparison compare_results(const RigResult& a, const RigResult& b, std::string a
 /// Every proposed rig of the report against every reference rig on the same character under the
 /// same mapping, in the report's order.
 std::vector<Comparison> compare_with_references(const Report& report);
+
+/// What two files or folders are called beside each other: by their names alone, or as they are
+/// given where these are the same.
+std::pair<std::string, std::string> side_labels(const std::string& a, const std::string& b);
 
 /// What a metric's value may differ by and still count as the same.
 double comparison_tolerance(double limit);

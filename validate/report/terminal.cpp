@@ -322,11 +322,12 @@ void comparison(Page& page, const Comparison& c) {
     if (m.a_better + m.b_better == 0) continue;
     std::string name = m.metric;
     std::replace(name.begin(), name.end(), '_', ' ');
+    // Rounding is no difference.
+    const double gain = std::abs(m.median_gain) < 1e-6 * m.tolerance ? 0.0 : m.median_gain;
     page.line("    " + visible(m.code) + ' ' + padded(visible(name), 20),
               "better " + padded(std::to_string(m.a_better), 6) + "worse " +
-                  padded(std::to_string(m.b_better), 6) + "median " +
-                  (m.median_gain > 0 ? "+" : "") + significant(m.median_gain, 2) + ' ' +
-                  visible(m.unit));
+                  padded(std::to_string(m.b_better), 6) + "median " + (gain > 0 ? "+" : "") +
+                  significant(gain, 2) + ' ' + visible(m.unit));
   }
   const auto worst = [&](const std::string& side, const std::vector<ComparedPose>& poses) {
     for (const ComparedPose& p : poses)

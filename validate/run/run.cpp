@@ -250,8 +250,8 @@ std::vector<Comparison> compare_characters(const Report& report, std::vector<Cha
   const std::size_t count = runs.front().records.size();
   for (std::size_t i = 0; i < count; ++i) {
     const RigResult &before = report.rigs[i], &now = report.rigs[count + i];
-    comparisons.push_back(
-        compare_results(now, before, runs.back().character, runs.front().character));
+    const auto [before_label, label] = side_labels(runs.front().character, runs.back().character);
+    comparisons.push_back(compare_results(now, before, label, before_label));
     comparisons.back().character = "rig " + now.rig;
     comparisons.back().matched =
         surface_match(runs.front().stage->rest().position, runs.back().stage->rest().position);
