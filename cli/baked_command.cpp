@@ -41,8 +41,8 @@ void add_baked_options(CLI::App* command, BakedOptions& options) {
       ->check(CLI::Range(1.0, 1000.0));
 }
 
-int check_baked(const BakedOptions& options, const std::string& character,
-                const skin::AnatomyHints& hints, const std::string& output, const Common& common) {
+Report baked_report(const BakedOptions& options, const std::string& character,
+                    const skin::AnatomyHints& hints, const Common& common) {
   ClipRequest request;
   request.character = character;
   request.clip = options.clip;
@@ -56,7 +56,12 @@ int check_baked(const BakedOptions& options, const std::string& character,
       print_character(title, facts);
     };
   Progress progress(common.progress_style());
-  const Report report = run_clip(request, progress);
+  return run_clip(request, progress);
+}
+
+int check_baked(const BakedOptions& options, const std::string& character,
+                const skin::AnatomyHints& hints, const std::string& output, const Common& common) {
+  const Report report = baked_report(options, character, hints, common);
   const fs::path folder = new_run_folder(output);
   return publish(report, folder, output.empty(), common);
 }

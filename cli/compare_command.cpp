@@ -3,12 +3,10 @@
 
 #include "cli/nightly.h"
 #include "skin/character.h"
-#include "validate/clips/clip_run.h"
 #include "validate/compare/comparison.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/report_json.h"
-#include "validate/report/shell_word.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {
@@ -100,25 +98,14 @@ int compare_characters(const Options& options, const Common& common) {
   return run_and_print(std::move(request), common, options);
 }
 
-Report clip_report(const Options& options, const std::string& clip, const Common& common) {
-  ClipRequest request;
-  request.character = options.character;
-  request.clip = clip;
-  request.hints = options.hints;
-  request.command = "backbend check " +
-                    (options.character.empty() ? "" : shell_word(options.character) + " ") +
-                    "--baked " + shell_word(clip);
-  if (!common.json)
-    request.on_character = [](const std::string& title, const CharacterFacts& facts) {
-      print_character(title, facts);
-    };
-  Progress progress(common.progress_style());
-  return run_clip(request, progress);
-}
-
 int compare_clips(const Options& options, const Common& common) {
-  const Report before = clip_report(options, options.first, common);
-  Report now = clip_report(options, options.second, common);
+  const auto judged = [&](const std::string& clip) {
+    BakedOptions baked;
+    baked.clip = clip;
+    return baked_report(baked, options.character, options.hints, common);
+  };
+  const Report before = judged(options.first);
+  Report now = judged(options.second);
   const auto [first, second] = side_labels(options.first, options.second);
   now.title = second + " against " + first;
   now.comparisons = {compare_results(now.rigs.front(), before.rigs.front(), second, first)};
