@@ -19,6 +19,10 @@ Float8 power_share(Float8 mine, Float8 other) {
   return any ? a / (any ? sum : kOne) : kZero;
 }
 
+Float8 share_of_light(Finders by, Float8 light_pdf, Float8 surface_pdf) {
+  return by == Finders::light_alone ? kOne : power_share(light_pdf, surface_pdf);
+}
+
 // Mean cosine over a light of angular radius `extent` whose centre stands at cosine `c`: what has
 // risen over the horizon counts, and it is 0 only where nothing has.
 Float8 risen_cosine(Float8 c, Float8 extent) {
@@ -53,7 +57,7 @@ Light8 by_lane(Int8 mask, const Light8& a, const Light8& b) {
           select(mask, a.radiance, b.radiance), mask ? a.area : b.area};
 }
 
-Direct8 sample_point(const Light8& light, const LitPoints8& at, const Point8& random) {
+Direct8 sample_point(const Light8& light, const LitPoints8& at, const Point8& random, Finders by) {
   const Vec8 d = light.center + light.half_u * (2.0f * random.x - 1.0f) +
                  light.half_v * (2.0f * random.y - 1.0f) - at.from;
   const Float8 distance2 = dot(d, d);
@@ -62,11 +66,12 @@ Direct8 sample_point(const Light8& light, const LitPoints8& at, const Point8& ra
   const Int8 possible = (cos_light > kZero) & (dot(in, at.geometric) > kZero);
   const BsdfValue8 f = eval_bsdf(*at.bsdf, at.normal, at.out, in);
   const Float8 pdf = distance2 / ((possible ? cos_light : kOne) * light.area);
-  const Vec8 radiance = f.value * light.radiance * (power_share(pdf, f.pdf) / pdf);
+  const Vec8 radiance = f.value * light.radiance * (share_of_light(by, pdf, f.pdf) / pdf);
   return {d, splat(kAlmost), select(possible, radiance, kBlack)};
 }
 
-Direct8 sample_environment(const EnvironmentMap& map, const LitPoints8& at, const Point8& random) {
+Direct8 sample_environment(const EnvironmentMap& map, const LitPoints8& at, const Point8& random,
+                           Finders by) {
   Direct8 direct{at.geometric, splat(std::numeric_limits<float>::max()), kBlack};
   Vec8 light = kBlack;
   Float8 pdf = kZero;
@@ -78,7 +83,7 @@ Direct8 sample_environment(const EnvironmentMap& map, const LitPoints8& at, cons
   }
   const BsdfValue8 f = eval_bsdf(*at.bsdf, at.normal, at.out, direct.to_light);
   const Int8 possible = (pdf > kZero) & (dot(direct.to_light, at.geometric) > kZero);
-  const Float8 scale = power_share(pdf, f.pdf) / (possible ? pdf : kOne);
+  const Float8 scale = share_of_light(by, pdf, f.pdf) / (possible ? pdf : kOne);
   direct.radiance = select(possible, f.value * light * scale, kBlack);
   return direct;
 }
@@ -108,12 +113,14 @@ Vec8 sky(const Studio& studio, const Vec8& direction) {
 
 }  // namespace
 
-Direct8 sample_light(const AreaLight& light, const LitPoints8& at, const Point8& random) {
-  return sample_point(one_for_all(light), at, random);
+Direct8 sample_light(const AreaLight& light, const LitPoints8& at, const Point8& random,
+                     Finders by) {
+  return sample_point(one_for_all(light), at, random, by);
 }
 
-Direct8 sample_any_light(const Studio& studio, const LitPoints8& at, const Point8& random) {
-  if (studio.environment) return sample_environment(*studio.environment, at, random);
+Direct8 sample_any_light(const Studio& studio, const LitPoints8& at, const Point8& random,
+                         Finders by) {
+  if (studio.environment) return sample_environment(*studio.environment, at, random, by);
   std::array<Float8, 3> weight;
   Float8 total = kZero;
   for (std::size_t i = 0; i < weight.size(); ++i) {
@@ -134,7 +141,7 @@ Direct8 sample_any_light(const Studio& studio, const LitPoints8& at, const Point
   const Int8 any = chosen_weight > kZero;
   const Float8 divisor = any ? chosen_weight : kOne;
   const Float8 within = clamp((along - passed) / divisor, 0.0f, 0.9999999f);
-  Direct8 direct = sample_point(chosen, at, {within, random.y});
+  Direct8 direct = sample_point(chosen, at, {within, random.y}, by);
   direct.radiance = direct.radiance * (any ? total / divisor : kZero);
   return direct;
 }

@@ -19,12 +19,18 @@ struct Direct8 {
   Vec8 radiance;  // reflected towards the viewer; 0 where nothing can arrive
 };
 
-/// From a point chosen by `random` on one light, weighted against BSDF sampling.
-Direct8 sample_light(const AreaLight& light, const LitPoints8& at, const Point8& random);
+/// Who finds the lights from a point: a light that rays of the surface may meet as well counts by
+/// its share of both; where no such ray is sent, whole.
+enum class Finders { light_and_surface, light_alone };
+
+/// From a point chosen by `random` on one light.
+Direct8 sample_light(const AreaLight& light, const LitPoints8& at, const Point8& random,
+                     Finders by = Finders::light_and_surface);
 
 /// From one of all lights, chosen by what each could send, or from the environment picture.
 /// One stratified pair of numbers serves the choice and the point on the light.
-Direct8 sample_any_light(const Studio& studio, const LitPoints8& at, const Point8& random);
+Direct8 sample_any_light(const Studio& studio, const LitPoints8& at, const Point8& random,
+                         Finders by = Finders::light_and_surface);
 
 /// Radiance from beyond the mesh along unit `direction`: sky, and the lights weighted against being
 /// sampled directly. `pdf` is the density with which the direction was chosen.

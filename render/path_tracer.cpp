@@ -135,6 +135,8 @@ void PathShader::scatter(const Lanes& lanes, Int8 mask, const Vec8& throughput,
                          const LitPoints8& lit) {
   const Studio& studio = *context_.studio;
   const Point8 on_light = points(lanes, 0);
+  // Where the path ends no ray of the surface's own will meet the lights.
+  const Finders by = bounce_ < context_.bounces ? Finders::light_and_surface : Finders::light_alone;
   const auto ask = [&](const Direct8& direct) {
     Vec8 radiance = throughput * direct.radiance;
     if (bounce_ > 0) radiance = capped(radiance);
@@ -144,9 +146,9 @@ void PathShader::scatter(const Lanes& lanes, Int8 mask, const Vec8& throughput,
   if (bounce_ == 0 && !studio.environment) {
     // What the camera sees directly is lit by every light: two more shadow rays take away a third
     // of the noise for a tenth of the time.
-    for (const AreaLight& light : studio.light) ask(sample_light(light, lit, on_light));
+    for (const AreaLight& light : studio.light) ask(sample_light(light, lit, on_light, by));
   } else {
-    ask(sample_any_light(studio, lit, on_light));
+    ask(sample_any_light(studio, lit, on_light, by));
   }
   if (bounce_ >= context_.bounces) return;
   const Float8 lobe = lit.bsdf->has_coat ? points(lanes, 2).x : kZero;
@@ -170,7 +172,8 @@ void PathShader::catch_shadow(const Lanes& lanes, Int8 mask, const Vec8& ground,
   const Vec8 up = splat(glm::vec3(0.0f, 1.0f, 0.0f));
   const Vec8 from = ground + up * splat(1e-4f * context_.scene->rest_radius);
   const Bsdf8 white = lambert(splat(glm::vec3(1.0f)));
-  const Direct8 direct = sample_any_light(studio, {from, up, up, up, &white}, points(lanes, 0));
+  const Direct8 direct =
+      sample_any_light(studio, {from, up, up, up, &white}, points(lanes, 0), Finders::light_alone);
   const Float8 lights = luminance(direct.radiance);
   const Float8 sky =
       studio.environment ? kZero : splat(studio.sky_on_ground_luminance / 3.14159265f);

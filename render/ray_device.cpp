@@ -13,6 +13,7 @@
 #include <string>
 #include <type_traits>
 
+#include "render/refit_quality.h"
 #include "render/scene.h"
 
 namespace backbend::render {
@@ -133,62 +134,96 @@ void set_valid(int (&valid)[8], std::size_t remaining) {
 
 }  // namespace
 
-struct RayScene::Impl {
+namespace {
+
+// A refitted tree that has come apart by more than this is slower than building another one costs.
+// Spines bent by 180 degrees stay below 1.2; a mesh whose parts are flung apart goes past it.
+constexpr double kMostGrowth = 1.5;
+
+/// One tree with the buffers it was built from.
+struct Tree {
   EmbreeScene scene;
   Geometry geometry;
   glm::vec3* vertex = nullptr;  // owned by the geometry
-  std::size_t vertex_count = 0;
+
+  Tree(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> position);
+  void refit(std::span<const glm::vec3> position);
+};
+
+Tree::Tree(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> position)
+    : scene(rtcNewScene(device())), geometry(rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE)) {
+  rtcSetGeometryBuildQuality(geometry.get(), RTC_BUILD_QUALITY_REFIT);
+  vertex = static_cast<glm::vec3*>(rtcSetNewGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX,
+                                                           0, RTC_FORMAT_FLOAT3, sizeof(glm::vec3),
+                                                           position.size()));
+  rtcSetSharedGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                             triangle.data(), 0, sizeof(glm::uvec3), triangle.size());
+  expect_no_error("taking the mesh");
+  std::memcpy(vertex, position.data(), position.size_bytes());
+#if BACKBEND_EMBREE == 4
+  rtcSetGeometryEnableFilterFunctionFromArguments(geometry.get(), true);
+#endif
+  rtcCommitGeometry(geometry.get());
+  rtcAttachGeometryByID(scene.get(), geometry.get(), 0);
+  // A refitted geometry needs a scene that expects change; its own tree is built at MEDIUM quality.
+  rtcSetSceneFlags(scene.get(), static_cast<RTCSceneFlags>(
+#if BACKBEND_EMBREE == 4
+                                    RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS |
+#else
+                                    RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
+#endif
+                                    // Without it one ray in ten that meets an edge exactly slips
+                                    // between the triangles.
+                                    RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
+  rtcSetSceneBuildQuality(scene.get(), RTC_BUILD_QUALITY_LOW);
+  rtcCommitScene(scene.get());
+  expect_no_error("building the tree");
+}
+
+void Tree::refit(std::span<const glm::vec3> position) {
+  std::memcpy(vertex, position.data(), position.size_bytes());
+  rtcUpdateGeometryBuffer(geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0);
+  rtcCommitGeometry(geometry.get());
+  rtcCommitScene(scene.get());
+  expect_no_error("refitting the tree");
+}
+
+}  // namespace
+
+struct RayScene::Impl {
+  std::span<const glm::uvec3> triangle;
+  std::size_t vertex_count;
+  RefitQuality quality;
+  Tree of_rest;                   // refitted
+  std::unique_ptr<Tree> of_pose;  // built for a pose that the other does not fit; else null
+
+  RTCScene scene() const { return of_pose ? of_pose->scene.get() : of_rest.scene.get(); }
 };
 
 RayScene::RayScene(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> rest_position)
-    : impl_(std::make_unique<Impl>()) {
-  impl_->scene.reset(rtcNewScene(device()));
-  impl_->geometry.reset(rtcNewGeometry(device(), RTC_GEOMETRY_TYPE_TRIANGLE));
-  RTCGeometry geometry = impl_->geometry.get();
-  rtcSetGeometryBuildQuality(geometry, RTC_BUILD_QUALITY_REFIT);
-  impl_->vertex_count = rest_position.size();
-  impl_->vertex = static_cast<glm::vec3*>(
-      rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
-                              sizeof(glm::vec3), rest_position.size()));
-  void* index = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                        sizeof(glm::uvec3), triangle.size());
-  expect_no_error("taking the mesh");
-  std::memcpy(impl_->vertex, rest_position.data(), rest_position.size_bytes());
-  std::memcpy(index, triangle.data(), triangle.size_bytes());
-#if BACKBEND_EMBREE == 4
-  rtcSetGeometryEnableFilterFunctionFromArguments(geometry, true);
-#endif
-  rtcCommitGeometry(geometry);
-  rtcAttachGeometryByID(impl_->scene.get(), geometry, 0);
-  // A refitted geometry needs a scene that expects change; its own tree is built at MEDIUM quality.
-  rtcSetSceneFlags(impl_->scene.get(), static_cast<RTCSceneFlags>(
-#if BACKBEND_EMBREE == 4
-                                           RTC_SCENE_FLAG_FILTER_FUNCTION_IN_ARGUMENTS |
-#else
-                                           RTC_SCENE_FLAG_CONTEXT_FILTER_FUNCTION |
-#endif
-                                           // Without it one ray in ten that meets an edge exactly
-                                           // slips between the triangles.
-                                           RTC_SCENE_FLAG_ROBUST | RTC_SCENE_FLAG_DYNAMIC));
-  rtcSetSceneBuildQuality(impl_->scene.get(), RTC_BUILD_QUALITY_LOW);
-  rtcCommitScene(impl_->scene.get());
-  expect_no_error("building the tree");
-}
+    : impl_(new Impl{triangle,
+                     rest_position.size(),
+                     {triangle, rest_position},
+                     {triangle, rest_position},
+                     nullptr}) {}
 
 RayScene::~RayScene() = default;
 RayScene::RayScene(RayScene&&) noexcept = default;
 RayScene& RayScene::operator=(RayScene&&) noexcept = default;
 
-void RayScene::refit(std::span<const glm::vec3> position) {
+void RayScene::set_pose(std::span<const glm::vec3> position) {
   if (position.size() != impl_->vertex_count)
     throw RenderError("a pose has " + std::to_string(position.size()) + " positions, the mesh " +
                       std::to_string(impl_->vertex_count));
-  std::memcpy(impl_->vertex, position.data(), position.size_bytes());
-  rtcUpdateGeometryBuffer(impl_->geometry.get(), RTC_BUFFER_TYPE_VERTEX, 0);
-  rtcCommitGeometry(impl_->geometry.get());
-  rtcCommitScene(impl_->scene.get());
-  expect_no_error("refitting the tree");
+  impl_->of_pose.reset();
+  if (impl_->quality.growth(position) > kMostGrowth) {
+    impl_->of_pose = std::make_unique<Tree>(impl_->triangle, position);
+  } else {
+    impl_->of_rest.refit(position);
+  }
 }
+
+bool RayScene::is_refitted() const { return impl_->of_pose == nullptr; }
 
 void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence coherence,
                        HitBatch& hits) const {
@@ -222,9 +257,9 @@ void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence cohere
     }
     set_valid(valid, count - first);
 #if BACKBEND_EMBREE == 4
-    rtcIntersect8(valid, impl_->scene.get(), &packet, &arguments);
+    rtcIntersect8(valid, impl_->scene(), &packet, &arguments);
 #else
-    rtcIntersect8(valid, impl_->scene.get(), &context.embree, &packet);
+    rtcIntersect8(valid, impl_->scene(), &context.embree, &packet);
 #endif
     std::memcpy(hits.triangle.data() + first, packet.hit.primID, sizeof packet.hit.primID);
   }
@@ -255,9 +290,9 @@ void RayScene::occluded(const RayBatch& rays, std::size_t count, std::uint8_t* b
     load_rays(packet, rays, first);
     set_valid(valid, count - first);
 #if BACKBEND_EMBREE == 4
-    rtcOccluded8(valid, impl_->scene.get(), &packet, &arguments);
+    rtcOccluded8(valid, impl_->scene(), &packet, &arguments);
 #else
-    rtcOccluded8(valid, impl_->scene.get(), &context, &packet);
+    rtcOccluded8(valid, impl_->scene(), &context, &packet);
 #endif
     for (std::size_t lane = 0; lane < 8; ++lane)
       blocked[first + lane] = packet.tfar[lane] < 0.0f ? 1 : 0;

@@ -62,20 +62,24 @@ struct HitBatch {
 /// Rays of one camera tile agree on their way through the tree; all others do not.
 enum class Coherence { camera, scattered };
 
-/// Triangles in the ray device: a tree built once for the rest pose and refitted for every other.
+/// Triangles in the ray device: a tree built once for the rest pose and refitted for every other;
+/// where a pose has torn it too far apart, one is built for that pose.
 ///
-/// The tree's shape depends on the rest pose alone, so a frame never depends on the frames before
-/// it. Of triangles hit at one and the same distance the lowest index wins.
+/// The tree's shape depends on the pose and the rest pose alone, so a frame never depends on the
+/// frames before it. Of triangles hit at one and the same distance the lowest index wins.
 class RayScene {
  public:
-  /// Builds the tree. Throws RenderError where the device cannot (no AVX2, out of memory).
+  /// Builds the tree. `triangle` must outlive this. Throws RenderError where the device cannot (no
+  /// AVX2, out of memory).
   RayScene(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> rest_position);
   ~RayScene();
   RayScene(RayScene&&) noexcept;
   RayScene& operator=(RayScene&&) noexcept;
 
-  /// Moves the vertices and refits. `position` must be finite, one per vertex.
-  void refit(std::span<const glm::vec3> position);
+  /// Moves the vertices. `position` must be finite, one per vertex.
+  void set_pose(std::span<const glm::vec3> position);
+  /// Whether the pose is met by the rest pose's tree.
+  bool is_refitted() const;
   /// Nearest hits of the first `count` rays. Overwrites lanes past `count` up to a multiple of 8.
   void nearest(const RayBatch& rays, std::size_t count, Coherence coherence, HitBatch& hits) const;
   /// blocked[i] = 1 where ray i meets any triangle before its `far`, else 0. Writes whole packets.

@@ -250,7 +250,7 @@ void Scene::set_pose(const PoseGeometry& pose) {
   expect_finite(pose.previous_position, "the earlier position");
   for (const OverlayLine& line : pose.overlay)
     if (!is_finite(line.from) || !is_finite(line.to)) refuse("an overlay line is not finite");
-  impl_->rays.refit(pose.position);
+  impl_->rays.set_pose(pose.position);
   impl_->view.pose = pose;
 }
 
