@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cassert>
+#include <cstdint>
 #include <cstring>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace backbend::skin {
@@ -17,8 +19,16 @@ constexpr std::size_t kLanes = 8;
 constexpr std::size_t kBlockJoints = 4;
 // Below this a block wastes more on empty lanes than single vertices cost.
 constexpr std::size_t kLeastLanes = 5;
-constexpr std::size_t kTileGrain = 2;  // tiles a task: some ten microseconds
-constexpr std::size_t kTile = 1024;    // vertices: 24 kB of positions and normals
+// From so many blocks on, a run gains more from spread-out matrices than spreading them costs.
+constexpr std::size_t kLongRun = 4;
+// How far ahead of the arithmetic the plan is fetched, in bytes: further than the processor looks
+// by itself.
+constexpr std::size_t kAhead = 5120;
+// Vertices of a tile. The more there are, the more of them share their joints; but a small
+// character must leave work for all threads, and vertices are counted in 16 bits.
+constexpr std::size_t kLeastTile = 1024;
+constexpr std::size_t kMostTile = 32768;
+constexpr std::size_t kTiles = 16;  // wanted where a character is neither small nor large
 
 /// Up to four joints of a vertex, ascending, as one number; nothing for any other count.
 std::optional<std::uint64_t> joint_key(const Influences& influences) {
@@ -78,8 +88,9 @@ void store_in_a_row(float* out, const Triple& v) {
   _mm_storeu_ps(out + 20, _mm256_extractf128_ps(third, 1));
 }
 
-void store_scattered(glm::vec3* out, const std::array<std::uint16_t, kLanes>& vertex,
-                     const Triple& v) {
+[[gnu::always_inline]] inline void store_scattered(glm::vec3* out,
+                                                   const std::array<std::uint16_t, kLanes>& vertex,
+                                                   const Triple& v) {
   const __m256 low = _mm256_unpacklo_ps(v.x, v.y);   // x0 y0 x1 y1 | x4 y4 x5 y5
   const __m256 high = _mm256_unpackhi_ps(v.x, v.y);  // x2 y2 x3 y3 | x6 y6 x7 y7
   const __m128 pair[4] = {_mm256_castps256_ps128(low), _mm256_castps256_ps128(high),
@@ -104,66 +115,141 @@ void store_scattered(glm::vec3* out, const std::array<std::uint16_t, kLanes>& ve
   store.template operator()<7>();
 }
 
-/// Unit length; +Y where there is none. The same steps as unit_or_up().
-Triple unit_or_up(const Triple& v) {
-  const __m256 square =
-      _mm256_fmadd_ps(v.x, v.x, _mm256_fmadd_ps(v.y, v.y, _mm256_mul_ps(v.z, v.z)));
-  const __m256 length = _mm256_sqrt_ps(square);
-  const __m256 some = _mm256_cmp_ps(length, _mm256_setzero_ps(), _CMP_GT_OQ);
-  const __m256 inverse = _mm256_div_ps(_mm256_set1_ps(1.0f), length);
-  const auto kept = [&](__m256 axis, float otherwise) {
-    return _mm256_blendv_ps(_mm256_set1_ps(otherwise), _mm256_mul_ps(axis, inverse), some);
-  };
-  return {kept(v.x, 0.0f), kept(v.y, 1.0f), kept(v.z, 0.0f)};
+void store_block(glm::vec3* out, std::uint16_t first, const Triple& v) {
+  store_in_a_row(&out[first].x, v);
+}
+[[gnu::always_inline]] inline void store_block(glm::vec3* out,
+                                               const std::array<std::uint16_t, kLanes>& vertex,
+                                               const Triple& v) {
+  store_scattered(out, vertex, v);
 }
 
-/// One block: the blend of its joints' matrices, eight vertices wide, then points and normals.
+/// Unit length; +Y where there is none. The same steps as unit_or_up(). All blocks side by side,
+/// for each of the two long operations waits for the one before it.
+template <std::size_t kBlocks>
+[[gnu::always_inline]] inline void make_unit_or_up(Triple (&v)[kBlocks]) {
+  __m256 length[kBlocks], inverse[kBlocks];
+  for (std::size_t b = 0; b < kBlocks; ++b)
+    length[b] = _mm256_sqrt_ps(_mm256_fmadd_ps(
+        v[b].x, v[b].x, _mm256_fmadd_ps(v[b].y, v[b].y, _mm256_mul_ps(v[b].z, v[b].z))));
+  for (std::size_t b = 0; b < kBlocks; ++b)
+    inverse[b] = _mm256_div_ps(_mm256_set1_ps(1.0f), length[b]);
+  for (std::size_t b = 0; b < kBlocks; ++b) {
+    const __m256 some = _mm256_cmp_ps(length[b], _mm256_setzero_ps(), _CMP_GT_OQ);
+    v[b].x = _mm256_and_ps(_mm256_mul_ps(v[b].x, inverse[b]), some);
+    v[b].y = _mm256_blendv_ps(_mm256_set1_ps(1.0f), _mm256_mul_ps(v[b].y, inverse[b]), some);
+    v[b].z = _mm256_and_ps(_mm256_mul_ps(v[b].z, inverse[b]), some);
+  }
+}
+
+/// The elements of a run's matrices, each eight times over: the products take them from memory as
+/// they are, without an instruction of their own.
 template <int kJoints, bool kUneven>
-void skin_block_of(const JointMatrix* const* joint, const float* data, Triple& position,
-                   Triple& normal) {
+class SpreadMatrices {
+ public:
+  explicit SpreadMatrices(const JointMatrix* const* joint) {
+    for (int r = 0; r < 3; ++r)
+      for (int k = 0; k < kJoints; ++k) {
+        for (int c = 0; c < 4; ++c) point_[r][c][k] = _mm256_set1_ps(joint[k]->point[c][r]);
+        if constexpr (kUneven)
+          for (int c = 0; c < 3; ++c) normal_[r][c][k] = _mm256_set1_ps(joint[k]->normal[c][r]);
+      }
+  }
+  __m256 point(int r, int c, int k) const { return point_[r][c][k]; }
+  __m256 normal(int r, int c, int k) const { return normal_[r][c][k]; }
+
+ private:
+  __m256 point_[3][4][kJoints];
+  __m256 normal_[kUneven ? 3 : 1][3][kJoints];
+};
+
+/// The same for a single block: read where they lie.
+struct JointElements {
+  const JointMatrix* const* joint;
+  __m256 point(int r, int c, int k) const { return _mm256_broadcast_ss(&joint[k]->point[c][r]); }
+  __m256 normal(int r, int c, int k) const { return _mm256_broadcast_ss(&joint[k]->normal[c][r]); }
+};
+
+/// One block: the blend of its joints' matrices, eight vertices wide, then points and normals. The
+/// normals are left as long as they come out.
+template <int kJoints, bool kUneven, class Matrices>
+[[gnu::always_inline]] inline void blend_block(const Matrices& matrices, const float* data,
+                                               Triple& position, Triple& normal) {
   const auto lane = [&](int k) {
     return _mm256_loadu_ps(data + kLanes * static_cast<std::size_t>(k));
   };
   __m256 weight[kJoints];
   for (int k = 0; k < kJoints; ++k) weight[k] = lane(6 + k);
-  const auto blended = [&](auto element) {
-    __m256 sum = _mm256_mul_ps(weight[0], _mm256_broadcast_ss(element(*joint[0])));
+  const auto point_column = [&](int r, int c) {
+    __m256 sum = _mm256_mul_ps(weight[0], matrices.point(r, c, 0));
     for (int k = 1; k < kJoints; ++k)
-      sum = _mm256_fmadd_ps(weight[k], _mm256_broadcast_ss(element(*joint[k])), sum);
+      sum = _mm256_fmadd_ps(weight[k], matrices.point(r, c, k), sum);
     return sum;
   };
-  const __m256 x = lane(0), y = lane(1), z = lane(2);
-  const __m256 nx = lane(3), ny = lane(4), nz = lane(5);
+  const auto normal_column = [&](int r, int c) {
+    __m256 sum = _mm256_mul_ps(weight[0], matrices.normal(r, c, 0));
+    for (int k = 1; k < kJoints; ++k)
+      sum = _mm256_fmadd_ps(weight[k], matrices.normal(r, c, k), sum);
+    return sum;
+  };
   __m256 point[3], turned[3];
   for (int r = 0; r < 3; ++r) {
-    __m256 column[4];
-    for (int c = 0; c < 4; ++c)
-      column[c] = blended([&](const JointMatrix& j) { return &j.point[c][r]; });
-    point[r] = _mm256_fmadd_ps(
-        column[0], x, _mm256_fmadd_ps(column[1], y, _mm256_fmadd_ps(column[2], z, column[3])));
-    if constexpr (kUneven)
-      for (int c = 0; c < 3; ++c)
-        column[c] = blended([&](const JointMatrix& j) { return &j.normal[c][r]; });
-    turned[r] = _mm256_fmadd_ps(column[0], nx,
-                                _mm256_fmadd_ps(column[1], ny, _mm256_mul_ps(column[2], nz)));
+    point[r] = point_column(r, 3);
+    for (int c = 2; c >= 0; --c) {
+      const __m256 column = point_column(r, c);
+      point[r] = _mm256_fmadd_ps(column, lane(c), point[r]);
+      __m256 turn = column;
+      if constexpr (kUneven) turn = normal_column(r, c);
+      turned[r] =
+          c == 2 ? _mm256_mul_ps(turn, lane(5)) : _mm256_fmadd_ps(turn, lane(3 + c), turned[r]);
+    }
   }
   position = {point[0], point[1], point[2]};
-  normal = unit_or_up({turned[0], turned[1], turned[2]});
+  normal = {turned[0], turned[1], turned[2]};
 }
 
-template <bool kUneven>
-void skin_block(int joints, const JointMatrix* const* joint, const float* data, Triple& position,
-                Triple& normal) {
-  switch (joints) {
-    case 1:
-      return skin_block_of<1, kUneven>(joint, data, position, normal);
-    case 2:
-      return skin_block_of<2, kUneven>(joint, data, position, normal);
-    case 3:
-      return skin_block_of<3, kUneven>(joint, data, position, normal);
-    default:
-      return skin_block_of<4, kUneven>(joint, data, position, normal);
+/// `count` blocks behind each other, two at a time; returns where their data ends. `where` has what
+/// store_block() needs of each.
+template <int kJoints, bool kUneven, class Where>
+[[gnu::always_inline]] inline const float* skin_blocks(
+    const SpreadMatrices<kJoints, kUneven>& matrices, const Where* where, std::size_t count,
+    const float* data, glm::vec3* position, glm::vec3* normal) {
+  constexpr std::size_t kFloats = kLanes * (6 + kJoints);
+  std::size_t b = 0;
+  for (; b + 2 <= count; b += 2, data += 2 * kFloats) {
+    const auto ahead = reinterpret_cast<std::uintptr_t>(data) + kAhead;  // may lie past the end
+    for (std::size_t i = 0; i < 2 * kFloats * sizeof(float); i += 64)
+      _mm_prefetch(reinterpret_cast<const char*>(ahead + i), _MM_HINT_T0);
+    Triple p[2], n[2];
+    blend_block<kJoints, kUneven>(matrices, data, p[0], n[0]);
+    store_block(position, where[b], p[0]);
+    blend_block<kJoints, kUneven>(matrices, data + kFloats, p[1], n[1]);
+    store_block(position, where[b + 1], p[1]);
+    make_unit_or_up(n);
+    store_block(normal, where[b], n[0]);
+    store_block(normal, where[b + 1], n[1]);
   }
+  if (b < count) {
+    Triple p, n[1];
+    blend_block<kJoints, kUneven>(matrices, data, p, n[0]);
+    make_unit_or_up(n);
+    store_block(position, where[b], p);
+    store_block(normal, where[b], n[0]);
+    data += kFloats;
+  }
+  return data;
+}
+
+/// One block of a short run.
+template <int kJoints, bool kUneven, class Where>
+[[gnu::always_inline]] inline void skin_block(const JointMatrix* const* joint, const Where& where,
+                                              const float* data, glm::vec3* position,
+                                              glm::vec3* normal) {
+  Triple p, n[1];
+  blend_block<kJoints, kUneven>(JointElements{joint}, data, p, n[0]);
+  make_unit_or_up(n);
+  store_block(position, where, p);
+  store_block(normal, where, n[0]);
 }
 
 void store_vec3(glm::vec3& to, __m128 v) {
@@ -230,15 +316,21 @@ void skin_single(const JointMatrices& joints, const std::uint16_t* joint, const 
 SkinningPlan::SkinningPlan(const Character& character)
     : vertex_count_(character.vertex_count()),
       node_count_(character.nodes.size()),
+      tile_(std::clamp(vertex_count_ / kTiles, kLeastTile, kMostTile)),
       joints_(character.joints) {
-  for (std::size_t v = 0; v < vertex_count_; v += kTile)
+  for (std::size_t v = 0; v < vertex_count_; v += tile_)
     add_tile(character, static_cast<std::uint32_t>(v),
-             static_cast<std::uint32_t>(std::min(v + kTile, vertex_count_)));
-  tiles_.push_back({blocks_.size(), data_.size(), singles_.size(), others_.size()});
+             static_cast<std::uint32_t>(std::min(v + tile_, vertex_count_)));
+  begin_tile();
+}
+
+void SkinningPlan::begin_tile() {
+  tiles_.push_back({runs_.size(), rows_.size(), scattered_.size(), data_.size(), singles_.size(),
+                    others_.size()});
 }
 
 void SkinningPlan::add_tile(const Character& character, std::uint32_t first, std::uint32_t last) {
-  tiles_.push_back({blocks_.size(), data_.size(), singles_.size(), others_.size()});
+  begin_tile();
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed;
   for (std::uint32_t v = first; v < last; ++v) {
     if (const auto key = joint_key(character.influences[v]))
@@ -260,10 +352,12 @@ void SkinningPlan::add_tile(const Character& character, std::uint32_t first, std
     else
       for (const std::uint32_t v : lanes) add_single(character, first, v);
   }
-  // Alike ones behind each other: no processor guesses well what changes from block to block.
+  // Runs of as many joints behind each other: no processor guesses well what changes from one to
+  // the next.
   const auto kind = [&](const std::vector<std::uint32_t>& lanes) {
     std::array<std::uint16_t, kBlockJoints> joint{};
-    return std::pair(joints_of(character.influences[lanes[0]], joint), is_in_a_row(lanes));
+    const std::uint8_t count = joints_of(character.influences[lanes[0]], joint);
+    return std::tuple(count, joint, !is_in_a_row(lanes));
   };
   std::stable_sort(blocks.begin(), blocks.end(),
                    [&](const auto& a, const auto& b) { return kind(a) < kind(b); });
@@ -286,23 +380,52 @@ void SkinningPlan::add_single(const Character& character, std::uint32_t first,
 
 void SkinningPlan::add_block(const Character& character, std::uint32_t first,
                              std::span<const std::uint32_t> vertices) {
-  Block block;
-  block.lane_count = static_cast<std::uint8_t>(vertices.size());
+  Run run;
+  run.joint_count = joints_of(character.influences[vertices[0]], run.joint);
+  if (runs_.size() == tiles_.back().run || runs_.back().joint != run.joint ||
+      runs_.back().joint_count != run.joint_count)
+    runs_.push_back(run);
   std::array<std::uint32_t, kLanes> vertex{};
-  for (std::size_t k = 0; k < kLanes; ++k) {
-    vertex[k] = vertices[std::min(k, vertices.size() - 1)];
-    block.lane[k] = static_cast<std::uint16_t>(vertex[k] - first);
+  for (std::size_t k = 0; k < kLanes; ++k) vertex[k] = vertices[std::min(k, vertices.size() - 1)];
+  if (is_in_a_row(vertices)) {
+    ++runs_.back().rows;
+    rows_.push_back(static_cast<std::uint16_t>(vertex[0] - first));
+  } else {
+    ++runs_.back().scattered;
+    Lanes& lanes = scattered_.emplace_back();
+    for (std::size_t k = 0; k < kLanes; ++k)
+      lanes[k] = static_cast<std::uint16_t>(vertex[k] - first);
   }
-  block.in_a_row = is_in_a_row(vertices);
-  block.joint_count = joints_of(character.influences[vertices[0]], block.joint);
+  padded_ += kLanes - vertices.size();
   for (int axis = 0; axis < 3; ++axis)
     for (const std::uint32_t v : vertex) data_.push_back(character.bind_position[v][axis]);
   for (int axis = 0; axis < 3; ++axis)
     for (const std::uint32_t v : vertex) data_.push_back(character.bind_normal[v][axis]);
-  for (std::size_t k = 0; k < block.joint_count; ++k)
+  for (std::size_t k = 0; k < run.joint_count; ++k)
     for (const std::uint32_t v : vertex)
-      data_.push_back(weight_of(character.influences[v], block.joint[k]));
-  blocks_.push_back(block);
+      data_.push_back(weight_of(character.influences[v], run.joint[k]));
+}
+
+/// One run; returns where its data ends. A function for itself, so that the matrices stay where
+/// they are spread out.
+template <int kJoints, bool kUneven>
+[[gnu::noinline]] const float* SkinningPlan::skin_run(const JointMatrices& joints, const Run& run,
+                                                      const std::uint16_t* row,
+                                                      const Lanes* scattered, const float* data,
+                                                      glm::vec3* position,
+                                                      glm::vec3* normal) const {
+  const JointMatrix* joint[kJoints];
+  for (std::size_t k = 0; k < kJoints; ++k) joint[k] = &joints.joint[run.joint[k]];
+  if (std::size_t{run.rows} + run.scattered >= kLongRun) {
+    const SpreadMatrices<kJoints, kUneven> matrices(joint);
+    data = skin_blocks(matrices, row, run.rows, data, position, normal);
+    return skin_blocks(matrices, scattered, run.scattered, data, position, normal);
+  }
+  for (std::size_t b = 0; b < run.rows; ++b, data += kLanes * (6 + kJoints))
+    skin_block<kJoints, kUneven>(joint, row[b], data, position, normal);
+  for (std::size_t b = 0; b < run.scattered; ++b, data += kLanes * (6 + kJoints))
+    skin_block<kJoints, kUneven>(joint, scattered[b], data, position, normal);
+  return data;
 }
 
 /// One tile into arrays of its own, counted from its first vertex.
@@ -311,20 +434,28 @@ void SkinningPlan::skin_tile(const JointMatrices& joints, std::size_t tile, glm:
                              glm::vec3* normal) const {
   const Tile &from = tiles_[tile], &to = tiles_[tile + 1];
   const float* data = data_.data() + from.data;
-  for (std::size_t b = from.block; b != to.block; ++b) {
-    const Block& block = blocks_[b];
-    const JointMatrix* joint[kBlockJoints];
-    for (std::size_t k = 0; k < kBlockJoints; ++k) joint[k] = &joints.joint[block.joint[k]];
-    Triple p, n;
-    skin_block<kUneven>(block.joint_count, joint, data, p, n);
-    data += kLanes * (6 + std::size_t{block.joint_count});
-    if (block.in_a_row) {
-      store_in_a_row(&position[block.lane[0]].x, p);
-      store_in_a_row(&normal[block.lane[0]].x, n);
-    } else {
-      store_scattered(position, block.lane, p);
-      store_scattered(normal, block.lane, n);
+  const std::uint16_t* row = rows_.data() + from.row;
+  const Lanes* scattered = scattered_.data() + from.scattered;
+  for (std::size_t r = from.run; r != to.run; ++r) {
+    const Run& run = runs_[r];
+    const auto skinned = [&]<int kJoints>() {
+      return skin_run<kJoints, kUneven>(joints, run, row, scattered, data, position, normal);
+    };
+    switch (run.joint_count) {
+      case 1:
+        data = skinned.template operator()<1>();
+        break;
+      case 2:
+        data = skinned.template operator()<2>();
+        break;
+      case 3:
+        data = skinned.template operator()<3>();
+        break;
+      default:
+        data = skinned.template operator()<4>();
     }
+    row += run.rows;
+    scattered += run.scattered;
   }
   for (std::size_t k = from.single; k != to.single; ++k) {
     const Single& single = singles_[k];
@@ -344,23 +475,20 @@ void SkinningPlan::skin(const std::vector<glm::dmat4>& world_from_node, PosedMes
   const JointMatrices joints = joint_matrices(joints_, world_from_node);
   out.position.resize(vertex_count_);
   out.normal.resize(vertex_count_);
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, tiles_.size() - 1, kTileGrain), [&](const auto& range) {
-        for (std::size_t t = range.begin(); t != range.end(); ++t) {
-          glm::vec3 *position = &out.position[t * kTile], *normal = &out.normal[t * kTile];
-          if (joints.uneven)
-            skin_tile<true>(joints, t, position, normal);
-          else
-            skin_tile<false>(joints, t, position, normal);
-        }
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles_.size() - 1), [&](const auto& range) {
+    for (std::size_t t = range.begin(); t != range.end(); ++t) {
+      glm::vec3 *position = &out.position[t * tile_], *normal = &out.normal[t * tile_];
+      if (joints.uneven)
+        skin_tile<true>(joints, t, position, normal);
+      else
+        skin_tile<false>(joints, t, position, normal);
+    }
+  });
 }
 
 double SkinningPlan::padded_share() const {
-  std::size_t padded = 0;
-  for (const Block& block : blocks_) padded += kLanes - block.lane_count;
   return vertex_count_ == 0 ? 0.0
-                            : static_cast<double>(padded) / static_cast<double>(vertex_count_);
+                            : static_cast<double>(padded_) / static_cast<double>(vertex_count_);
 }
 
 double SkinningPlan::single_share() const {

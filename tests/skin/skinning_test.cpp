@@ -108,6 +108,27 @@ TEST_P(WithInfluences, APlanGivesTheSameBits) {
   }
 }
 
+// As many joints as influences: every vertex has the same set, so the blocks stand in rows, in one
+// run a tile; 40 011 vertices make tiles of more than the least size, the last one and its last
+// block partly filled.
+TEST_P(WithInfluences, APlanGivesTheSameBitsWhereNeighboursShareTheirJoints) {
+  for (const std::size_t vertices : {8u, 16u, 24u, 33u, 1024u, 40011u}) {
+    Character character = random_character(vertices, GetParam(), GetParam(), 26);
+    for (std::size_t v = 0; v < vertices; v += 5) character.bind_normal[v] = glm::vec3(0.0f);
+    const SkinningPlan plan(character);
+    PosedMesh posed;
+    for (const bool uneven : {false, true}) {
+      auto world = random_motions(character.nodes.size(), 27);
+      if (uneven) world[0] = glm::scale(world[0], glm::dvec3(1.0, 2.0, 0.5));
+      plan.skin(world, posed);
+      const PosedMesh plain = skin(character, world);
+      EXPECT_EQ(posed.position, plain.position) << vertices;
+      EXPECT_EQ(posed.normal, plain.normal) << vertices;
+      EXPECT_EQ(posed.normal[0], glm::vec3(0.0f, 1.0f, 0.0f));
+    }
+  }
+}
+
 TEST(SkinningPlan, WastesLittleWhereManyVerticesShareTheirJoints) {
   const Character character = random_character(8000, 10, 4, 23);
   const SkinningPlan plan(character);
