@@ -113,7 +113,7 @@ class Tailor {
   std::vector<int> free_part(const std::vector<int>& chain) const {
     std::vector<int> out = distinct(chain);
     while (out.size() > 2 && aside(out[0]) < 0.5 * aside(out[1]) &&
-           glm::distance(at(out[0]), at(out[1])) < 0.28 * BodyCurve(places(out)).length()) {
+           glm::distance(at(out[0]), at(out[1])) < 0.36 * BodyCurve(places(out)).length()) {
       out.erase(out.begin());
     }
     // Up to the ankle: a foot that turns off is an extremity.
@@ -141,17 +141,35 @@ class Tailor {
     driven.resize(anatomy_.chest_index + 1);
     driven = distinct(driven);
     if (driven.size() < 2) throw CharacterError(in_.file_name + ": the spine has no length");
-    back_ = BodyCurve(places(driven)).length();
+    back_ = std::max(BodyCurve(places(driven)).length(), arc_at_shoulders());
     upright_ = std::abs(glm::normalize(at(driven.back()) - at(driven[0])).y) > 0.6;
     const double shoulders = aside(anatomy_.left_arm, anatomy_.right_arm);
     const double hips = aside(anatomy_.left_leg, anatomy_.right_leg);
     // A human's shoulder joints stand 0.178 aside around ribs of 0.150, the hip joints 0.092 around
     // a pelvis of 0.160; limbless bodies are as thick as a snake, a fifth of the back at most.
-    const double limbless = std::min(0.2 * back_, 0.045);
+    double whole = BodyCurve(places(spine_)).length();
+    if (anatomy_.tail.size() > 1) whole += BodyCurve(places(distinct(anatomy_.tail))).length();
+    const double limbless = std::min(0.2 * back_, std::max(0.045, whole / 45.0));
     const auto within = [&](double w) { return std::clamp(w, 0.15 * back_, 0.42 * back_); };
-    ribs_ = shoulders > 0.0 ? within(0.85 * shoulders) : hips > 0.0 ? within(1.5 * hips) : limbless;
+    // Collar bones of two joints make shoulders seem narrow: no less than the hips suggest.
+    const double least = upright_ ? 1.4 * hips : 0.0;
+    ribs_ = shoulders > 0.0 ? within(std::max(0.85 * shoulders, least))
+            : hips > 0.0    ? within(1.5 * hips)
+                            : limbless;
     pelvis_ = hips > 0.0 ? within(1.7 * hips) : shoulders > 0.0 ? 0.9 * ribs_ : limbless;
     limbless_ = shoulders == 0.0 && hips == 0.0;
+    hips_ = hips;
+    front_ = front_of_a_fish();
+  }
+
+  /// How far up the spine the arms start: some skeletons end the chest well below (a neck joint
+  /// without length between them). 0 without arms, or where they do not start beside an upright
+  /// spine.
+  double arc_at_shoulders() const {
+    const std::vector<int> a = free_part(anatomy_.left_arm), b = free_part(anatomy_.right_arm);
+    if (a.empty() || b.empty()) return 0.0;
+    const glm::dvec3 middle = 0.5 * (at(a[0]) + at(b[0]));
+    return std::max(0.0, BodyCurve(places(spine_)).nearest(middle).arc);
   }
 
   /// A direction to measure a loft's depth in: the one that its axis stays furthest from.
@@ -240,6 +258,41 @@ class Tailor {
     return {};
   }
 
+  /// How far the hip joints lie below the spine's first joint.
+  double drop_to_hips() const {
+    const std::vector<int> a = free_part(anatomy_.left_leg), b = free_part(anatomy_.right_leg);
+    if (a.empty() || b.empty()) return 0.0;
+    return std::max(0.0, at(spine_[0]).y - 0.5 * (at(a[0]).y + at(b[0]).y));
+  }
+
+  /// Of a body without limbs: its spine from where the tail comes nearest. A root joint apart from
+  /// both is inside neither.
+  std::vector<int> limbless_trunk() const {
+    if (anatomy_.tail.empty()) return spine_;
+    const auto to_tail = [&](int node) { return glm::distance(at(node), at(anatomy_.tail[0])); };
+    const auto nearest = std::min_element(spine_.begin(), spine_.end() - 1,
+                                          [&](int a, int b) { return to_tail(a) < to_tail(b); });
+    return {nearest, spine_.end()};
+  }
+
+  /// Runs the axis of a fish's front on to the tip of its snout, which is no joint that moves
+  /// anything; its length.
+  double fore_axis(BodySolid& fore) const {
+    const int head = front_.back();
+    const glm::dvec3 out = at(head) - at(front_[0]);
+    int tip = -1;
+    for (std::size_t i = 0; i < in_.nodes.size(); ++i)
+      if (in_.nodes[i].parent == head && glm::dot(at(static_cast<int>(i)) - at(head), out) > 0.0)
+        tip = static_cast<int>(i);
+    // Without one, as far as the body is thick.
+    const glm::dvec3 end = tip >= 0 && glm::distance(at(tip), at(head)) > 0.5 * pelvis_
+                               ? at(tip)
+                               : at(head) + 1.2 * pelvis_ * glm::normalize(out);
+    fore.axis = {at(front_[0]), end};
+    fore.front = depth_direction(BodyCurve(fore.axis));
+    return BodyCurve(fore.axis).length();
+  }
+
   void trunk() {
     BodySolid part = loft(spine_, 0.08 * back_);
     const double whole = BodyCurve(part.axis).length(), neck = whole - back_;
@@ -247,24 +300,35 @@ class Tailor {
     neck_ = 0.36 * ribs_;
     if (limbless_) {
       const double r = ribs_;
-      part.sections = {round_section(0.0, 0.7 * r), round_section(0.3 * whole, r),
-                       round_section(0.8 * whole, 0.8 * r), round_section(whole, 0.55 * r)};
-      neck_ = 0.55 * r;
-    } else if (const std::vector<int> front = front_of_a_fish(); !front.empty()) {
-      part.sections = {round_section(0.0, pelvis_), round_section(0.3 * whole, 0.75 * pelvis_),
-                       round_section(0.7 * whole, 0.35 * pelvis_),
-                       round_section(whole, 0.12 * pelvis_)};
-      BodySolid fore = loft(front, 0.08 * back_);
-      const double length = BodyCurve(fore.axis).length();
-      fore.sections = {round_section(0.0, pelvis_), round_section(0.5 * length, ribs_),
-                       round_section(length, 0.85 * ribs_)};
-      fore.cap = {0.8 * pelvis_, 0.6 * ribs_};
-      body_.groups.push_back({"fore", 0.5 * pelvis_, {fore}});
-      neck_ = 0.6 * ribs_;
+      part = loft(limbless_trunk(), 0.08 * back_);
+      body_.core = part.joints[0];
+      const double length = BodyCurve(part.axis).length();
+      part.sections = {round_section(0.0, anatomy_.tail.empty() ? 0.6 * r : r),
+                       round_section(0.6 * length, r), round_section(length, 0.75 * r)};
+      neck_ = 0.75 * r;
+    } else if (!front_.empty()) {
+      // A body that is higher than wide, thin before the fin that ends it, which stands upright.
+      const double p = pelvis_;
+      const auto fish = [&](double at, double width, double up, double down) {
+        return section(at * whole, width * p, up * p, down * p);
+      };
+      part.sections = {fish(0.0, 0.80, 0.97, 0.92), fish(0.3, 0.65, 0.8, 0.75),
+                       fish(0.68, 0.24, 0.3, 0.28), fish(0.86, 0.10, 0.14, 0.12),
+                       fish(0.95, 0.10, 0.5, 0.36), fish(1.0, 0.08, 0.8, 0.6)};
+      part.cap = {0.4 * p, 0.15 * p};
+      BodySolid fore = loft(front_, 0.08 * back_);
+      const double length = fore_axis(fore);
+      fore.sections = {section(0.0, 0.82 * p, p, 0.95 * p),
+                       section(0.45 * length, 0.75 * p, 0.8 * p, 0.8 * p),
+                       section(length, 0.22 * p, 0.18 * p, 0.2 * p)};
+      fore.cap = {0.4 * p, 0.2 * p};
+      body_.groups.push_back({"fore", 0.3 * p, {fore}});
+      neck_ = 0.2 * p;
     } else {
       const double up = upright_ ? 0.62 : 0.55, down = upright_ ? 0.62 : 1.2;
       const double b = back_;
-      part.sections = {section(-0.10 * b, 0.80 * pelvis_, up * 0.8 * pelvis_, down * 0.8 * pelvis_),
+      const double low = upright_ ? std::max(0.10 * b, 0.35 * drop_to_hips()) : 0.10 * b;
+      part.sections = {section(-low, 0.80 * pelvis_, up * 0.8 * pelvis_, down * 0.8 * pelvis_),
                        section(0.06 * b, pelvis_, up * pelvis_, down * pelvis_),
                        section(0.38 * b, waist, up * waist, down * waist),
                        section(0.70 * b, ribs_, up * 1.1 * ribs_, down * 1.1 * ribs_)};
@@ -280,20 +344,23 @@ class Tailor {
         part.sections.push_back(section(whole, 0.6 * ribs_, 0.6 * ribs_, 0.55 * ribs_));
       }
     }
-    part.cap = {0.8 * part.sections.front().outer, 0.8 * part.sections.back().outer};
+    if (part.cap == glm::dvec2(0.0))
+      part.cap = {0.8 * part.sections.front().outer, 0.8 * part.sections.back().outer};
     body_.groups.push_back({"trunk", 0.0, {part}});
   }
 
   void tail() {
-    std::vector<int> chain{anatomy_.spine[0]};
+    std::vector<int> chain{limbless_ ? limbless_trunk()[0] : anatomy_.spine[0]};
     chain.insert(chain.end(), anatomy_.tail.begin(), anatomy_.tail.end());
     chain = distinct(chain);
     if (anatomy_.tail.empty() || chain.size() < 2) return;
     BodySolid part = loft(chain, 0.06 * back_);
     const double length = BodyCurve(part.axis).length();
-    const double root = std::min(0.5 * pelvis_, 0.25 * length);
-    part.sections = {round_section(0.0, root), round_section(0.25 * length, 0.7 * root),
-                     round_section(0.6 * length, 0.35 * root),
+    // A snake's goes on from its body.
+    const double root = limbless_ ? ribs_ : std::min(0.5 * pelvis_, 0.25 * length);
+    part.sections = {round_section(0.0, root),
+                     round_section(0.25 * length, (limbless_ ? 0.9 : 0.7) * root),
+                     round_section(0.6 * length, (limbless_ ? 0.65 : 0.35) * root),
                      round_section(length, std::max(0.12 * root, 0.008))};
     part.cap = {root, 0.02};
     body_.groups.push_back({"tail", 0.5 * root, {part}});
@@ -307,11 +374,29 @@ class Tailor {
     BodyGroup group;
     group.name = name;
     BodySolid part = loft(free, 0.0);
+    const int end_node = end_of_last_bone(free);
+    if (end_node >= 0) {
+      std::vector<int> longer = free;
+      longer.push_back(end_node);
+      part.axis = loft(longer, 0.0).axis;
+    }
     const double length = BodyCurve(part.axis).length();
-    // Short limbs on a big body (fins, wings of a bird) are no thicker than they are long.
-    const double thick = length;
+    // Thighs leave room for each other.
+    const bool leg = &chain == &anatomy_.left_leg || &chain == &anatomy_.right_leg;
+    const double thick =
+        leg && hips_ > 0.0 && upright_ ? std::min(length, 0.85 * hips_ / girth[0].radius) : length;
     for (const Girth& g : girth) {
-      part.sections.push_back(round_section(g.at * length, std::max(g.radius * thick, 0.009)));
+      if (front_.empty()) {
+        part.sections.push_back(round_section(g.at * length, std::max(g.radius * thick, 0.009)));
+      } else {  // a fin: as wide as it is long for a third, and flat
+        const double wide = std::max(2.2 * g.radius * length, 0.012);
+        part.sections.push_back(section(g.at * length, wide, 0.3 * wide, 0.3 * wide));
+      }
+    }
+    if (!front_.empty()) {
+      const glm::dvec3 out = part.axis.back() - part.axis.front();
+      const glm::dvec3 along = at(front_.back()) - at(spine_.back());
+      part.front = glm::normalize(glm::cross(out, along));
     }
     const double root = part.sections.front().outer, end = part.sections.back().outer;
     part.cap = {root, end};
@@ -330,8 +415,24 @@ class Tailor {
     for (std::size_t i = 0; i + 1 < all.size() && all[i] != free[0]; ++i) {
       group.parts.push_back(bone(all[i], all[i + 1], 0.75 * root, root, 0.6 * root));
     }
-    extremity(free.back(), end, length, group);
+    if (end_node < 0) extremity(free.back(), end, length, group);
     body_.groups.push_back(std::move(group));
+  }
+
+  /// The node that marks where a limb's last bone ends, where that is no finger or toe but half a
+  /// limb on: the only node below the last joint. -1 without one.
+  int end_of_last_bone(const std::vector<int>& chain) const {
+    int only = -1;
+    for (std::size_t i = 0; i < in_.nodes.size(); ++i) {
+      if (in_.nodes[i].parent == only && only >= 0) return -1;
+      if (in_.nodes[i].parent != chain.back()) continue;
+      if (only >= 0) return -1;
+      only = static_cast<int>(i);
+    }
+    if (only < 0) return -1;
+    const double bone = glm::distance(at(chain.back()), at(only));
+    const double whole = BodyCurve(places(chain)).length();
+    return bone > 0.3 * whole && bone < whole ? only : -1;
   }
 
   int nearest_spine_joint(int node) const {
@@ -390,10 +491,14 @@ class Tailor {
 
   void head() {
     const int node = anatomy_.head >= 0 ? anatomy_.head : spine_.back();
-    const double size = limbless_ ? 1.5 * neck_ : std::max(0.75 * ribs_, 1.3 * neck_);
+    if (!front_.empty()) return;  // a fish's is the end of its body
+    const double size = limbless_ ? ribs_ : std::max(0.75 * ribs_, 1.3 * neck_);
     BodySolid part;
     part.shape = BodySolid::Shape::ellipsoid;
-    if (upright_) {
+    if (limbless_) {  // flat and long, wider than the neck behind it
+      part.radii = size * glm::dvec3(1.15, 0.75, 1.7);
+      part.center = at(node) + size * glm::dvec3(0.0, 0.1, 0.8);
+    } else if (upright_) {
       part.radii = size * glm::dvec3(0.66, 1.0, 0.85);
       part.center = at(node) + size * glm::dvec3(0.0, 0.7, 0.12);
     } else {
@@ -409,7 +514,8 @@ class Tailor {
   const Anatomy& anatomy_;
   BodyDescription body_;
   std::vector<int> spine_;
-  double back_ = 0.0, ribs_ = 0.0, pelvis_ = 0.0, neck_ = 0.0;
+  std::vector<int> front_;  // of a fish, from the hips to its head
+  double back_ = 0.0, ribs_ = 0.0, pelvis_ = 0.0, neck_ = 0.0, hips_ = 0.0;
   bool upright_ = true, limbless_ = false;
 };
 

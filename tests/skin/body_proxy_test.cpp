@@ -148,7 +148,7 @@ std::pair<Character, Anatomy> fish() {
   return {out, anatomy};
 }
 
-TEST(BodyProxy, OfAFishTapersToItsTailAndReachesToItsHead) {
+TEST(BodyProxy, OfAFishTapersToAnUprightFinAndReachesBeyondItsHead) {
   const auto [skeleton, anatomy] = fish();
   const BodyDescription body = describe_body(skeleton, anatomy);
   const auto group = [&](const std::string& name) {
@@ -159,12 +159,61 @@ TEST(BodyProxy, OfAFishTapersToItsTailAndReachesToItsHead) {
   const BodySolid* trunk = group("trunk");
   ASSERT_NE(trunk, nullptr);
   for (std::size_t k = 1; k < trunk->sections.size(); ++k)
-    EXPECT_LT(trunk->sections[k].outer, trunk->sections[k - 1].outer) << k;
-  EXPECT_LT(trunk->sections.back().outer, 0.2 * trunk->sections.front().outer);
+    EXPECT_LE(trunk->sections[k].outer, trunk->sections[k - 1].outer) << k;
+  const BodySection &first = trunk->sections.front(), &last = trunk->sections.back();
+  EXPECT_GT(first.front, first.outer);
+  EXPECT_LT(last.outer, 0.2 * first.outer);
+  EXPECT_GT(last.front, 3.0 * trunk->sections[trunk->sections.size() - 3].front);
   const BodySolid* fore = group("fore");
   ASSERT_NE(fore, nullptr);
   EXPECT_EQ(fore->joints.back(), anatomy.head);
-  EXPECT_GT(fore->sections.back().outer, 4.0 * trunk->sections.back().outer);
+  const auto head = body.joints[static_cast<std::size_t>(anatomy.head)].at;
+  EXPECT_GT(fore->axis.back().z, head.z + 0.2);
+  const BodySolid* fin = group("left arm");
+  ASSERT_NE(fin, nullptr);
+  EXPECT_LT(fin->sections[0].front, 0.5 * fin->sections[0].outer);  // flat
+}
+
+// The chest of a captured skeleton can end well below the shoulders.
+TEST(BodyProxy, ReachesUpToTheShoulders) {
+  Character figure = stick_figure(4);
+  Anatomy anatomy = find_anatomy(figure);
+  const auto top = [&] {
+    double highest = 0.0;  // of the trunk's sections as thick as half its thickest
+    for (const BodyGroup& group : describe_body(figure, anatomy).groups)
+      if (group.name == "trunk") {
+        double most = 0.0;
+        for (const BodySection& each : group.parts[0].sections) most = std::max(most, each.outer);
+        for (const BodySection& each : group.parts[0].sections)
+          if (each.outer > 0.6 * most) highest = std::max(highest, each.at);
+      }
+    return highest;
+  };
+  const double whole = top();
+  anatomy.chest_index = 2;
+  EXPECT_GT(top(), 0.9 * whole);
+}
+
+TEST(BodyProxy, OfALimbThatEndsInABoneGoesToTheBonesEnd) {
+  Character figure = stick_figure(4);
+  const Anatomy anatomy = find_anatomy(figure);
+  const auto lowest = [&] {
+    double low = 1e9;
+    for (const BodyGroup& group : describe_body(figure, anatomy).groups)
+      if (group.name == "left leg")
+        for (const glm::dvec3& p : group.parts[0].axis) low = std::min(low, p.y);
+    return low;
+  };
+  const double before = lowest();
+  const int last = anatomy.left_leg.back();
+  const glm::dvec3 ankle(figure.nodes[static_cast<std::size_t>(last)].world_from_node[3]);
+  for (const Node& node : figure.nodes) ASSERT_NE(node.parent, last);
+  Node end;
+  end.name = "end";
+  end.parent = last;
+  end.world_from_node[3] = glm::dvec4(ankle - glm::dvec3(0.0, 0.45, 0.0), 1.0);
+  figure.nodes.push_back(end);
+  EXPECT_LT(lowest(), before - 0.3);
 }
 
 TEST(BodyProxy, RefusesASkeletonOfOnePoint) {
