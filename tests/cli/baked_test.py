@@ -238,6 +238,11 @@ class JudgingRealMotion(CommandTest):
                 self.assertEqual(result.returncode, report["exit_code"], result.stderr)
                 jumps = ("BB001", "BB010", "BB020", "BB021")
                 self.assertEqual([f for f in report["findings"] if f["code"] in jumps], [])
+                # What turns over where the legs join is there under an even bend too: not the spine's.
+                for finding in report["findings"]:
+                    if finding["code"] == "BB033":
+                        self.assertEqual((finding["owner"], finding["verdict"]), ("WEIGHTS", "stress"), finding)
+                self.assertIn("BB033", [f["code"] for f in report["findings"]])
                 self.assertEqual(len(report["rigs"][0]["sweeps"][0]["control_deg"]), frames)
                 self.assertEqual("matched by their place" in result.stdout, renamed, result.stdout)
 
