@@ -77,3 +77,29 @@ def tube(names=HUMAN, change=None, vertex=None, rings=9, sides=8, unit=1.0):
     if change:
         change(document)
     return encode(document, binary)
+
+
+def with_strays(data, joint="hand_L", heights=(0.54, 0.57, 0.6)):
+    """A GLB of `backbend body` with one vertex of the belly's middle at each of these shares of its height bound
+    to `joint` alone."""
+    length, = struct.unpack_from("<I", data, 12)
+    document, out = json.loads(data[20:20 + length]), bytearray(data)
+    attributes = document["meshes"][0]["primitives"][0]["attributes"]
+
+    def start(name):
+        accessor = document["accessors"][attributes[name]]
+        view = document["bufferViews"][accessor["bufferView"]]
+        return 28 + length + view.get("byteOffset", 0) + accessor.get("byteOffset", 0), accessor
+
+    (at, points), (joints, kind), (weights, _) = start("POSITION"), start("JOINTS_0"), start("WEIGHTS_0")
+    assert kind["componentType"] == 5121, kind
+    position = [struct.unpack_from("<3f", data, at + 12 * i) for i in range(points["count"])]
+    tall = max(y for _, y, _ in position)
+    bound = [document["nodes"][node]["name"] for node in document["skins"][0]["joints"]].index(joint)
+    for share in heights:
+        # The front is toward +Z; what is far from the middle plane or from this height counts against it.
+        vertex = max(range(len(position)), key=lambda i: position[i][2] - 10 * abs(position[i][0]) -
+                     10 * abs(position[i][1] - share * tall))
+        out[joints + 4 * vertex:joints + 4 * vertex + 4] = bytes([bound, 0, 0, 0])
+        struct.pack_into("<4f", out, weights + 16 * vertex, 1, 0, 0, 0)
+    return bytes(out)
