@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <algorithm>
 
 #include <array>
 #include <cmath>

@@ -1,6 +1,7 @@
 // Motion read from files: glTF animations, backbend.clip/1, MDD and PC2.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <glm/gtc/quaternion.hpp>

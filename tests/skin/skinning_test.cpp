@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
+#include <algorithm>
 
 #include <cmath>
 #include <glm/gtc/constants.hpp>

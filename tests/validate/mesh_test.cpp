@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/validate/tube_fixture.h"
 
 namespace backbend::validate {

@@ -2,6 +2,8 @@
 // repaired twin is clean.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "solver/spine_system.h"
 #include "validate/metrics/chain.h"
 #include "validate/metrics/rig_probe.h"

@@ -1,5 +1,6 @@
 #pragma once
 // A round body on a straight spine, for which every mesh metric has a known answer.
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <vector>
