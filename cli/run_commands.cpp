@@ -203,6 +203,9 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   const RunFolder folder(request.folder);
   const FolderLock lock(request.folder, FolderLock::Kind::exclusive);
   if (request.ledger) {
+    // The folder's own files, and those of ours below it; what else a user keeps there is not
+    // searched.
+    remove_leftovers(request.folder, false);
     for (const char* each : {"findings", "frames", "media", "meshes", "parts", "review"})
       remove_leftovers(request.folder / each);
   }

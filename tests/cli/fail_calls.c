@@ -1,7 +1,8 @@
 /* Preloaded into the program under test: fails one call of one kind on a file below a folder.
  *
- * FAULT_KIND    write fsync close rename open mkdir
- * FAULT_NUMBER  the number that call returns in errno; 0: write half of what was asked
+ * FAULT_KIND    write fsync close rename open mkdir unlink symlink; any: all of them, but opening to read
+ * FAULT_NUMBER  the number that call returns in errno; 0: write half of what was asked; -1: the program is killed
+ *               before the call
  * FAULT_AT      which of these calls fails, from 1; 0: none, and all are counted
  * FAULT_FOLDER  only files below it count
  * FAULT_PROGRAM only in the program of this name
@@ -12,6 +13,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -44,13 +46,16 @@ static int fd_below(int fd) {
 
 /* Whether this call is the one to fail. */
 static int fails(const char *kind) {
-  if (strcmp(setting("FAULT_KIND"), kind) != 0) return 0;
+  const char *wanted = setting("FAULT_KIND");
+  if (strcmp(wanted, kind) != 0 && strcmp(wanted, "any") != 0) return 0;
   const char *program = setting("FAULT_PROGRAM");
   if (*program && strcmp(program, program_invocation_short_name) != 0) return 0;
   pthread_mutex_lock(&lock);
   long number = ++calls;
   pthread_mutex_unlock(&lock);
-  return number == atol(setting("FAULT_AT"));
+  if (number != atol(setting("FAULT_AT"))) return 0;
+  if (atoi(setting("FAULT_NUMBER")) == -1) kill(getpid(), SIGKILL);
+  return 1;
 }
 
 static int error_number(void) { return atoi(setting("FAULT_NUMBER")); }
@@ -116,7 +121,8 @@ int open(const char *path, int flags, ...) {
     mode = va_arg(more, mode_t);
     va_end(more);
   }
-  if (below(path) && fails("open")) {
+  const int reads = (flags & O_ACCMODE) == O_RDONLY && !(flags & O_CREAT);
+  if (below(path) && !(reads && strcmp(setting("FAULT_KIND"), "any") == 0) && fails("open")) {
     errno = error_number();
     return -1;
   }
@@ -124,3 +130,27 @@ int open(const char *path, int flags, ...) {
 }
 
 int open64(const char *path, int flags, ...) __attribute__((alias("open")));
+
+int unlink(const char *path) {
+  if (below(path) && fails("unlink")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(unlink)(path);
+}
+
+int remove(const char *path) {
+  if (below(path) && fails("unlink")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(remove)(path);
+}
+
+int symlink(const char *target, const char *path) {
+  if (below(path) && fails("symlink")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(symlink)(target, path);
+}

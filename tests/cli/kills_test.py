@@ -1,5 +1,6 @@
-"""kill -9 at random instants: every file is whole or absent, and the run that takes up what is left ends with
-the bytes of one that nobody stopped. BACKBEND_KILLS says how many [5]; docs/batteries.md has the last long run."""
+"""kill -9 at random instants, and at every call that changes a file: every file is whole or absent, and the run
+that takes up what is left ends with the bytes of one that nobody stopped. BACKBEND_KILLS says how many at random
+[5], BACKBEND_KILL_STEP at which of the calls [every 25th]; docs/batteries.md has the last long runs."""
 
 import os
 import pathlib
@@ -12,10 +13,12 @@ import time
 import unittest
 
 import harness
-from harness import run_backbend
+from failing_calls_test import FaultTest
+from harness import contents, run_backbend
 from night import results
 
 KILLS = int(os.environ.get("BACKBEND_KILLS", "5"))
+KILL_STEP = int(os.environ.get("BACKBEND_KILL_STEP", "25"))
 
 SUITE = """[suite]
 name = "short"
@@ -86,3 +89,83 @@ class KilledAtRandom(unittest.TestCase):
                 self.assertEqual(again.returncode, self.code, again.stderr)
                 self.assertEqual(results(out), self.expected)
         self.assertGreater(hit, 0, "no kill came before the end")
+
+
+SMALLEST = """[suite]
+name = "smallest"
+characters = ["human.glb"]
+mappings = ["chest"]
+envelope = "sweep"
+
+[[rig]]
+solver = { system = "curve" }
+
+[[sweep]]
+channel = "extension"
+to = 6
+step = 6
+
+[pictures]
+width = 48
+height = 36
+samples = 1
+turntable_views = 3
+sheet_columns = 2
+"""
+
+
+class KilledAtEveryCall(FaultTest, unittest.TestCase):
+    """The smallest night with pictures. What is on the disk changes only by calls that create, write, flush, close,
+    name or remove: killed at any other system call it is what the next of these finds."""
+
+    @classmethod
+    def setUpClass(cls):
+        super().setUpClass()
+        made = run_backbend(["body", "-o", "human.glb", "--vertices", "1000"], cls.folder)
+        assert made.returncode == 0, made.stderr
+        (cls.folder / "smallest.toml").write_text(SMALLEST)
+        cls.out = cls.folder / "out"
+        done = run_backbend(cls.command(), cls.folder)
+        assert done.returncode in (0, 1, 5), done.stderr
+        cls.code, cls.expected = done.returncode, results(cls.out)
+        assert any(name.endswith(".exr") for name in cls.expected), cls.expected
+        assert any(name.endswith(".mp4") for name in cls.expected), cls.expected
+
+    @classmethod
+    def command(cls):
+        return ["nightly", "smallest.toml", "-o", cls.out, "--quiet"]
+
+    def killed(self, at):
+        return self.failing(self.command(), self.out, "any", -1, at, "backbend")
+
+    def test_what_is_left_is_whole_and_is_taken_up(self):
+        (self.folder / "count").unlink(missing_ok=True)
+        shutil.rmtree(self.out)
+        self.killed(0)
+        calls = int((self.folder / "count").read_text())
+        self.assertGreater(calls, 100, "the shim sees no calls")
+        for at in range(1, calls + 1, KILL_STEP):
+            with self.subTest(at=at, calls=calls):
+                shutil.rmtree(self.out, ignore_errors=True)
+                self.assertEqual(self.killed(at).returncode, -signal.SIGKILL)
+                for name, what in results(self.out).items() if self.out.exists() else ():
+                    if ".tmp-" not in name:  # never got its name
+                        self.assertEqual(what, self.expected.get(name), name)
+                again = run_backbend([*self.command(), "--resume"], self.folder)
+                self.assertEqual(again.returncode, self.code, again.stderr)
+                self.assertEqual(results(self.out), self.expected)
+                self.assertEqual([name for name in contents(self.out) if ".tmp-" in name], [])
+
+    def test_a_finished_run_is_written_again_over_itself(self):
+        # Here every file is old or new, and both are the same bytes; nothing may go missing on the way.
+        run_backbend(self.command(), self.folder)
+        for at in range(1 + KILL_STEP // 2, 10 ** 6, 4 * KILL_STEP):
+            done = self.killed(at)
+            with self.subTest(at=at):
+                for name, what in results(self.out).items():
+                    if ".tmp-" not in name:
+                        self.assertEqual(what, self.expected.get(name), name)
+                self.assertLessEqual(set(self.expected), set(results(self.out)))
+            if done.returncode != -signal.SIGKILL:
+                break
+        self.assertEqual(done.returncode, self.code, done.stderr)

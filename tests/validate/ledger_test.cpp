@@ -120,7 +120,12 @@ TEST_F(LedgerTest, LeftoversOfKilledWritersGoAndNamedFilesStay) {
   run.write("frames/a.png", "picture");
   const fs::path left = run.temporary_for("frames/b.png");
   OutputFolder(left.parent_path()).write(left.filename(), "half a pict");
-  ASSERT_TRUE(fs::exists(left));
+  const fs::path beside = run.temporary_for("report.md");
+  run.write(beside.filename(), "half a rep");
+  ASSERT_TRUE(fs::exists(left) && fs::exists(beside));
+  remove_leftovers(root_ / "run", false);
+  EXPECT_FALSE(fs::exists(beside));
+  EXPECT_TRUE(fs::exists(left));
   remove_leftovers(root_ / "run");
   EXPECT_FALSE(fs::exists(left));
   EXPECT_EQ(read_text(root_ / "run/frames/a.png"), "picture");

@@ -219,11 +219,12 @@ std::string file_word(std::string_view name) {
   return word.substr(0, 80);
 }
 
-void remove_leftovers(const fs::path& folder) {
+void remove_leftovers(const fs::path& folder, bool deep) {
   std::vector<fs::path> found;
   std::error_code error;
   for (fs::recursive_directory_iterator entry(folder, error), end; !error && entry != end;
        entry.increment(error)) {
+    if (!deep) entry.disable_recursion_pending();
     const std::string name = entry->path().filename().string();
     if (name.starts_with(".") && name.find(".tmp-") != std::string::npos &&
         entry->symlink_status(error).type() == fs::file_type::regular)

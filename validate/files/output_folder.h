@@ -55,9 +55,9 @@ class OutputFolder {
 /// give one.
 std::string file_word(std::string_view name);
 
-/// Removes what writers that were killed have left below a folder that nobody else writes now:
-/// files that never got their name. Failing is no error.
-void remove_leftovers(const std::filesystem::path& folder);
+/// Removes what writers that were killed have left in a folder that nobody else writes now: files
+/// that never got their name. With `deep` below it, too. Failing is no error.
+void remove_leftovers(const std::filesystem::path& folder, bool deep = true);
 
 /// All bytes of a regular file of at most `most_bytes`. Never waits on a pipe or device. Throws
 /// ReadError.
