@@ -2,9 +2,11 @@
 
 #include "cli/commands.h"
 #include "skin/anatomy.h"
+#include "skin/gltf_reader.h"
 #include "skin/inspect.h"
 #include "skin/sidecar.h"
 #include "skin/weight_suggestions.h"
+#include "validate/files/import.h"
 #include "validate/files/output_folder.h"
 #include "validate/run/confirmed.h"
 
@@ -22,6 +24,28 @@ std::filesystem::path save_sidecar(const std::string& character, const skin::Sid
   return path;
 }
 
+/// What there is to inspect: a character with the sidecar beside it, or a skeleton alone.
+validate::ConfirmedCharacter load_inspected(const std::filesystem::path& file,
+                                            const skin::AnatomyHints& hints,
+                                            bool about_to_confirm) {
+  try {
+    return validate::load_confirmed(file, hints, about_to_confirm);
+  } catch (const skin::NoMeshError&) {
+    validate::ConfirmedCharacter out{{}, hints, skin::read_sidecar(file)};
+    try {
+      out.character = skin::read_skeleton(validate::load_document(file));
+    } catch (const skin::CharacterError&) {  // neither: what was wrong first is what counts
+    }
+    if (out.character.nodes.empty()) throw;
+    out.character.warnings.push_back(
+        {"no_mesh", "no triangles to judge; backbend body makes a body for a skeleton"});
+    if (!out.sidecar) return out;
+    skin::apply_sidecar(*out.sidecar, out.character);
+    out.hints = skin::hints_with(*out.sidecar, std::move(out.hints));
+    return out;
+  }
+}
+
 }  // namespace
 
 void add_inspect(const Registry& registry) {
@@ -35,11 +59,14 @@ void add_inspect(const Registry& registry) {
       "inspect", "a character's skeleton, spine and weights, and what would be driven",
       [options, &common = registry.common] {
         const validate::ConfirmedCharacter confirmed =
-            validate::load_confirmed(options->character, options->hints, options->save);
+            load_inspected(options->character, options->hints, options->save);
         const skin::Character& character = confirmed.character;
         const skin::Anatomy anatomy = skin::find_anatomy(character, confirmed.hints);
         std::string text = common.json ? skin::inspect_json(character, anatomy)
                                        : skin::inspect_text(character, anatomy);
+        if (options->suggest && character.vertex_count() == 0)
+          throw skin::CharacterError(character.file_name +
+                                     ": no mesh, so no weights to suggest for");
         if (options->suggest) {
           const auto suggestions =
               skin::suggest_weights(character, skin::judge_weights(character, anatomy));
@@ -58,8 +85,9 @@ void add_inspect(const Registry& registry) {
         return 0;
       });
   command
-      ->add_option("character", options->character,
-                   "character file: .glb, .gltf, .fbx, .dae, or a body description .toml")
+      ->add_option(
+          "character", options->character,
+          "character file: .glb, .gltf, .fbx, .dae, a skeleton .bvh, or a body description .toml")
       ->required();
   command->add_flag("--save", options->save,
                     "write what was found to NAME.backbend.toml beside the character");

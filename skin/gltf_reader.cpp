@@ -121,8 +121,8 @@ Character read_character(const GltfDocument& document) {
   const GltfGeometry geometry =
       read_geometry(*document.model, document.file, index_of_file_node, character);
   if (character.triangles.empty())
-    throw CharacterError(document.file +
-                         ": no triangles to judge; backbend body makes a body for a skeleton");
+    throw NoMeshError(document.file +
+                      ": no triangles to judge; backbend body makes a body for a skeleton");
   if (!has_skin(geometry))
     throw CharacterError(document.file + ": no mesh with a skin: nothing follows a skeleton");
   finish_character(document, geometry, character);

@@ -6,6 +6,11 @@
 
 namespace backbend::skin {
 
+/// A file without triangles: a skeleton alone, which read_skeleton() takes.
+struct NoMeshError : CharacterError {
+  using CharacterError::CharacterError;
+};
+
 /// Reads a skinned character from glTF 2.0 (.glb or .gltf, told apart by content).
 ///
 /// All skins and meshes of the scene become one Character; units and axes stay the file's own.

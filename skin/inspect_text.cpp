@@ -68,13 +68,17 @@ class Lines {
 };
 
 void add_body(const Character& character, const Anatomy& anatomy, Lines& out) {
-  out.add("body", plural(character.parts.size(), "part") + ", " +
-                      count_text(character.vertex_count()) + " vertices at " +
-                      count_text(character.place_count) + " places, " +
-                      plural(character.triangles.size(), "triangle") + ", " +
-                      plural(character.joints.size(), "joint"));
-  out.add("size", "height " + number_text(anatomy.height) + ", spine " +
-                      number_text(anatomy.spine_length) +
+  if (character.vertex_count() == 0)
+    out.add("body", "a skeleton alone: " + plural(character.joints.size(), "joint"));
+  else
+    out.add("body", plural(character.parts.size(), "part") + ", " +
+                        count_text(character.vertex_count()) + " vertices at " +
+                        count_text(character.place_count) + " places, " +
+                        plural(character.triangles.size(), "triangle") + ", " +
+                        plural(character.joints.size(), "joint"));
+  const std::string height =
+      character.vertex_count() == 0 ? "" : "height " + number_text(anatomy.height) + ", ";
+  out.add("size", height + "spine " + number_text(anatomy.spine_length) +
                       " (reference length), in the file's unit");
   out.add("axes", "up " + axis_text(anatomy.up) + ", faces " + axis_text(anatomy.forward) +
                       ", its left " + axis_text(anatomy.left));
@@ -171,7 +175,7 @@ std::vector<std::string> marks(const Character& character, const Anatomy& anatom
 void add_tree(const Character& character, const Anatomy& anatomy, Lines& out) {
   const SkeletonShape shape = measure_skeleton(character);
   const auto mark = marks(character, anatomy);
-  out.raw("  skeleton (weight in vertices)");
+  out.raw(character.vertex_count() == 0 ? "  skeleton" : "  skeleton (weight in vertices)");
   std::vector<int> depth(character.nodes.size(), 0);
   for (Index n = 0; n < character.nodes.size(); ++n) {
     const int parent = character.nodes[n].parent;
@@ -182,7 +186,7 @@ void add_tree(const Character& character, const Anatomy& anatomy, Lines& out) {
     line += name(character, static_cast<int>(n));
     if (!mark[n].empty()) line += "  [" + mark[n] + "]";
     line += shape.weight[n] > 0.0 ? "  " + number_text(std::round(10.0 * shape.weight[n]) / 10.0, 6)
-            : shape.is_joint[n]   ? "  -"
+            : shape.is_joint[n]   ? (character.vertex_count() == 0 ? "" : "  -")
                                   : "  (no joint)";
     out.raw(line);
   }
@@ -196,7 +200,7 @@ std::string inspect_text(const Character& character, const Anatomy& anatomy) {
   add_body(character, anatomy, out);
   add_anatomy(character, anatomy, out);
   add_driven(character, anatomy, out);
-  add_weights(character, anatomy, out);
+  if (character.vertex_count() > 0) add_weights(character, anatomy, out);
   for (const Warning& warning : character.warnings)
     out.add("warning", warning.code + ": " + warning.message);
   add_tree(character, anatomy, out);

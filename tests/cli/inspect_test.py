@@ -2,6 +2,7 @@
 
 import json
 
+from bvh import walker
 from harness import CommandTest, character
 
 # What stands upright and has two arms; the animals are listed after them.
@@ -40,3 +41,24 @@ class RealCharacters(CommandTest):
                 self.assertEqual(sum(mesh["triangles"] for mesh in meshes), self.listed[name]["triangles"])
 
 
+class SkeletonsAlone(CommandTest):
+    def test_captures_have_the_spine_and_arms_that_their_readme_names(self):
+        for name, spine, arm in (
+                ("cmu_49_08_acrobatics.bvh", "Hips LowerBack Spine Spine1 Neck Neck1 Head", "LeftShoulder LeftArm"),
+                ("cmu_131_01_mj_style.bvh", "Hips lowerback Chest Chest2 lowerneck Neck Head",
+                 "LeftCollar LeftShoulder")):
+            with self.subTest(name):
+                file = character("motion/" + name)
+                found = json.loads(self.assert_runs("inspect", file, "--json").stdout)
+                self.assertEqual(found["spine"], spine.split())
+                self.assertEqual(found["arms"]["left"][:2], arm.split())
+                self.assertEqual([warning["code"] for warning in found["warnings"]], ["no_mesh"])
+                self.assertEqual((found["meshes"], found["height"]), ([], None))
+                text = self.assert_runs("inspect", file).stdout
+                self.assertIn("a skeleton alone", text)
+                self.assertNotIn("inf", text)
+
+    def test_there_are_no_weights_to_suggest_for(self):
+        result = self.backbend("inspect", self.write("walker.bvh", walker()), "--suggest")
+        self.assertEqual((result.returncode, result.stdout), (3, ""))
+        self.assertIn("walker.bvh: no mesh", result.stderr)
