@@ -38,6 +38,14 @@ std::array<glm::dquat, 3> euler_turns(std::span<const double> control) {
 FkBones::FkBones(const RestChain& chain, const std::string& system) {
   check_chain(chain, system, 2);
   const std::vector<glm::dvec3> joint = three_bones_of(chain);
+  // A chain that doubles back may have two of its thirds in one place.
+  const double least = 1e-9 * polyline_arcs(chain.joint).back();
+  for (int k = 0; k < 3; ++k) {
+    if (!(glm::distance(joint[k], joint[k + 1]) > least)) {
+      throw RigError(system + ": the chain doubles back, and control " + std::to_string(k + 1) +
+                     " of three has no bone left; draw the chain without the fold");
+    }
+  }
   for (int k = 0; k < 4; ++k) rest.joint[k] = joint[k];
   for (int k = 0; k < 3; ++k) {
     axes[k] = rest_axes(joint[k + 1] - joint[k], chain.left);

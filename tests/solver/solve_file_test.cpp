@@ -119,6 +119,11 @@ TEST(SolveFile, RefusesWrongTypesAndNumbersThatAreNone) {
   expect_says(kRig + "[chain]\njoints = [[0,0,0],[0,2]]\n", {"pose.toml:4: ", "[x, y, z]"});
   expect_says(kRig + "[chain]\njoints = [[0,0,0],[0,1e200,0]]\n", {"pose.toml:4: "});
   expect_says(kRig + "[chain]\njoints = [[0,0,0],[0,0,0]]\n", {"pose.toml:3: ", "coincide"});
+  // A third of the way and two thirds are one place on it: the middle control has no bone.
+  for (const std::string system : {"three_bone", "curve", "even"}) {
+    expect_says("[rig]\nsystem = \"" + system + "\"\n[chain]\njoints = [[0,2,0],[0,1,0],[0,2,0]]\n",
+                {"pose.toml:3: ", system, "doubles back", "control 2"});
+  }
   expect_says(kRig + "[chain]\njoints = []\n", {"pose.toml:3: ", "0 joints"});
   expect_says(kRig, {"pose.toml:", "0 joints"});
   expect_says("pose = 3\n" + kRig + kChain, {"'pose' must be a table"});
