@@ -36,7 +36,7 @@ def seeds(build, folder):
     return sizes
 
 
-def run(build, target, most_bytes, start, executions, seed):
+def run(build, target, most_bytes, start, executions, seconds, seed):
     """One fuzzer until it has tried so many inputs or found something: how many it tried, and what it found."""
     corpus, found = build / "corpus" / target, build / "findings" / target
     corpus.mkdir(parents=True, exist_ok=True)
@@ -47,12 +47,13 @@ def run(build, target, most_bytes, start, executions, seed):
     with tempfile.TemporaryDirectory(prefix="backbend-fuzz-") as scratch, open(log, "w") as told:
         # A second, and half a gigabyte, are what a hostile file may cost; sanitizers take ten times that.
         subprocess.run(
-            [build / "tests/fuzz" / f"{target}_fuzz", f"-runs={executions}", f"-max_len={most_bytes}", f"-seed={seed}",
+            [build / "tests/fuzz" / f"{target}_fuzz", f"-runs={executions}", f"-max_total_time={seconds}", f"-max_len={most_bytes}", f"-seed={seed}",
              *([f"-dict={words}"] if words.stat().st_size else []), f"-artifact_prefix={found}/", "-timeout=20", "-rss_limit_mb=4096",
              "-malloc_limit_mb=1024", f"-detect_leaks={int(target not in LIBRARIES)}", "-print_final_stats=1", corpus, start / target],
             stdout=told, stderr=subprocess.STDOUT, cwd=scratch, check=False,
             env={"PATH": os.environ["PATH"], "TMPDIR": scratch,
-                 "ASAN_OPTIONS": "alloc_dealloc_mismatch=0:allocator_may_return_null=0",
+                 "ASAN_OPTIONS": "alloc_dealloc_mismatch=0:allocator_may_return_null=0:"
+                                 f"detect_leaks={int(target not in LIBRARIES)}",
                  "UBSAN_OPTIONS": "print_stacktrace=1"})
     text = log.read_text(errors="replace")
     tried = re.search(r"stat::number_of_executed_units: (\d+)", text)
@@ -63,6 +64,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("target", nargs="*", help="all of them by default")
     parser.add_argument("--executions", type=int, default=1000000, help="of each [1000000]")
+    parser.add_argument("--seconds", type=int, default=0, help="of each at most, however few it has tried; 0: no end")
     parser.add_argument("--build", type=pathlib.Path, default=SOURCE / "build/fuzz")
     parser.add_argument("--seed", type=int, default=0, help="of the mutators; 0: another one each time")
     options = parser.parse_args()
@@ -75,7 +77,8 @@ def main():
         if unknown:
             parser.error(f"no target {', '.join(sorted(unknown))}; there are {', '.join(sorted(sizes))}")
         for target in options.target or sorted(sizes):
-            tried, found = run(build, target, sizes[target], start, options.executions, options.seed)
+            tried, found = run(build, target, sizes[target], start, options.executions, options.seconds,
+                               options.seed)
             day = datetime.datetime.now(datetime.timezone.utc).date()
             what = ", ".join(path.name for path in found) or "none"
             print(f"{target}: {tried} executions, findings: {what}", flush=True)
