@@ -57,7 +57,8 @@ class Sidecar(CommandTest):
 class BodyAroundASkeleton(CommandTest):
     def test_a_bvh_becomes_a_character_with_its_joints(self):
         self.write("walk.bvh", walker())
-        self.assert_refused("inspect", "walk.bvh", names=["walk.bvh", "backbend body"])
+        self.assert_refused("render", "walk.bvh", names=["walk.bvh", "backbend body"])
+        self.assertIn("backbend body", self.assert_runs("inspect", "walk.bvh").stdout)
         self.assert_runs("body", "walk.bvh", "-o", "walker.glb", "--vertices", "3000")
         found = json.loads(self.assert_runs("inspect", "walker.glb", "--json").stdout)
         self.assertEqual(found["spine"], ["hips", "spine", "chest", "neck", "head"])
