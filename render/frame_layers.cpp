@@ -107,7 +107,8 @@ FrameLayers add_geometry_layers(Frame& frame) {
 }
 
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
-                           const PixelRect& rect, const FrameLayers& at, Frame& frame) {
+                           const PixelRect& rect, const FrameLayers& at, Frame& frame,
+                           std::span<const std::uint8_t> may_hit) {
   const auto rays = std::make_unique<RayBatch>();
   const auto hits = std::make_unique<HitBatch>();
   const Vec8 eye = splat(glm::vec3(projection.eye));
@@ -120,7 +121,7 @@ void write_geometry_layers(const SceneView& scene, const Projection& projection,
     rays->set_packet(first, eye, projection.directions(x, y),
                      splat(std::numeric_limits<float>::max()));
   }
-  scene.rays->nearest(*rays, kTilePixels, Coherence::camera, *hits);
+  scene.rays->nearest(*rays, kTilePixels, Coherence::camera, *hits, may_hit);
   write_geometry_layers(scene, projection, mode, rect, *rays, *hits, at, frame);
 }
 

@@ -29,9 +29,10 @@ struct PixelRect {
 };
 
 /// Writes the geometry layers of a rectangle from one ray through each pixel's centre: unfiltered,
-/// so that no pixel mixes two surfaces.
+/// so that no pixel mixes two surfaces. `may_hit`: as RayScene::nearest() has it.
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
-                           const PixelRect& rect, const FrameLayers& at, Frame& frame);
+                           const PixelRect& rect, const FrameLayers& at, Frame& frame,
+                           std::span<const std::uint8_t> may_hit = {});
 
 /// The same for rays that were already traced through the centres of the tile's 256 pixels, in
 /// blocks of 4 x 2.

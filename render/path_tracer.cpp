@@ -172,21 +172,35 @@ void PathShader::catch_shadow(const Lanes& lanes, Int8 mask, const Vec8& ground,
   const Vec8 up = splat(glm::vec3(0.0f, 1.0f, 0.0f));
   const Vec8 from = ground + up * splat(1e-4f * context_.scene->rest_radius);
   const Bsdf8 white = lambert(splat(glm::vec3(1.0f)));
-  const Direct8 direct =
-      sample_any_light(studio, {from, up, up, up, &white}, points(lanes, 0), Finders::light_alone);
-  const Float8 lights = luminance(direct.radiance);
+  const LitPoints8 lit{from, up, up, up, &white};
+  const Point8 on_light = points(lanes, 0);
+  std::array<Direct8, 3> direct;
+  std::size_t count = 0;
+  if (studio.environment) {
+    direct[count++] = sample_any_light(studio, lit, on_light, Finders::light_alone);
+  } else {
+    for (const AreaLight& light : studio.light)
+      direct[count++] = sample_light(light, lit, on_light, Finders::light_alone);
+  }
   const Float8 sky =
       studio.environment ? kZero : splat(studio.sky_on_ground_luminance / 3.14159265f);
-  const Float8 sum = lights + sky;
+  Float8 sum = sky;
+  for (std::size_t i = 0; i < count; ++i) sum += luminance(direct[i].radiance);
   const Float8 scale =
       sum > kZero ? shadow_presence(studio, ground) / (sum > kZero ? sum : kOne) : kZero;
-  const Float8 of_lights = lights * scale, of_sky = sky * scale;
-  add(lanes.path, mask, behind * max(kOne - of_lights - of_sky, kZero));
   const Float8 shade = context_.transparent ? kOne : kZero;
-  wait_for(lanes, mask & (of_lights > kZero), from, direct.to_light, direct.far, behind * of_lights,
-           of_lights * shade);
-  wait_for(lanes, mask & (of_sky > kZero), from, sample_cosine(up, points(lanes, 1)), kFar,
-           behind * of_sky, of_sky * shade);
+  Float8 certain = kOne;
+  const auto ask = [&](const Vec8& to_light, Float8 far, Float8 light) {
+    // Light that nothing can keep away is there without being asked for.
+    const Int8 asked = mask & context_.scene->bounds.may_meet(from, to_light, far);
+    const Float8 share = asked ? light * scale : kZero;
+    certain -= share;
+    wait_for(lanes, share > kZero, from, to_light, far, behind * share, share * shade);
+  };
+  for (std::size_t i = 0; i < count; ++i)
+    ask(direct[i].to_light, direct[i].far, luminance(direct[i].radiance));
+  ask(sample_cosine(up, points(lanes, 1)), kFar, sky);
+  add(lanes.path, mask, behind * max(certain, kZero));
 }
 
 void PathShader::camera_packet(std::size_t first) {

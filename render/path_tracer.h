@@ -33,7 +33,7 @@ constexpr int sampler_pairs(int bounces) { return 1 + 3 * (bounces + 1); }
 /// sample each, a tile's pixels after one another. Paths never move, so sums over them are always
 /// taken in the same order.
 struct PathBatch {
-  static constexpr std::size_t kCapacity = 512;  // three shadow rays each fit one RayBatch
+  static constexpr std::size_t kCapacity = 512;  // four shadow rays each fit one RayBatch
   using Column = std::array<float, kCapacity>;
   std::size_t count = 0;                       // a multiple of 8
   std::array<std::int32_t, kCapacity> sample;  // the same throughout a packet
@@ -60,7 +60,7 @@ class PathTracer {
   /// Rays that wait for an answer, with what is added to which path if nothing is in the way.
   struct Shadows {
     RayBatch rays;
-    std::array<std::int32_t, RayBatch::kCapacity> path;
+    std::array<std::int32_t, RayBatch::kCapacity + 8> path;
     RayBatch::Column red, green, blue;
     RayBatch::Column alpha;  // added if something is in the way
     std::array<std::uint8_t, RayBatch::kCapacity> blocked;
@@ -70,7 +70,7 @@ class PathTracer {
   struct Bounces {
     RayBatch rays;
     HitBatch hits;
-    std::array<std::int32_t, RayBatch::kCapacity> path;
+    std::array<std::int32_t, RayBatch::kCapacity + 8> path;
     RayBatch::Column red, green, blue;
     RayBatch::Column pdf;  // with which the ray was chosen, per steradian
     std::size_t count = 0;

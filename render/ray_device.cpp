@@ -110,13 +110,14 @@ void load_rays(RTCRay8& packet, const RayBatch& rays, std::size_t first) {
 // Where the calling thread's rays are kept; null: nowhere.
 thread_local RayRecord* recording = nullptr;
 
-void keep_rays(RayRecord::Kind kind, const RayBatch& rays, std::size_t count) {
+void keep_rays(RayRecord::Kind kind, const RayBatch& rays, std::size_t begin, std::size_t end) {
   RayRecord& to = *recording;
   // Whole packets, so that they are traced again as the same packets.
-  const std::size_t first = to.far.size(), whole = (count + 7) / 8 * 8;
+  const std::size_t first = to.far.size(), count = end - begin, whole = (count + 7) / 8 * 8;
   to.batches.push_back({kind, first, count});
-  const auto keep = [whole](std::vector<float>& column, const RayBatch::Column& from) {
-    column.insert(column.end(), from.begin(), from.begin() + static_cast<std::ptrdiff_t>(whole));
+  const auto keep = [begin, whole](std::vector<float>& column, const RayBatch::Column& from) {
+    const auto* start = from.data() + begin;
+    column.insert(column.end(), start, start + whole);
   };
   keep(to.origin_x, rays.origin_x);
   keep(to.origin_y, rays.origin_y);
@@ -225,8 +226,11 @@ void RayScene::set_pose(std::span<const glm::vec3> position) {
 
 bool RayScene::is_refitted() const { return impl_->of_pose == nullptr; }
 
-void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence coherence,
-                       HitBatch& hits) const {
+void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence coherence, HitBatch& hits,
+                       std::span<const std::uint8_t> may_hit) const {
+  const auto is_skipped = [may_hit](std::size_t first) {
+    return !may_hit.empty() && may_hit[first / 8 % may_hit.size()] == 0;
+  };
   NearestContext context;
 #if BACKBEND_EMBREE == 4
   rtcInitRayQueryContext(&context.embree);
@@ -247,6 +251,10 @@ void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence cohere
   alignas(32) int valid[8];
   RTCRayHit8 packet;
   for (std::size_t first = 0; first < count; first += 8) {
+    if (is_skipped(first)) {
+      store(&hits.triangle[first], splat(HitBatch::kNoTriangle));
+      continue;
+    }
     load_rays(packet.ray, rays, first);
     for (unsigned lane = 0; lane < 8; ++lane) {
       packet.hit.geomID[lane] = RTC_INVALID_GEOMETRY_ID;
@@ -264,8 +272,15 @@ void RayScene::nearest(const RayBatch& rays, std::size_t count, Coherence cohere
     std::memcpy(hits.triangle.data() + first, packet.hit.primID, sizeof packet.hit.primID);
   }
   if (recording == nullptr) return;
-  keep_rays(coherence == Coherence::camera ? RayRecord::Kind::camera : RayRecord::Kind::scattered,
-            rays, count);
+  const auto kind =
+      coherence == Coherence::camera ? RayRecord::Kind::camera : RayRecord::Kind::scattered;
+  for (std::size_t first = 0; first < count; first += 8) {
+    // Packets that were traced one after another are one batch.
+    std::size_t end = first;
+    while (end < count && !is_skipped(end)) end += 8;
+    if (end > first) keep_rays(kind, rays, first, std::min(end, count));
+    first = end;
+  }
   recording->hits += static_cast<std::size_t>(std::count_if(
       hits.triangle.begin(), hits.triangle.begin() + static_cast<std::ptrdiff_t>(count),
       [](std::int32_t triangle) { return triangle != HitBatch::kNoTriangle; }));
@@ -298,7 +313,7 @@ void RayScene::occluded(const RayBatch& rays, std::size_t count, std::uint8_t* b
       blocked[first + lane] = packet.tfar[lane] < 0.0f ? 1 : 0;
   }
   if (recording == nullptr) return;
-  keep_rays(RayRecord::Kind::shadow, rays, count);
+  keep_rays(RayRecord::Kind::shadow, rays, 0, count);
   recording->hits += static_cast<std::size_t>(std::count(blocked, blocked + count, 1));
 }
 

@@ -81,7 +81,10 @@ class RayScene {
   /// Whether the pose is met by the rest pose's tree.
   bool is_refitted() const;
   /// Nearest hits of the first `count` rays. Overwrites lanes past `count` up to a multiple of 8.
-  void nearest(const RayBatch& rays, std::size_t count, Coherence coherence, HitBatch& hits) const;
+  /// Packets whose entry in `may_hit` is 0, over and over from its start, are known to miss and not
+  /// traced; an empty one asks for all.
+  void nearest(const RayBatch& rays, std::size_t count, Coherence coherence, HitBatch& hits,
+               std::span<const std::uint8_t> may_hit = {}) const;
   /// blocked[i] = 1 where ray i meets any triangle before its `far`, else 0. Writes whole packets.
   void occluded(const RayBatch& rays, std::size_t count, std::uint8_t* blocked) const;
 

@@ -218,7 +218,7 @@ struct Scene::Impl {
       : mesh(std::move(topology)), rays(mesh->triangle, mesh->rest_position) {
     glm::vec3 low = mesh->rest_position[0], high = low;
     for (const glm::vec3& p : mesh->rest_position) low = glm::min(low, p), high = glm::max(high, p);
-    view = {mesh.get(), &rays, {}, 0.5f * (low + high), 0.5f * glm::length(high - low), low.y};
+    view = {mesh.get(), &rays, {}, 0.5f * (low + high), 0.5f * glm::length(high - low), low.y, {}};
     if (!(view.rest_radius > 0.0f) || !std::isfinite(view.rest_radius))
       refuse("the mesh has no extent");
   }
@@ -252,6 +252,9 @@ void Scene::set_pose(const PoseGeometry& pose) {
     if (!is_finite(line.from) || !is_finite(line.to)) refuse("an overlay line is not finite");
   impl_->rays.set_pose(pose.position);
   impl_->view.pose = pose;
+  // Rays are rounded by a few millionths of what they cross.
+  impl_->view.bounds =
+      PoseBounds(impl_->mesh->triangle, pose.position, 1e-3f * impl_->view.rest_radius);
 }
 
 Frame Scene::render(const Camera& camera, const Settings& settings) const {
@@ -281,9 +284,10 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   frame.height = settings.height;
   frame.camera_from_world = projection.camera_from_world();
   frame.ndc_from_world = projection.ndc_from_world();
-  FrameJob job{&scene, &projection, &studio, &sampler, &settings, &filter,
-               {},     &frame,      {},      0.0f,     {},        {}};
+  FrameJob job{&scene, &projection, &studio, &sampler, &settings, &filter, {},
+               &frame, {},          0.0f,    {},       {},        {}};
   job.at = add_layers(frame, scene, settings);
+  job.seen = scene.bounds.on_film(projection);
   for (const std::string& name : impl_->mesh->region_name)
     job.region_id.push_back(cryptomatte_id(name));
   job.object_id = cryptomatte_id(impl_->mesh->object_name);

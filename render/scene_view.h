@@ -1,6 +1,7 @@
 #pragma once
 #include <glm/vec3.hpp>
 
+#include "render/pose_bounds.h"
 #include "render/ray_device.h"
 #include "render/scene.h"
 
@@ -15,6 +16,7 @@ struct SceneView {
       rest_center;    // of the rest pose's bounding box: lights and ground stay put over all poses
   float rest_radius;  // half its diagonal, > 0
   float rest_floor;   // its lowest y
+  PoseBounds bounds = {};  // of the pose
 };
 
 }  // namespace backbend::render

@@ -116,12 +116,14 @@ struct TileRenderer::Impl {
   std::array<std::uint8_t, RayBatch::kCapacity> blocked;
   std::array<float, PathBatch::kCapacity> transmitted;
 
-  std::vector<std::uint32_t> pixels;  // of the sampler, by packet
+  std::vector<std::uint32_t> pixels;                  // of the sampler, by packet
+  std::array<std::uint8_t, kTilePixels / 8> may_hit;  // by packet: whether the pose may be there
 
   const std::uint32_t* pixels_of(const FrameJob& job, std::size_t packet) const {
     return pixels.data() + packet * job.sampler->words_per_packet();
   }
   void place_pixels(const FrameJob& job, int x0, int y0);
+  void find_pose(const FrameJob& job, int x0, int y0);
   void add_camera_rays(const FrameJob& job, int x0, int y0, int sample);
   void shade_ambient(const FrameJob& job);
   void shade_surface(const FrameJob& job);
@@ -153,6 +155,18 @@ void TileRenderer::Impl::place_pixels(const FrameJob& job, int x0, int y0) {
       y[lane] = y0 + tile_y(packet, lane);
     }
     job.sampler->place(x, y, pixels.data() + packet * job.sampler->words_per_packet());
+  }
+}
+
+// Which packets see a place where the pose may be.
+void TileRenderer::Impl::find_pose(const FrameJob& job, int x0, int y0) {
+  constexpr double kReach = 2.0;  // pixels: the filter's one, and room for rounding
+  for (std::size_t packet = 0; packet < may_hit.size(); ++packet) {
+    const double left = x0 + tile_x(packet, 0) - kReach, right = left + 4.0 + 2.0 * kReach;
+    const double top = y0 + tile_y(packet, 0) - kReach, bottom = top + 2.0 + 2.0 * kReach;
+    may_hit[packet] = std::any_of(job.seen.begin(), job.seen.end(), [&](const auto& rect) {
+      return rect.x0 <= right && rect.x1 >= left && rect.y0 <= bottom && rect.y1 >= top;
+    });
   }
 }
 
@@ -375,6 +389,7 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
   tile.sums.clear(job.region_id.size());
   tile.batch.count = 0;
   if (!through_centers(settings)) tile.place_pixels(job, x0, y0);
+  tile.find_pose(job, x0, y0);
   PathContext context{job.scene, job.projection, job.studio, job.sampler, tile.pixels.data()};
   context.surfacing = settings.mode == Mode::beauty      ? Surfacing::materials
                       : settings.mode == Mode::wireframe ? Surfacing::wireframe
@@ -385,7 +400,8 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
     tile.add_camera_rays(job, x0, y0, sample);
     const bool last = sample + 1 == settings.samples;
     if (!last && tile.batch.count + kTilePixels <= PathBatch::kCapacity) continue;
-    job.scene->rays->nearest(tile.batch.rays, tile.batch.count, Coherence::camera, tile.batch.hits);
+    job.scene->rays->nearest(tile.batch.rays, tile.batch.count, Coherence::camera, tile.batch.hits,
+                             tile.may_hit);
     if (traces_paths(settings.mode)) {
       tile.tracer.trace(context, tile.batch);
     } else if (settings.mode == Mode::ao) {
@@ -406,7 +422,8 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
     write_geometry_layers(*job.scene, *job.projection, settings.mode, rect, tile.batch.rays,
                           tile.batch.hits, job.at, frame);
   } else {
-    write_geometry_layers(*job.scene, *job.projection, settings.mode, rect, job.at, frame);
+    write_geometry_layers(*job.scene, *job.projection, settings.mode, rect, job.at, frame,
+                          tile.may_hit);
   }
 }
 

@@ -20,6 +20,7 @@ struct FrameJob {
   std::vector<float> region_id;  // Cryptomatte ids by region
   float object_id;
   std::span<float> even_half, odd_half;  // means of every second sample, in triples, or empty
+  std::vector<PoseBounds::Rect> seen;    // where on the film the pose may be
 };
 
 /// Renders one tile's samples into the frame. Tiles touch no common pixel, and what a tile holds

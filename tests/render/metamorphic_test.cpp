@@ -363,7 +363,7 @@ TEST(Visibility, OfASurfaceIsNeverBlockedByItself) {
     const TestMesh mesh = sphere({3 * radius, radius, -5 * radius}, radius, 48);
     const RayScene rays(mesh.topology->triangle, mesh.position);
     const Bounds box = bounds_of(mesh.position);
-    SceneView view{mesh.topology.get(), &rays, mesh.pose(), {}, 0.0f, 0.0f};
+    SceneView view{mesh.topology.get(), &rays, mesh.pose(), {}, 0.0f, 0.0f, {}};
     view.rest_radius = static_cast<float>(0.5 * glm::length(box.high - box.low));
     std::mt19937 rng(5);
     const auto unit = [&] {
