@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "cli/sweep_named.h"
 #include "skin/body.h"
 #include "skin/body_proxy.h"
 #include "skin/glb_writer.h"
@@ -17,22 +18,6 @@ namespace backbend::cli {
 
 namespace fs = std::filesystem;
 using namespace backbend::validate;
-
-namespace {
-
-Sweep sweep_named(const std::string& name) {
-  std::vector<std::string> names;
-  for (const Sweep& sweep : standard_sweeps()) {
-    if (sweep.name == name) return sweep;
-    names.push_back(sweep.name);
-  }
-  const auto near = nearest_name(name, names);
-  throw CLI::ValidationError("no sweep '" + name + "'" +
-                             (near ? ", did you mean '" + *near + "'?" : "") +
-                             "; backbend list sweeps shows all");
-}
-
-}  // namespace
 
 /// A description is made as it says; around a skeleton of any other file goes a proxy body.
 skin::Character made_body(const fs::path& source, const skin::AnatomyHints& hints,

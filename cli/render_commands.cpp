@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "cli/commands.h"
+#include "cli/sweep_named.h"
 #include "render/cameras.h"
 #include "validate/evidence/render_job.h"
 #include "validate/sweeps/suite.h"
@@ -17,6 +18,7 @@ const std::map<std::string, render::Mode> kModes = {{"beauty", render::Mode::bea
                                                     {"ao", render::Mode::ao},
                                                     {"matcap", render::Mode::matcap},
                                                     {"wireframe", render::Mode::wireframe},
+                                                    {"heat", render::Mode::heat},
                                                     {"xray", render::Mode::xray},
                                                     {"contour", render::Mode::contour},
                                                     {"primary", render::Mode::primary}};
@@ -81,8 +83,9 @@ struct PictureOptions {
         "add a denoised layer, which PNG and video show [the preset's]");
     command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
     command
-        ->add_option("--mode", request.settings.mode,
-                     "beauty, clay, ao, matcap, wireframe, xray, contour, primary [clay]")
+        ->add_option(
+            "--mode", request.settings.mode,
+            "beauty, clay, ao, matcap, wireframe, heat (strain), xray, contour, primary [clay]")
         ->transform(CLI::CheckedTransformer(kModes, CLI::ignore_case));
     command
         ->add_option("--aovs", layers,
@@ -90,6 +93,8 @@ struct PictureOptions {
         ->check(CLI::IsMember({"default", "all"}));
     command->add_option("--environment", request.settings.environment_file,
                         "HDR picture to light with [the built-in studio]");
+    command->add_flag("--transparent", request.settings.transparent,
+                      "no backdrop: alpha holds the character and its shadow");
     command->add_option("--name", request.name, "name of the files [CHARACTER_RIG]");
     command->add_option("--export-obj", request.export_obj, "write the posed mesh as OBJ too");
     command->add_flag_callback(
@@ -144,18 +149,33 @@ std::vector<std::string> known_views() {
 
 }  // namespace
 
+Sweep sweep_named(const std::string& name) {
+  std::vector<std::string> names;
+  for (const Sweep& sweep : standard_sweeps()) {
+    if (sweep.name == name) return sweep;
+    names.push_back(sweep.name);
+  }
+  const auto near = nearest_name(name, names);
+  throw CLI::ValidationError("no sweep '" + name + "'" +
+                             (near ? ", did you mean '" + *near + "'?" : "") +
+                             "; backbend list sweeps shows all");
+}
+
 void add_render(const Registry& registry) {
   struct Options : PictureOptions {
     bool extreme = false;
-    std::string sweeps = "stress";
+    std::string sweeps = "stress", sweep;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "render", "one pose, or a rig's worst poses, to EXR and PNG",
+      "render", "one pose, a sweep as a sequence, or a rig's worst poses, to EXR and PNG",
       [options, &common = registry.common] {
         const RenderRequest request = options->finished();
         Progress progress(common.progress_style());
         const OutputFolder folder(options->output);
+        if (!options->sweep.empty())
+          return print_files(render_sweep(request, sweep_named(options->sweep), folder, progress),
+                             folder.path());
         if (!options->extreme)
           return print_files(render_pose(request, folder, progress), folder.path());
         const std::vector<Sweep> sweeps =
@@ -169,8 +189,12 @@ void add_render(const Registry& registry) {
       ->add_option("--view", options->request.view,
                    "camera: profile, front, back or three_quarter [profile]")
       ->check(CLI::IsMember(known_views()));
-  command->add_flag("--extreme", options->extreme,
-                    "the worst frames of every sweep instead of one pose");
+  CLI::Option* extreme = command->add_flag("--extreme", options->extreme,
+                                           "the worst frames of every sweep instead of one pose");
+  command
+      ->add_option("--sweep", options->sweep,
+                   "every pose of a sweep (backbend list sweeps): EXRs, contact sheet and MP4")
+      ->excludes(extreme);
   command->add_option("--sweeps", options->sweeps, "with --extreme: standard or stress [stress]")
       ->check(CLI::IsMember({"standard", "stress"}));
 }

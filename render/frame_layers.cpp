@@ -84,10 +84,12 @@ FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& set
   if (position) at.position = add(frame, {"P.X", "P.Y", "P.Z"}, false);
   if (position || settings.denoise)
     at.albedo = add(frame, {"albedo.R", "albedo.G", "albedo.B"}, true);
-  if (all) {
+  if (all || settings.rest_and_motion) {
     at.rest_position = add(frame, {"Pref.X", "Pref.Y", "Pref.Z"}, false);
     if (!scene.pose.previous_position.empty())
       at.motion = add(frame, {"motion.X", "motion.Y"}, false);
+  }
+  if (all) {
     at.object_id = add(frame, {"objectId"}, false);
     at.triangle_id = add(frame, {"triangleId"}, false);
     at.variance = add(frame, {"variance.R", "variance.G", "variance.B"}, false);
@@ -96,6 +98,16 @@ FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& set
   if (!scene.pose.heat.empty() && (all || settings.mode == Mode::heat))
     at.heat = add(frame, {"heat"}, false);
   return at;
+}
+
+double layer_bytes(const SceneView& scene, const Settings& settings) {
+  Frame pixel;
+  pixel.width = pixel.height = 1;
+  add_layers(pixel, scene, settings);
+  std::size_t channels = 0;
+  for (const Layer& layer : pixel.layers) channels += layer.names.size();
+  return static_cast<double>(settings.width) * settings.height *
+         static_cast<double>(channels * sizeof(float));
 }
 
 FrameLayers add_geometry_layers(Frame& frame) {

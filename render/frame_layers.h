@@ -20,6 +20,9 @@ struct FrameLayers {
 /// Adds every layer that `settings` asks for to `frame`, filled with what background pixels hold.
 FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& settings);
 
+/// Bytes of all layers that `settings` asks for.
+double layer_bytes(const SceneView& scene, const Settings& settings);
+
 /// Adds only what lines are drawn from: depth, normal and region.
 FrameLayers add_geometry_layers(Frame& frame);
 

@@ -4,6 +4,7 @@
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 #include <tbb/task_arena.h>
+#include <unistd.h>
 
 #include <array>
 #include <charconv>
@@ -181,6 +182,20 @@ void add_matte_attributes(const MeshTopology& mesh, Frame& frame) {
   add("CryptoObject", mesh.region_name);
 }
 
+// A frame that can never fit is refused before the machine is brought to its knees.
+void expect_room(const SceneView& scene, const Settings& settings) {
+  const double needed = layer_bytes(scene, settings);
+  const double has =
+      static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
+  if (needed > has) {
+    const auto gigabytes = [](double bytes) {
+      return std::to_string(static_cast<long>(std::ceil(bytes * 1e-9)));
+    };
+    refuse("a frame of " + std::to_string(settings.width) + "x" + std::to_string(settings.height) +
+           " pixels needs " + gigabytes(needed) + " GB, this machine has " + gigabytes(has));
+  }
+}
+
 const char* mode_name(Mode mode) {
   switch (mode) {
     case Mode::beauty:
@@ -266,6 +281,7 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   if (!(settings.noise >= 0.0) || !std::isfinite(settings.noise) ||
       !std::isfinite(settings.light_turn_deg))
     refuse("the noise must be 0 or more, and the turn of the light finite");
+  expect_room(scene, settings);
   Studio studio = make_studio(projection, scene.rest_center, scene.rest_radius, scene.rest_floor,
                               settings.light_turn_deg);
   studio.has_ground = settings.ground;

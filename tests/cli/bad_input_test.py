@@ -1,6 +1,8 @@
 """Bad input of every kind: one clear line, the exit code of the specification, nothing written."""
 
+import base64
 import os
+import struct
 import tempfile
 import unittest
 
@@ -211,6 +213,66 @@ class Suites(CommandTest):
         self.refuse(self.GOOD.replace('"curve"', '"curv"'), "curv")
         self.refuse(self.GOOD.replace("[[rig]]", "[[rgi]]"), "rgi")
         self.refuse(self.GOOD.replace('{ system = "curve" }', '{ system = "curve", bones = nan }'))
+
+
+class Pictures(CommandTest):
+    """What cannot be shown: said in one line, and no picture is begun."""
+
+    def refuse(self, content, *names, more=(), size="32x32"):
+        self.write("hero.glb", content)
+        self.assert_refused("render", "hero.glb", "--rig", "three_bone", "--res", size, "--spp", "1", *more,
+                            "-o", ".", names=names)
+
+    @staticmethod
+    def textured(uri):
+        def change(document):
+            document["images"] = [{"uri": uri}]
+            document["textures"] = [{"source": 0}]
+            document["materials"] = [{"pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}]
+            document["meshes"][0]["primitives"][0]["material"] = 0
+        return glb.tube(change=change)
+
+    def test_a_texture_that_is_missing_is_named_where_it_would_be_seen(self):
+        missing = self.textured("nowhere.png")
+        self.refuse(missing, "hero.glb", "/images/0", "nowhere.png", more=("--mode", "beauty"))
+        self.assert_runs("render", "hero.glb", "--rig", "three_bone", "--res", "32x32", "--spp", "1", "-o", "clay")
+
+    def test_a_texture_that_is_no_picture_is_named(self):
+        self.write("words.png", "no picture")
+        self.refuse(self.textured("words.png"), "hero.glb", "image 0", more=("--mode", "beauty"))
+
+    def test_a_mesh_without_triangles_or_extent(self):
+        def none(document):
+            document["accessors"][3]["count"] = 0
+
+        self.refuse(glb.tube(change=none), "hero.glb")
+        self.refuse(glb.tube(vertex=lambda i, p, j, w: ([0, 0, 0], j, w)), "extent")
+
+    def test_normals_that_are_not_numbers(self):
+        def nan_normals(document):
+            normals = struct.pack("<216f", *[float("nan")] * 216)
+            uri = "data:application/octet-stream;base64," + base64.b64encode(normals).decode()
+            document["buffers"].append({"uri": uri, "byteLength": len(normals)})
+            document["bufferViews"].append({"buffer": 1, "byteLength": len(normals)})
+            document["accessors"].append({"bufferView": len(document["bufferViews"]) - 1, "componentType": 5126,
+                                          "type": "VEC3", "count": 72})
+            document["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = len(document["accessors"]) - 1
+
+        self.refuse(glb.tube(change=nan_normals), "hero.glb", "finite")
+
+    def test_triangles_without_area_are_no_trouble(self):
+        self.write("hero.glb", glb.tube(vertex=lambda i, p, j, w: ([0, p[1], 0], j, w)))
+        self.assert_runs("render", "hero.glb", "--rig", "three_bone", "--res", "32x32", "--spp", "2", "-o", "out")
+
+    def test_a_size_that_is_absurd(self):
+        self.write("hero.glb", glb.tube())
+        for size in ("0x10", "100000x100000", "-5x5", "16x", "1e3x16"):
+            with self.subTest(size):
+                self.assert_refused("render", "hero.glb", "--res", size, "-o", "out", code=USAGE, names=["size"])
+        pages = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGESIZE")
+        if pages > 100 << 30:
+            self.skipTest("this machine has memory for the largest picture")
+        self.refuse(glb.tube(), "16384x16384", "GB", more=("--aovs", "all"), size="16384x16384")
 
 
 class Writing(CommandTest):

@@ -40,6 +40,28 @@ class FillingTheDisk(CommandTest):
         self.assertEqual(codes, {0, RETRY})
 
 
+class FillingTheDiskWithPictures(CommandTest):
+    def test_frames_are_whole_or_not_there_and_the_run_says_so(self):
+        if os.geteuid() != 0:
+            self.skipTest("needs root")
+        disk = self.folder / "disk"
+        disk.mkdir()
+        for command in (["render"], ["turntable", "--views", "3"], ["render", "--sweep", "extension"]):
+            with self.subTest(command):
+                words = [command[0], HUMAN, *command[1:], "--rig", "curve", "--res", "160x120", "--spp", "1"]
+                if subprocess.run(["mount", "-t", "tmpfs", "-o", "size=400k", "tmpfs", disk]).returncode != 0:
+                    self.skipTest("cannot mount")
+                try:
+                    (disk / "filler").write_bytes(bytes(300 << 10))
+                    done = self.backbend(*words, "-o", disk / "out")
+                    self.assertEqual(done.returncode, RETRY, done.stderr)
+                    self.assertIn("cannot write", done.stderr)
+                    left = sorted(path for path in (disk / "out").iterdir())
+                finally:
+                    subprocess.run(["umount", disk], check=True)
+                self.assertEqual([path.name for path in left if not path.name.endswith(".exr")], [])
+
+
 class HostileFolders(CommandTest):
     def setUp(self):
         super().setUp()

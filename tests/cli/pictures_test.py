@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import unittest
 
+import glb
 from exr import Exr
 from harness import CommandTest, SOURCE, contents, run_backbend
 
@@ -132,6 +133,48 @@ class Rendering(CommandTest):
         self.assertEqual(before.keys(), after.keys())
         for name in before:
             self.assertNotEqual(before[name], after[name], name)
+
+
+class Sequences(CommandTest):
+    """A sweep as a sequence: every pose once, seen alike, with what moved in it."""
+
+    SWEEP = ("--sweep", "extension", "--res", "32x24", "--spp", "1", "--name", "x")
+
+    def setUp(self):
+        super().setUp()
+        self.write("hero.glb", glb.tube())
+
+    def test_a_sweep_is_a_frame_for_every_pose_and_is_resumed_to_the_same_bytes(self):
+        told = self.assert_runs("render", "hero.glb", *self.SWEEP, "--aovs", "all", "-o", "out").stdout.splitlines()
+        frames = [line for line in told if line.endswith(".exr")]
+        self.assertEqual(frames[0], "out/x.1001.exr")
+        self.assertEqual(told[len(frames):], ["out/x_sheet.png", "out/x.mp4"])
+        probe = told_by("ffprobe", "-v", "error", "-count_frames", "-show_entries", "stream=nb_read_frames", "-of",
+                        "csv=p=0", self.folder / "out/x.mp4")
+        self.assertEqual(int(probe), len(frames))
+        first, middle = Exr(self.folder / frames[0]), Exr(self.folder / frames[30])
+        self.assertEqual(first.text("backbend/poseParameter"), "rest")
+        self.assertNotIn("motion.X", first.channels)
+        self.assertGreater(max(middle.channels["motion.X"]), 0.0)
+        whole = contents(self.folder / "out")
+        (self.folder / frames[1]).unlink()
+        (self.folder / frames[30]).write_bytes(b"cut off")
+        self.assert_runs("render", "hero.glb", *self.SWEEP, "--aovs", "all", "-o", "out", "--resume", "--threads", "1")
+        self.assertEqual(contents(self.folder / "out"), whole)
+
+    def test_a_sweep_that_does_not_exist_is_named_with_the_nearest(self):
+        self.assert_refused("render", "hero.glb", "--sweep", "extensoin", "-o", "out", code=2, names=["extension"])
+        self.assert_refused("render", "hero.glb", "--sweep", "extension", "--extreme", "-o", "out", code=2)
+
+    def test_heat_has_a_layer_and_a_legend_and_a_transparent_frame_has_no_backdrop(self):
+        self.assert_runs("render", HUMAN, "--mode", "heat", *BEND, "--res", "160x120", "--spp", "1", "--name", "heat",
+                         "-o", "out")
+        heat = Exr(self.folder / "out/heat.exr")
+        self.assertGreater(max(value for value in heat.channels["heat"] if value == value), 1.0)
+        self.assert_runs("render", HUMAN, "--transparent", *SMALL, "--name", "clear", "-o", "out")
+        clear = Exr(self.folder / "out/clear.exr")
+        self.assertEqual(min(clear.channels["A"]), 0.0)
+        self.assertEqual(max(clear.channels["A"]), 1.0)
 
 
 class Review(CommandTest):

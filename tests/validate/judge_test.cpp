@@ -18,7 +18,7 @@ namespace {
 /// A straight spine of eight bones in a round body.
 const Stage& tube() {
   static const auto body = tube_body(8);
-  static const Stage stage(body->character(), {});
+  static const Stage stage(body->character(), skin::AnatomyHints{});
   return stage;
 }
 
@@ -139,7 +139,7 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
   character.unweighted = {41};
   character.worst_weight_sum = 0.97;
   character.renormalised_vertices = 3;
-  const Stage stage(character, {});
+  const Stage stage(character, skin::AnatomyHints{});
   const LimitSet limits;
   const Envelope envelope = *find_envelope("human");
   const JudgeContext context{stage, limits, envelope, "tube.glb"};

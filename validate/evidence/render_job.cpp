@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <future>
+#include <glm/geometric.hpp>
 #include <map>
 #include <sstream>
 
@@ -15,14 +17,18 @@
 #include "validate/evidence/video.h"
 #include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
+#include "validate/metrics/body_metrics.h"
 #include "validate/report/report.h"
 #include "validate/run/confirmed.h"
+#include "validate/run/measure.h"
 
 namespace backbend::validate {
 namespace {
 
 constexpr int kSheetCells = 12;
 constexpr int kSheetCellWidth = 320;
+
+constexpr float kHeatTop = 20.0f;  // strain: the limit of BB032
 
 constexpr std::uintmax_t kMaxEnvironmentBytes = std::uintmax_t{1} << 30;
 
@@ -60,6 +66,11 @@ struct Studio {
         stage(std::move(confirmed.character), confirmed.hints, request.chain),
         system(stage.build(request.rig.spec)) {
     const skin::Character& character = stage.character();
+    if (request.settings.mode == render::Mode::beauty) {
+      // Clay needs no textures; a beauty picture without them would be another character's.
+      for (const skin::Warning& warning : character.warnings)
+        if (warning.code == "image_missing") throw render::RenderError(warning.message);
+    }
     name = request.name.empty() ? character.name + "_" + request.rig.name : request.name;
     // What a frame depends on beside its pose and camera.
     const render::Settings& s = request.settings;
@@ -70,13 +81,15 @@ struct Studio {
              std::to_string(s.samples) + "|" + std::to_string(s.seed) + "|" +
              std::to_string(static_cast<int>(s.mode)) + "|" + std::to_string(s.all_layers) + "|" +
              environment.hash + "|" + number_text(s.noise, 9) + "|" + std::to_string(s.denoise) +
-             "|" + std::to_string(static_cast<int>(request.parts));
+             "|" + std::to_string(static_cast<int>(request.parts)) + "|" +
+             std::to_string(s.transparent);
   }
 
   /// What the request asks for, with the environment at hand.
   render::Settings settings(const RenderRequest& request) const {
     render::Settings with_environment = request.settings;
     with_environment.environment = environment.picture;
+    with_environment.heat_high = kHeatTop;
     return with_environment;
   }
 
@@ -191,6 +204,22 @@ render::Bounds framing_box(const Studio& studio, const PosedCharacter& posed) {
   return box;
 }
 
+/// Holds a sweep: sixteen of its poses, and a hundredth more for what they do between.
+render::Bounds framing_box(const Studio& studio, const RenderRequest& request, const Sweep& sweep) {
+  constexpr std::size_t kLooks = 16;
+  render::Bounds box = render::bounds_of(studio.stage.rest().position);
+  const std::size_t last = sweep.pose_count() - 1, looks = std::min(kLooks, last);
+  for (std::size_t i = 0; i <= looks; ++i) {
+    const std::size_t pose = looks > 0 ? i * last / looks : 0;
+    box.add(render::bounds_of(
+        studio.posed(sweep.pose_at(sweep.control_at(pose)), request.mapping).mesh.position));
+  }
+  const double more = 0.01 * glm::length(box.high - box.low);
+  box.low -= more;
+  box.high += more;
+  return box;
+}
+
 std::string title_of(const Studio& studio, const RenderRequest& request) {
   return studio.stage.character().name + "  " + request.rig.name + "  " + request.pose.text();
 }
@@ -209,6 +238,44 @@ BurnIn burn_in_of(const Studio& studio, const RenderRequest& request, const Pose
   if (!request.burn_in) return {};
   return {request.rig.name + " (" + std::string(mapping_name(request.mapping)) + ")", pose.text(),
           worst_metric(studio.stage, *studio.system, pose, request.mapping, posed)};
+}
+
+/// Heat of a pose for the heat mode, one value per vertex; empty in other modes.
+class Heat {
+ public:
+  static constexpr const char* kLabel = "strain / ideal";
+
+  Heat(const Studio& studio, const RenderRequest& request) : studio_(studio), request_(request) {
+    if (request.settings.mode != render::Mode::heat) return;
+    const Stage& stage = studio.stage;
+    body_ = std::make_unique<BodyMetrics>(stage.character(), stage.anatomy(), stage.driver());
+  }
+  std::vector<float> of(const PoseDegrees& pose, const PosedCharacter& posed) const {
+    if (!body_) return {};
+    return body_->strain_heat(rig_at_rest(*studio_.system),
+                              controls_at(*studio_.system, pose, request_.mapping), posed.spine,
+                              posed.mesh, glm::radians(pose.twist));
+  }
+  void put_legend(render::Picture& picture) const {
+    if (body_) render::draw_legend(picture, 0.0f, kHeatTop, kLabel);
+  }
+
+ private:
+  const Studio& studio_;
+  const RenderRequest& request_;
+  std::unique_ptr<BodyMetrics> body_;
+};
+
+/// The contact sheet and the video of a sequence of frames.
+void finish_sequence(const Studio& studio, const RenderRequest& request,
+                     const std::vector<render::Picture>& pictures,
+                     const std::vector<std::string>& labels, const std::string& title,
+                     const OutputFolder& folder, RenderedFiles& files,
+                     const std::function<render::Picture(std::size_t)>& shown) {
+  files.sheet = studio.name + "_sheet.png";
+  folder.write(files.sheet, render::encode_png(sheet_of(pictures, labels, title)));
+  files.video = studio.name + ".mp4";
+  write_video(folder, files.video, pictures.size(), request.settings.frames_per_second, shown);
 }
 
 /// One picture of a turntable.
@@ -250,20 +317,24 @@ RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& fold
   RenderedFiles files;
   files.frames = {studio.name + ".exr", studio.name + ".png"};
   const BurnIn burn_in = burn_in_of(studio, request, request.pose, posed);
+  const Heat heat(studio, request);
   if (request.resume) {
     if (auto picture = picture_if_current(folder.path() / files.frames[0], stamp)) {
+      heat.put_legend(*picture);
       burn_in.put(*picture);
       folder.write(files.frames[1], render::encode_png(*picture));
       files.kept = 1;
       return files;
     }
   }
-  photographer.pose(posed, {}, nullptr, studio.controllers(request, request.pose));
+  const std::vector<float> strain = heat.of(request.pose, posed);
+  photographer.pose(posed, strain, nullptr, studio.controllers(request, request.pose));
   render::Frame frame = photographer.shoot(camera, studio.settings(request));
   poll_interrupt();
   add_provenance(frame, studio, request, request.pose, stamp);
   folder.write(files.frames[0], render::encode_exr(frame, request.parts));
   render::Picture picture = render::picture_from(frame);
+  heat.put_legend(picture);
   burn_in.put(picture);
   folder.write(files.frames[1], render::encode_png(picture));
   progress.step();
@@ -277,7 +348,9 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
   Photographer photographer(studio.stage, framing_box(studio, posed));
   folder.prepare();
   export_obj(request, studio, posed);
-  photographer.pose(posed, {}, nullptr, studio.controllers(request, request.pose));
+  const Heat heat(studio, request);
+  const std::vector<float> strain = heat.of(request.pose, posed);
+  photographer.pose(posed, strain, nullptr, studio.controllers(request, request.pose));
 
   const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
   const std::vector<TurntableView> turn = turntable_views(views, light_views, photographer, aspect);
@@ -312,16 +385,70 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
     progress.step();
   }
   writer.wait();
-  files.sheet = studio.name + "_sheet.png";
-  folder.write(files.sheet,
-               render::encode_png(sheet_of(pictures, labels, title_of(studio, request))));
-  files.video = studio.name + ".mp4";
-  write_video(folder, files.video, pictures.size(), request.settings.frames_per_second,
-              [&](std::size_t i) {
-                render::Picture picture = pictures[i];
-                burn_in.put(picture);
-                return picture;
-              });
+  finish_sequence(studio, request, pictures, labels, title_of(studio, request), folder, files,
+                  [&](std::size_t i) {
+                    render::Picture picture = pictures[i];
+                    heat.put_legend(picture);
+                    burn_in.put(picture);
+                    return picture;
+                  });
+  return files;
+}
+
+RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
+                           const OutputFolder& folder, Progress& progress) {
+  const Studio studio(request);
+  const std::size_t count = sweep.pose_count();
+  const auto pose_at = [&](std::size_t i) { return sweep.pose_at(sweep.control_at(i)); };
+  Photographer photographer(studio.stage, framing_box(studio, request, sweep));
+  folder.prepare();
+  const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
+  const render::Camera camera =
+      render::view_camera(request.view, photographer.box(), photographer.facing(), aspect);
+  const Heat heat(studio, request);
+  RenderedFiles files;
+  std::vector<render::Picture> pictures;
+  std::vector<std::string> labels;
+  std::vector<BurnIn> burn_in;
+  FrameWriter writer(folder, request.parts);
+  PosedCharacter now, before;
+  progress.start("frames", count);
+  for (std::size_t i = 0; i < count; ++i) {
+    poll_interrupt();
+    const PoseDegrees pose = pose_at(i);
+    const std::string name =
+        studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr";
+    // The motion layer is from the pose before.
+    const std::string stamp = stamp_of(studio, pose, camera) + (i > 0 ? "" : "-first");
+    files.frames.emplace_back(name);
+    labels.push_back(pose.text());
+    std::optional<render::Picture> kept;
+    if (request.resume) kept = picture_if_current(folder.path() / name, stamp);
+    if (i > 0) before = std::move(now);
+    now = studio.posed(pose, request.mapping);
+    burn_in.push_back(burn_in_of(studio, request, pose, now));
+    if (kept) {
+      pictures.push_back(std::move(*kept));
+      ++files.kept;
+    } else {
+      const std::vector<float> strain = heat.of(pose, now);
+      photographer.pose(now, strain, i > 0 ? &before : nullptr, studio.controllers(request, pose));
+      render::Frame frame = photographer.shoot(camera, studio.settings(request));
+      add_provenance(frame, studio, request, pose, stamp);
+      pictures.push_back(render::picture_from(frame));
+      writer.write(name, std::move(frame));
+    }
+    progress.step();
+  }
+  writer.wait();
+  finish_sequence(studio, request, pictures, labels,
+                  studio.stage.character().name + "  " + request.rig.name + "  " + sweep.name,
+                  folder, files, [&](std::size_t i) {
+                    render::Picture picture = pictures[i];
+                    heat.put_legend(picture);
+                    burn_in[i].put(picture);
+                    return picture;
+                  });
   return files;
 }
 

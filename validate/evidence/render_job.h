@@ -40,6 +40,11 @@ struct RenderedFiles {
 RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
                           Progress& progress);
 
+/// Every pose of a sweep, seen alike: NAME.1001.exr onwards, with a contact sheet and a video.
+/// Request.pose is not asked.
+RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
+                           const OutputFolder& folder, Progress& progress);
+
 /// `views` pictures around the pose, then `light_views` from the front while the light turns around
 /// it: NAME.1001.exr onwards, with a contact sheet and a video. Both turns close without repeating
 /// a picture.

@@ -11,14 +11,19 @@
 namespace backbend::validate {
 namespace {
 
-render::Material render_material(const skin::Material& material) {
+/// Images that were not found leave the material's plain values; reading the file has said so.
+render::Material render_material(const skin::Character& character, const skin::Material& material) {
+  const auto found = [&](int image) {
+    return image >= 0 && !character.images[static_cast<std::size_t>(image)].bytes.empty() ? image
+                                                                                          : -1;
+  };
   render::Material result;
   result.base_color = glm::vec3(material.base_color);
   result.roughness = material.roughness;
   result.metallic = material.metallic;
-  result.base_color_texture = material.base_color_image;
-  result.roughness_metallic_texture = material.metallic_roughness_image;
-  result.normal_texture = material.normal_image;
+  result.base_color_texture = found(material.base_color_image);
+  result.roughness_metallic_texture = found(material.metallic_roughness_image);
+  result.normal_texture = found(material.normal_image);
   return result;
 }
 
@@ -74,6 +79,13 @@ Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenC
       regions_(skin::vertex_regions(character_, anatomy_)),
       rest_(skin::rest_mesh(character_)) {}
 
+Stage::Stage(skin::Character character, skin::Anatomy anatomy)
+    : character_(std::move(character)),
+      anatomy_(std::move(anatomy)),
+      driver_(character_, anatomy_),
+      regions_(skin::vertex_regions(character_, anatomy_)),
+      rest_(skin::rest_mesh(character_)) {}
+
 std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec) const {
   return solver::build_system(spec, rest_chain());
 }
@@ -110,12 +122,21 @@ std::shared_ptr<const render::MeshTopology> Stage::topology() const {
   topology->uv = character_.uv;
   topology->rest_position = rest_.position;
   for (const skin::Material& material : character_.materials) {
-    topology->materials.push_back(render_material(material));
+    topology->materials.push_back(render_material(character_, material));
   }
   if (topology->materials.empty()) topology->materials.emplace_back();
   for (std::size_t i = 0; i < character_.images.size(); ++i) {
-    topology->textures.push_back(render::decode_texture(
-        character_.images[i].bytes, encoding_of(character_, static_cast<int>(i))));
+    if (character_.images[i].bytes.empty()) {
+      topology->textures.push_back({1, 1, {glm::vec4(1.0f)}});  // keeps the others' numbers
+      continue;
+    }
+    try {
+      topology->textures.push_back(render::decode_texture(
+          character_.images[i].bytes, encoding_of(character_, static_cast<int>(i))));
+    } catch (const render::RenderError& error) {
+      throw render::RenderError(character_.file_name + ": image " + std::to_string(i) + " '" +
+                                character_.images[i].name + "': " + error.what());
+    }
   }
   return topology;
 }

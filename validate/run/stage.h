@@ -34,6 +34,8 @@ class Stage {
   /// Throws skin::CharacterError where no spine is found.
   Stage(skin::Character character, const skin::AnatomyHints& hints,
         DrivenChain chain = DrivenChain::spine);
+  /// With a spine that is known.
+  Stage(skin::Character character, skin::Anatomy anatomy);
   Stage(const Stage&) = delete;
   Stage& operator=(const Stage&) = delete;
 
