@@ -73,6 +73,21 @@ TEST(ExamineWeights, AHardBorderIsNoStray) {
   EXPECT_EQ(strip.examine().stray, 0u);
 }
 
+TEST(ExamineWeights, AStrayBetweenNeighboursWhoDisagreeIsFoundByTheRingAroundThem) {
+  Strip strip;
+  for (std::uint32_t v = 0; v < strip.influences.size(); ++v)
+    if (v % Strip::kWide >= 6) strip.bind(v, 7);
+  const std::uint32_t border = 10 * Strip::kWide + 6;
+  strip.bind(border, 5);
+  const WeightHygiene h = strip.examine();
+  EXPECT_EQ(h.stray, 1u);
+  EXPECT_EQ(h.stray_vertex, static_cast<int>(border));
+  // Where somebody two rings away knows the joint it may be a patch: only that one is named.
+  strip.bind(border + 2, 5);
+  EXPECT_EQ(strip.examine().stray, 1u);
+  EXPECT_EQ(strip.examine().stray_vertex, static_cast<int>(border) + 2);
+}
+
 TEST(ExamineWeights, SplitVerticesDoNotHideAStray) {
   Strip strip;
   const auto extra = static_cast<std::uint32_t>(strip.influences.size());

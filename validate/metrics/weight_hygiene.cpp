@@ -23,9 +23,10 @@ bool share_a_joint(const skin::Influences& a, const skin::Influences& b) {
 }
 
 /// Pairs of neighbouring places, both ways, sorted.
-std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbour_pairs(
-    std::span<const glm::uvec3> triangle, std::span<const std::uint32_t> place) {
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> pairs;
+using Pairs = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+
+Pairs neighbour_pairs(std::span<const glm::uvec3> triangle, std::span<const std::uint32_t> place) {
+  Pairs pairs;
   pairs.reserve(triangle.size() * 6);
   for (const glm::uvec3& t : triangle)
     for (int i = 0; i < 3; ++i) {
@@ -37,6 +38,22 @@ std::vector<std::pair<std::uint32_t, std::uint32_t>> neighbour_pairs(
   std::ranges::sort(pairs);
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;
+}
+
+/// Whether the neighbours' neighbours know nothing of a vertex's joints either: where the vertices
+/// around it do not agree among themselves, one ring is too small to tell.
+bool unknown_further(const Pairs& pairs, std::size_t first, std::size_t end,
+                     std::span<const skin::Influences> influences,
+                     const std::vector<std::uint32_t>& vertex_of_place, std::uint32_t vertex) {
+  const std::uint32_t place = pairs[first].first;
+  for (std::size_t i = first; i < end; ++i) {
+    auto next = std::ranges::lower_bound(pairs, std::pair(pairs[i].second, std::uint32_t{0}));
+    for (; next != pairs.end() && next->first == pairs[i].second; ++next)
+      if (next->second != place &&
+          share_a_joint(influences[vertex], influences[vertex_of_place[next->second]]))
+        return false;
+  }
+  return true;
 }
 
 }  // namespace
@@ -83,7 +100,7 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
       for (std::size_t i = first; i < end && agree; ++i)
         for (std::size_t j = i + 1; j < end && agree; ++j)
           agree = share_a_joint(neighbour(i), neighbour(j));
-      if (agree) {
+      if (agree || unknown_further(pairs, first, end, influences, vertex_of_place, vertex)) {
         ++out.stray;
         if (foreign > out.stray_weight) {
           out.stray_weight = foreign;

@@ -20,8 +20,9 @@ struct WeightHygiene {
 };
 
 /// Examines the weights. A vertex is a stray if more than half of its weight is on joints that none
-/// of the vertices around it (across one edge, by place) is bound to, while those agree among
-/// themselves: each pair of them shares a joint.
+/// of the vertices around it (across one edge, by place) is bound to, while either those agree
+/// among themselves (each pair of them shares a joint) or the vertices around them share none of
+/// its joints either.
 ///
 /// Weights of vertices at one place count together, so split normals change nothing. An isolated
 /// vertex, or one with a single neighbour, is never a stray: there is nothing to compare it with.
