@@ -49,7 +49,8 @@ int calibrate_and_print(const CalibrateOptions& options, const Common& common) {
     poll_interrupt();
     progress.step();
   };
-  const CalibrationReport report = calibrate(options.plan, tried, watch);
+  CalibrationReport report = calibrate(options.plan, tried, watch);
+  report.date = today();
   progress.finish();
   const std::string json = calibration_json(report);
   folder.write("calibration.json", json);

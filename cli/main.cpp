@@ -12,6 +12,7 @@
 #include "skin/character.h"
 #include "skin/rig_templates.h"
 #include "solver/spine_system.h"
+#include "validate/calibrate/calibrate.h"
 #include "validate/farm/ledger.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/baseline.h"
@@ -67,6 +68,8 @@ int run_guarded(const Run& run) {
   } catch (const ReportError& error) {
     return complain(error.what(), kExitBadInput);
   } catch (const HistoryError& error) {
+    return complain(error.what(), kExitBadInput);
+  } catch (const CalibrationError& error) {
     return complain(error.what(), kExitBadInput);
   } catch (const BaselineError& error) {
     return complain(error.what(), kExitBadInput);

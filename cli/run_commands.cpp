@@ -7,6 +7,7 @@
 
 #include "cli/commands.h"
 #include "cli/nightly.h"
+#include "validate/calibrate/calibrate.h"
 #include "validate/farm/job.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/hash.h"
@@ -58,7 +59,11 @@ void RunOptions::apply_to(RunRequest& request) const {
   request.today = today();
   request.label = label;
   // Read before the work, so that what is damaged is said now and not in the morning.
-  if (!history.empty()) request.history = read_history(history);
+  if (!history.empty()) {
+    request.history = read_history(history);
+    request.calibrated =
+        last_calibration(fs::path(history).parent_path() / "calibration.json", request.today);
+  }
   if (!baseline.empty()) {
     if (!fs::exists(baseline))
       throw NoBaseline(baseline + ": no such baseline; backbend approve makes one");

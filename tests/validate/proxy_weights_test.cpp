@@ -25,7 +25,7 @@ double sum_of(const skin::Influences& influences) {
 TEST(ProxyWeights, AreLinearBetweenTheJointsOfAStraightSpine) {
   const auto body = tube_body(6);
   const skin::Character& character = body->character();
-  const std::vector<skin::Influences> made = proxies(character, body->anatomy());
+  const std::vector<skin::Influences> made = proxies(character, body->stage().anatomy());
   int looked_at = 0;
   for (std::size_t v = 0; v < made.size(); ++v) {
     EXPECT_NEAR(sum_of(made[v]), 1.0, 1e-6);
@@ -44,12 +44,12 @@ TEST(ProxyWeights, AreLinearBetweenTheJointsOfAStraightSpine) {
 TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) {
   const auto body = tube_body(6);
   skin::Character worse = body->character();
-  const std::vector<skin::Influences> clean = proxies(worse, body->anatomy());
+  const std::vector<skin::Influences> clean = proxies(worse, body->stage().anatomy());
   std::size_t arms = 0;
   for (skin::Influences& influences : worse.influences) {  // rigid: the heaviest joint takes all
     influences.weight = {1.0f};
   }
-  const std::vector<skin::Influences> again = proxies(worse, body->anatomy());
+  const std::vector<skin::Influences> again = proxies(worse, body->stage().anatomy());
   for (std::size_t v = 0; v < clean.size(); ++v) {
     EXPECT_EQ(again[v].joint[0], clean[v].joint[0]) << v;
     EXPECT_NEAR(again[v].weight[0], clean[v].weight[0], 1e-6) << v;

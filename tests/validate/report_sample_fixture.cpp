@@ -292,8 +292,10 @@ Report sample_report() {
       "flip from 1.2 deg, kink from 2 deg at 6 joints, drift from 0.05 deg; 0 of 2000 clean poses "
       "flagged"};
   r.calibration = {
-      {"flip", "BB001", "10 bones", "deg", 1, 200, 0, 1.2, 1.2, true},
-      {"chain kink", "BB010", "24 bones", "deg", 0.2, 200, 3, 0.5, kNotMeasured, false}};
+      {"flip", "BB001", "10 bones", "deg", 1, "deg", 200, 0, 1.2, 1.2, true},
+      {"picture of a kink", "BB011", "24 bones", "deg", 1.25, "ratio", 200, 0, 16, 16, true, 1000,
+       640},
+      {"chain kink", "BB010", "24 bones", "deg", 0.2, "deg", 200, 3, 0.5, kNotMeasured, false}};
   r.comparisons = {sample_comparison("chest"), sample_comparison("spread")};
   r.pairs = {{"Isner flips at extension 114.3", "one step of 0.00002 degrees apart",
               picture_of("isner", "chest", "extension", 57), "114.29999",
@@ -359,7 +361,8 @@ Report sample_report_named(const std::string& name) {
     f.pictures = {name, name, name, name, name};
     f.artist = {{name, name}};
   }
-  for (CalibrationRow& c : r.calibration) c.detector = c.code = c.body = c.unit = name;
+  for (CalibrationRow& c : r.calibration)
+    c.detector = c.code = c.body = c.unit = c.threshold_unit = name;
   for (CanaryResult& c : r.canaries) c.rig = c.code = c.joint = c.detail = name;
   for (Comparison& c : r.comparisons) {
     c.a = c.b = c.character = c.mapping = name;

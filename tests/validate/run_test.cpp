@@ -146,9 +146,18 @@ TEST(Nightly, TriesItsDetectorsOnPlantedFaultsWhereTheSuiteAsksForIt) {
     EXPECT_EQ(row->false_alarms, 0) << code;
     EXPECT_TRUE(row->ok) << code << " " << row->smallest << " > " << row->target;
   }
-  ASSERT_EQ(report.detectors.size(), 1u);
+  ASSERT_EQ(report.detectors.size(), 2u);
   EXPECT_NE(report.detectors[0].find("each found its target, 0 of "), std::string::npos)
       << report.detectors[0];
+  EXPECT_NE(report.detectors[1].find("pictures and geometry, each without the other: alike in "),
+            std::string::npos)
+      << report.detectors[1];
+  const auto picture =
+      std::ranges::find(report.calibration, "picture of a kink", &CalibrationRow::detector);
+  ASSERT_NE(picture, report.calibration.end());
+  EXPECT_EQ(picture->threshold_unit, "deg");
+  EXPECT_GT(picture->compared, 0);
+  EXPECT_LE(picture->alike, picture->compared);
   EXPECT_EQ(report_json(parse_report(report_json(report), "r")), report_json(report));
 }
 

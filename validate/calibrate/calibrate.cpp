@@ -5,9 +5,16 @@
 #include <charconv>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <set>
+
+#include "validate/files/output_folder.h"
+#include "validate/report/escape.h"
+#include "validate/verdicts/waivers.h"
 
 namespace backbend::validate {
 namespace {
+
+constexpr const char* kSchema = "backbend.calibration/1";
 
 /// At most four digits, no trailing zeros; the same in every locale.
 std::string short_number(double value) {
@@ -18,32 +25,54 @@ std::string short_number(double value) {
   return error == std::errc() ? std::string(text.data(), end) : "none";
 }
 
+std::string alike(const Agreement& a) {
+  return std::to_string(a.alike()) + " of " + std::to_string(a.cases());
+}
+
 nlohmann::json number_or_null(double value) {
   return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
+nlohmann::json to_json(const Agreement& a) {
+  return {{"both", a.both},
+          {"geometry_only", a.geometry_only},
+          {"picture_only", a.picture_only},
+          {"neither", a.neither}};
+}
+
 nlohmann::json to_json(const Sensitivity& s) {
   nlohmann::json hits = nlohmann::json::array();
-  for (const HitRate& hit : s.hits)
+  for (const HitRate& hit : s.hits) {
     hits.push_back({{"size", hit.size},
                     {"tried", hit.tried},
                     {"found", hit.found},
                     {"placed", hit.placed},
                     {"roc_area", number_or_null(hit.roc_area)}});
-  return {{"detector", s.detector},
-          {"code", s.code},
-          {"body", s.body},
-          {"unit", s.unit},
-          {"threshold", number_or_null(s.threshold)},
-          {"clean_poses", s.clean},
-          {"false_alarms", s.false_alarms},
-          {"target", s.target},
-          {"smallest_found", number_or_null(s.smallest)},
-          {"ok", s.ok()},
-          {"sizes", std::move(hits)}};
+    if (hit.agreement.cases() > 0) hits.back()["agreement"] = to_json(hit.agreement);
+  }
+  nlohmann::json out{{"detector", s.detector},
+                     {"code", s.code},
+                     {"body", s.body},
+                     {"unit", s.unit},
+                     {"threshold", number_or_null(s.threshold)},
+                     {"threshold_unit", s.threshold_unit},
+                     {"clean_poses", s.clean},
+                     {"false_alarms", s.false_alarms},
+                     {"target", s.target},
+                     {"smallest_found", number_or_null(s.smallest)},
+                     {"ok", s.ok()},
+                     {"sizes", std::move(hits)}};
+  if (s.clean_agreement.cases() > 0) out["clean_agreement"] = to_json(s.clean_agreement);
+  return out;
 }
 
 }  // namespace
+
+Agreement CalibrationReport::agreement() const {
+  Agreement out;
+  for (const Sensitivity& s : detectors) out += s.agreement();
+  return out;
+}
 
 bool CalibrationReport::ok() const {
   return !detectors.empty() &&
@@ -61,7 +90,9 @@ CalibrationReport calibrate(const CalibrationPlan& plan,
   report.detectors.push_back(try_flip_detector(plan, watch));
   for (int bones : plan.chain_bones) take(try_chain_detectors(plan, bones, watch));
   for (const CalibrationBody* body : bodies) {
-    take(try_mesh_detectors(plan, *body, watch));
+    const std::vector<Sensitivity> measured = try_mesh_detectors(plan, *body, watch);
+    take(measured);
+    take(try_pictures(plan, *body, measured, watch));
     take(try_weight_detectors(plan, *body, watch));
   }
   return report;
@@ -90,19 +121,21 @@ std::vector<std::string> detector_lines(const CalibrationReport& report) {
 std::string calibration_table(const CalibrationReport& report) {
   std::string text =
       "| detector | check | tried on | alarm over | clean, flagged | smallest found | target | "
-      "found "
-      "at the target | at its place | ROC area |\n|---|---|---|---|---|---|---|---|---|---|\n";
+      "found at the target | at its place | ROC area | pictures and geometry alike: clean, at the "
+      "target |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
   for (const Sensitivity& s : report.detectors) {
     const auto hit = std::ranges::find(s.hits, s.target, &HitRate::size);
-    const bool tried = hit != s.hits.end();
+    const bool tried = hit != s.hits.end(), pictures = s.clean_agreement.cases() > 0;
     text += "| " + s.detector + " | " + s.code + " | " + s.body + " | " +
-            short_number(s.threshold) + " " + s.unit + " | " + std::to_string(s.clean) + ", " +
-            std::to_string(s.false_alarms) + " | " +
+            short_number(s.threshold) + " " + s.threshold_unit + " | " + std::to_string(s.clean) +
+            ", " + std::to_string(s.false_alarms) + " | " +
             (std::isfinite(s.smallest) ? short_number(s.smallest) + " " + s.unit : "none") + " | " +
             short_number(s.target) + " " + s.unit + " | " +
             (tried ? std::to_string(hit->found) + " of " + std::to_string(hit->tried) : "") +
-            " | " + (tried ? std::to_string(hit->placed) : "") + " | " +
-            (tried ? short_number(hit->roc_area) : "") + " |\n";
+            " | " + (tried && !pictures ? std::to_string(hit->placed) : "") + " | " +
+            (tried ? short_number(hit->roc_area) : "") + " | " +
+            (tried && pictures ? alike(s.clean_agreement) + ", " + alike(hit->agreement) : "") +
+            " |\n";
   }
   return text;
 }
@@ -110,13 +143,47 @@ std::string calibration_table(const CalibrationReport& report) {
 std::string calibration_json(const CalibrationReport& report) {
   nlohmann::json rows = nlohmann::json::array();
   for (const Sensitivity& s : report.detectors) rows.push_back(to_json(s));
-  const nlohmann::json out{{"schema", "backbend.calibration/1"},
+  const nlohmann::json out{{"schema", kSchema},
+                           {"date", report.date},
                            {"seed", report.plan.seed},
                            {"clean_poses", report.plan.clean_poses},
                            {"fault_poses", report.plan.fault_poses},
                            {"ok", report.ok()},
                            {"detectors", std::move(rows)}};
   return out.dump(2) + "\n";
+}
+
+std::string last_calibration(const std::filesystem::path& file, const std::string& today) {
+  if (!std::filesystem::exists(file))
+    return "no whole calibration yet: 'backbend calibrate CHARACTER... -o " +
+           visible(file.parent_path().string()) + "' makes one";
+  std::size_t clean = 0, alarms = 0;
+  std::string deaf, date;
+  std::set<std::string> bodies;
+  try {
+    const nlohmann::json stored = nlohmann::json::parse(read_text(file));
+    if (stored.at("schema") != kSchema) throw CalibrationError("it is of another schema");
+    date = stored.at("date").get<std::string>();
+    for (const nlohmann::json& row : stored.at("detectors")) {
+      const std::string body = row.at("body").get<std::string>();
+      bodies.insert(body);
+      clean += row.at("clean_poses").get<std::size_t>();
+      alarms += row.at("false_alarms").get<std::size_t>();
+      if (!row.at("ok").get<bool>())
+        deaf += (deaf.empty() ? "" : ", ") + row.at("detector").get<std::string>() + " on " + body;
+    }
+    if (!is_day(date)) throw CalibrationError("'date' is no day like 2026-11-22");
+  } catch (const std::exception& error) {
+    throw CalibrationError(visible(file.string()) +
+                           ": this is no calibration: " + visible(error.what()));
+  }
+  const int days = days_between(date, today);
+  return "whole calibration of " + date + ", " + std::to_string(days) +
+         (days == 1 ? " day ago" : " days ago") + (days > 7 ? " (make it anew every week)" : "") +
+         ", on " + std::to_string(bodies.size()) + " bodies and chains: " +
+         (deaf.empty() ? "each detector found its target"
+                       : "NOT at their target: " + visible(deaf)) +
+         ", " + std::to_string(alarms) + " of " + std::to_string(clean) + " clean poses flagged";
 }
 
 }  // namespace backbend::validate

@@ -1,7 +1,9 @@
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -11,8 +13,9 @@
 namespace backbend::validate {
 
 struct CalibrationPlan {
-  std::size_t clean_poses = 2000;  // per body, besides as many again that set the thresholds
-  std::size_t fault_poses = 200;   // per size and body
+  // Per body, besides as many again that set the thresholds; pictures take every fourth.
+  std::size_t clean_poses = 2000;
+  std::size_t fault_poses = 200;  // per size and body
   /// Seed of the poses that set the thresholds. Those that test them come from other seeds.
   std::uint64_t seed = 20261121;
   std::vector<int> chain_bones{6, 10, 24, 33};
@@ -35,15 +38,18 @@ struct CalibrationWatch {
 
 struct CalibrationReport {
   CalibrationPlan plan;
+  std::string date;                    // the day it was made, `2026-11-22`; empty where nobody asks
   std::vector<Sensitivity> detectors;  // in the order they were tried
-  bool ok() const;                     // every detector reached its target without a false alarm
+  /// Of all cases that pictures were looked at in, clean and faulted.
+  Agreement agreement() const;
+  bool ok() const;  // every detector reached its target without a false alarm
 };
 
 /// Injects faults of rising size into clean poses and finds the smallest that each detector sees
 /// with no false alarm. Clean poses are those of `even`, whose continuity is proven.
 ///
-/// Chain detectors are tried on chains of `chain_bones` bones, mesh detectors on each body. The
-/// result is the same for any number of threads.
+/// Chain detectors are tried on chains of `chain_bones` bones, detectors of meshes and of pictures
+/// on each body. The result is the same for any number of threads.
 CalibrationReport calibrate(const CalibrationPlan& plan,
                             std::span<const CalibrationBody* const> bodies,
                             const CalibrationWatch& watch = {});
@@ -57,6 +63,15 @@ std::string calibration_table(const CalibrationReport& report);
 /// The report as JSON text (`backbend.calibration/1`), keys sorted.
 std::string calibration_json(const CalibrationReport& report);
 
+/// A stored calibration that cannot be read. what() is the whole line.
+struct CalibrationError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a stored calibration says, in one line with its day and how many days that is before
+/// `today`; where there is no such file, how to make one. Throws CalibrationError.
+std::string last_calibration(const std::filesystem::path& file, const std::string& today);
+
 // The trials, by what they are tried on.
 std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bones,
                                              const CalibrationWatch& watch);
@@ -64,6 +79,10 @@ Sensitivity try_flip_detector(const CalibrationPlan& plan, const CalibrationWatc
 std::vector<Sensitivity> try_mesh_detectors(const CalibrationPlan& plan,
                                             const CalibrationBody& body,
                                             const CalibrationWatch& watch);
+/// `measured`: what try_mesh_detectors() gave for this body; its thresholds are geometry's.
+std::vector<Sensitivity> try_pictures(const CalibrationPlan& plan, const CalibrationBody& body,
+                                      const std::vector<Sensitivity>& measured,
+                                      const CalibrationWatch& watch);
 std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
                                               const CalibrationBody& body,
                                               const CalibrationWatch& watch);

@@ -128,10 +128,8 @@ class TubeBuilder {
 }  // namespace
 
 CalibrationBody::CalibrationBody(skin::Character character, skin::Anatomy anatomy)
-    : character_(std::move(character)),
-      anatomy_(std::move(anatomy)),
-      driver_(character_, anatomy_),
-      metrics_(character_, anatomy_, driver_) {}
+    : stage_(std::move(character), std::move(anatomy)),
+      metrics_(stage_.character(), stage_.anatomy(), stage_.driver()) {}
 
 std::unique_ptr<CalibrationBody> tube_body(int bones) {
   TubeBuilder builder(bones);

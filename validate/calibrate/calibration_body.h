@@ -2,10 +2,9 @@
 #include <memory>
 #include <string>
 
-#include "skin/anatomy.h"
-#include "skin/character.h"
 #include "validate/calibrate/draw.h"
 #include "validate/metrics/body_metrics.h"
+#include "validate/run/stage.h"
 
 namespace backbend::validate {
 
@@ -17,18 +16,16 @@ class CalibrationBody {
   CalibrationBody(const CalibrationBody&) = delete;
   CalibrationBody& operator=(const CalibrationBody&) = delete;
 
-  const std::string& name() const { return character_.name; }
-  const skin::Character& character() const { return character_; }
-  const skin::Anatomy& anatomy() const { return anatomy_; }
-  const skin::SpineDriver& driver() const { return driver_; }
+  const std::string& name() const { return character().name; }
+  const Stage& stage() const { return stage_; }
+  const skin::Character& character() const { return stage_.character(); }
+  const skin::SpineDriver& driver() const { return stage_.driver(); }
   const BodyMetrics& metrics() const { return metrics_; }
   /// Bones of the character's own spine, hips to chest.
-  int bones() const { return static_cast<int>(driver_.rest_chain().joint.size()) - 1; }
+  int bones() const { return static_cast<int>(stage_.rest_chain().joint.size()) - 1; }
 
  private:
-  skin::Character character_;
-  skin::Anatomy anatomy_;
-  skin::SpineDriver driver_;
+  Stage stage_;
   BodyMetrics metrics_;
 };
 

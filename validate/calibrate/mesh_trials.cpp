@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/calibrate/body_poses.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/calibrate/faults.h"
 
@@ -10,103 +11,6 @@ namespace backbend::validate {
 namespace {
 
 enum Stream : std::uint64_t { kThreshold = 11, kClean = 12, kFault = 2000 };
-
-// Poses nearer than this to folding are not clean, whatever the rig does.
-constexpr double kFeasible = 0.9;
-
-constexpr int kMostBones = 64;  // of `even`
-
-/// One clean pose of a body, and everything that a fault is put into.
-struct Case {
-  solver::BodyPose pose;
-  std::vector<double> control;
-  solver::SpinePose chain;
-  BodyMeasures clean;
-};
-
-/// Poses of one body by two clean rigs: the same construction on different numbers of bones, so
-/// that what tells the two apart is what healthy rigs may differ by.
-class BodyPoses {
- public:
-  explicit BodyPoses(const CalibrationBody& body)
-      : body_(body),
-        // Joints at least twice as fine as the body's own: a fault between two of those is whole.
-        rig_(build(std::clamp(2 * body.bones(), 20, kMostBones - 1))),
-        other_(build(std::clamp(2 * body.bones(), 20, kMostBones - 1) + 1)),
-        rig_rest_(rig_at_rest(*rig_)),
-        other_rest_(rig_at_rest(*other_)) {}
-
-  /// The next pose of a stream that the body is thin enough for, as measured.
-  Case draw_case(Draw& draw) const {
-    Case c;
-    // A body as thick as a ball is asked for less and less.
-    for (double share = 1.0;; share *= 0.9) {
-      const solver::BodyPose wide = random_pose(draw);
-      c.pose = {share * wide.extension, share * wide.flexion, share * wide.side,
-                share * wide.twist};
-      c.control = rig_->controls_for(c.pose, solver::Mapping::chest);
-      c.chain = rig_->solve(c.control);
-      c.clean = measure(c, skinned(c));
-      if (c.clean.slices.infeasible < kFeasible || share < 0.01) return c;
-    }
-  }
-  skin::PosedMesh skinned(const Case& c) const {
-    return skin::skin(body_.character(), body_.driver().drive(*rig_, c.chain));
-  }
-  BodyMeasures measure(const Case& c, const skin::PosedMesh& mesh) const {
-    return body_.metrics().measure(rig_rest_, c.control, c.chain, mesh, c.pose.twist);
-  }
-  /// The same pose by the other rig.
-  BodyMeasures reference(const Case& c) const {
-    const std::vector<double> control = other_->controls_for(c.pose, solver::Mapping::chest);
-    const solver::SpinePose chain = other_->solve(control);
-    const skin::PosedMesh mesh =
-        skin::skin(body_.character(), body_.driver().drive(*other_, chain));
-    return body_.metrics().measure(other_rest_, control, chain, mesh, c.pose.twist);
-  }
-  /// Arc fraction half a bone below one of the body's inner joints, where slices can see it.
-  double fault_place(Draw& draw) const {
-    const int bones = body_.bones();
-    const int lowest = std::max(1, static_cast<int>(std::ceil(0.3 * bones)));
-    const int highest = std::max(lowest, static_cast<int>(std::floor(0.7 * bones)));
-    const int joint =
-        lowest + static_cast<int>(draw.index(static_cast<std::size_t>(highest - lowest + 1)));
-    return (joint - 0.5) / bones;
-  }
-  const solver::SpineSystem& rig() const { return *rig_; }
-  const CalibrationBody& body() const { return body_; }
-  double slice_fraction(int slice) const {
-    return slice < 0 ? -1.0 : body_.metrics().slices().slice[static_cast<std::size_t>(slice)].s;
-  }
-
- private:
-  std::unique_ptr<solver::SpineSystem> build(int bones) const {
-    return build_system({"even", {{"bones", static_cast<double>(bones)}}},
-                        body_.driver().rest_chain());
-  }
-
-  const CalibrationBody& body_;
-  std::unique_ptr<solver::SpineSystem> rig_, other_;
-  RigAtRest rig_rest_, other_rest_;
-};
-
-/// What a detector read, and where (arc fraction; below 0: it names no place).
-struct Reading {
-  double value = std::numeric_limits<double>::quiet_NaN();
-  double place = -1.0;
-  bool placed = false;
-};
-
-struct MeshDetector {
-  std::string name, code, unit;
-  double target = 0.0, floor = 0.0;
-  std::vector<double> sizes;
-  /// From a pose as measured, and the same pose by the other rig.
-  std::function<Reading(const BodyMeasures& pose, const BodyMeasures& reference)> read;
-  /// Puts a fault into the chain before it is skinned, or into the mesh after; returns its place.
-  std::function<double(Case&, Draw&, double size)> inject_chain;
-  std::function<double(skin::PosedMesh&, Draw&, double size)> inject_mesh;
-};
 
 std::vector<double> values_of(const std::vector<Reading>& readings) {
   std::vector<double> out;
@@ -122,7 +26,7 @@ std::vector<std::vector<double>> read_clean(const CalibrationPlan& plan, const B
   oneapi::tbb::parallel_for(std::size_t{0}, plan.clean_poses, [&](std::size_t i) {
     Draw draw(plan.seed + stream, i);
     const Case c = poses.draw_case(draw);
-    const BodyMeasures reference = poses.reference(c);
+    const BodyMeasures reference = poses.measure_other(c, poses.posed_by_other(c));
     for (std::size_t d = 0; d < detectors.size(); ++d)
       out[d][i] = detectors[d].read(c.clean, reference).value;
     watch.step();
@@ -142,10 +46,10 @@ std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, const BodyPoses&
     oneapi::tbb::parallel_for(std::size_t{0}, readings.size(), [&](std::size_t i) {
       Draw draw(plan.seed + kFault + k, i);
       Case c = poses.draw_case(draw);
-      const BodyMeasures reference = poses.reference(c);
+      const BodyMeasures reference = poses.measure_other(c, poses.posed_by_other(c));
       double place = -1.0;
       if (detector.inject_chain) place = detector.inject_chain(c, draw, size);
-      skin::PosedMesh mesh = poses.skinned(c);
+      skin::PosedMesh mesh = poses.posed(c).mesh;
       if (detector.inject_mesh) place = detector.inject_mesh(mesh, draw, size);
       readings[i] = detector.read(poses.measure(c, mesh), reference);
       readings[i].placed = place < 0.0 || std::abs(readings[i].place - place) <= near;
@@ -281,8 +185,8 @@ MeshDetector arm_detector(const BodyPoses& poses) {
   return d;
 }
 
-/// The detectors that mean something on a body. Kinks alone, without another rig to compare with,
-/// are promised for fine spines only; where few slices have rings there is nothing to look at.
+}  // namespace
+
 std::vector<MeshDetector> detectors_for(const BodyPoses& poses) {
   std::vector<MeshDetector> out;
   const SpineSlices& slices = poses.body().metrics().slices();
@@ -295,8 +199,6 @@ std::vector<MeshDetector> detectors_for(const BodyPoses& poses) {
   if (poses.body().driver().arms_follow_chest()) out.push_back(arm_detector(poses));
   return out;
 }
-
-}  // namespace
 
 std::vector<Sensitivity> try_mesh_detectors(const CalibrationPlan& plan,
                                             const CalibrationBody& body,

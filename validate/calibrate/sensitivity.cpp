@@ -11,6 +11,20 @@ constexpr double kHitRate = 0.99;
 
 }  // namespace
 
+Agreement& Agreement::operator+=(const Agreement& other) {
+  both += other.both;
+  geometry_only += other.geometry_only;
+  picture_only += other.picture_only;
+  neither += other.neither;
+  return *this;
+}
+
+Agreement Sensitivity::agreement() const {
+  Agreement out = clean_agreement;
+  for (const HitRate& hit : hits) out += hit.agreement;
+  return out;
+}
+
 double threshold_from(const std::vector<double>& clean, double floor) {
   if (clean.empty()) return kNan;
   double largest = 0.0;
@@ -48,6 +62,7 @@ Sensitivity judge_detector(std::string detector, std::string code, std::string b
   out.code = std::move(code);
   out.body = std::move(body);
   out.unit = std::move(unit);
+  out.threshold_unit = out.unit;
   out.target = target;
   out.threshold = threshold;
   out.clean = clean.size();
@@ -55,7 +70,7 @@ Sensitivity judge_detector(std::string detector, std::string code, std::string b
   out.false_alarms = static_cast<std::size_t>(
       std::ranges::count_if(clean, [&](double value) { return !(value <= threshold); }));
   for (const FaultTrial& trial : trials) {
-    HitRate hit{trial.size, trial.value.size(), 0, trial.placed, roc_area(clean, trial.value)};
+    HitRate hit{trial.size, trial.value.size(), 0, trial.placed, roc_area(clean, trial.value), {}};
     hit.found = static_cast<std::size_t>(
         std::ranges::count_if(trial.value, [&](double value) { return value > threshold; }));
     out.hits.push_back(hit);

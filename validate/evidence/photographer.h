@@ -33,6 +33,7 @@ class Photographer {
   render::Frame shoot(std::string_view view, const render::Settings& settings) const;
   render::Frame shoot(const render::Camera& camera, const render::Settings& settings) const;
 
+  const Stage& stage() const { return stage_; }
   const render::Bounds& box() const { return box_; }
   const render::Facing& facing() const { return facing_; }
 

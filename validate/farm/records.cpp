@@ -21,7 +21,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(SteepSpot, joint, t, gain)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(FlipReport, jumps, steep, gain, interval_gain, least_margin_deg,
                                    least_margin_t, smallest_deg, smallest_gap, samples, finite,
                                    not_finite_t, certified)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ImageSteps, change, step)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ImageSteps, change, step, pop)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(ImageWitness, measured, visible, camera, metric, value,
                                    threshold, pixels, note)
 

@@ -18,7 +18,7 @@ FlipReport unpack_flips(std::span<const std::uint8_t> bytes);
 
 /// What the small pictures of consecutive poses show.
 struct ImageSteps {
-  std::vector<double> change, step;
+  std::vector<double> change, step, pop;
 };
 std::vector<std::uint8_t> pack_steps(const ImageSteps& steps);
 ImageSteps unpack_steps(std::span<const std::uint8_t> bytes);

@@ -143,7 +143,7 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
   if (out.surface.not_finite > 0) return out;
   out.slices =
       measure_slices(slices_, rest_slices_, pose_slices(slices_, mesh.position), asked, window_);
-  const SelfIntersection::Measures crossing = crossing_->measure(mesh.position);
+  const SelfIntersection::Measures crossing = self_intersection(mesh.position);
   out.crossing = crossing.area;
   out.crossing_vertex = crossing.vertex;
   if (has_arms_) {

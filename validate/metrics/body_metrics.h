@@ -52,6 +52,10 @@ class BodyMetrics {
                        const solver::SpinePose& pose, const skin::PosedMesh& mesh,
                        double twist) const;
 
+  /// The part of measure() that costs most, alone.
+  SelfIntersection::Measures self_intersection(std::span<const glm::vec3> position) const {
+    return crossing_->measure(position);
+  }
   /// Values per vertex for heat maps of the same pose.
   std::vector<float> strain_heat(const RigAtRest& rig, std::span<const double> control,
                                  const solver::SpinePose& pose, const skin::PosedMesh& mesh,

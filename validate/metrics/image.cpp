@@ -52,6 +52,7 @@ PixelStatistics statistics_of(std::span<const float> map, int width) {
   out.mean = sum / static_cast<double>(values.size());
   out.median = quantile(values, 0.5);
   out.p95 = quantile(values, 0.95);
+  out.p99 = quantile(values, 0.99);
   out.p999 = quantile(values, 0.999);
   return out;
 }

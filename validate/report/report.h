@@ -114,10 +114,12 @@ struct TrendStep {
 struct CalibrationRow {
   std::string detector, code, body, unit;  // body: what it was tried on, `24 bones`
   double threshold = 0;
+  std::string threshold_unit;       // pictures are read in other units than faults are made in
   int clean = 0, false_alarms = 0;  // clean poses, and how many of them it flagged
   double target = 0;                // the size that has to be found
   double smallest = 0;              // found in 99 of 100, as is all that is larger; NaN: none
   bool ok = false;                  // no false alarm, and the target found
+  int compared = 0, alike = 0;      // cases that pictures and geometry judged, and how many alike
 };
 
 /// One metric of one rig over the nights of the suite's history.
@@ -165,6 +167,7 @@ struct Comparison {
   int a_better = 0, b_better = 0, mixed = 0, same = 0;  // of the paired poses
   int a_over = 0, b_over = 0;  // paired poses with something over its limit
   std::string ahead;           // `a`, `b`; empty: a draw
+  std::string sampled;         // what random poses say of all, and how surely; empty: none were
   std::vector<MetricComparison> metrics;
   std::vector<ComparedPose> worst_of_a, worst_of_b;  // what speaks most against each
   std::vector<SweepComparison> sweeps;

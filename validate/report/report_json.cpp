@@ -143,11 +143,19 @@ json value(const CanaryResult& c) {
 }
 
 json value(const CalibrationRow& c) {
-  return {{"detector", c.detector},   {"code", c.code},
-          {"body", c.body},           {"unit", c.unit},
-          {"threshold", c.threshold}, {"clean_poses", c.clean},
-          {"target", c.target},       {"false_alarms", c.false_alarms},
-          {"smallest", c.smallest},   {"ok", c.ok}};
+  return {{"detector", c.detector},
+          {"code", c.code},
+          {"body", c.body},
+          {"unit", c.unit},
+          {"threshold", c.threshold},
+          {"threshold_unit", c.threshold_unit},
+          {"compared", c.compared},
+          {"alike", c.alike},
+          {"clean_poses", c.clean},
+          {"target", c.target},
+          {"false_alarms", c.false_alarms},
+          {"smallest", c.smallest},
+          {"ok", c.ok}};
 }
 
 json value(const ComparedPose& p) {
@@ -195,6 +203,7 @@ json value(const Comparison& c) {
           {"a_over", c.a_over},
           {"b_over", c.b_over},
           {"ahead", c.ahead},
+          {"sampled", c.sampled},
           {"metrics", list(c.metrics, [](const auto& m) { return value(m); })},
           {"worst_of_a", list(c.worst_of_a, [](const auto& p) { return value(p); })},
           {"worst_of_b", list(c.worst_of_b, [](const auto& p) { return value(p); })},

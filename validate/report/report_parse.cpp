@@ -295,6 +295,10 @@ CalibrationRow calibration(Place p) {
   c.body = p.at("body").text();
   c.unit = p.at("unit").text();
   c.threshold = p.at("threshold").number();
+  c.threshold_unit = p.at("threshold_unit").text();
+  c.compared = p.at("compared").count();
+  c.alike = p.at("alike").count();
+  if (c.alike > c.compared) p.refuse("'alike' is more than 'compared'");
   c.clean = p.at("clean_poses").count();
   c.false_alarms = p.at("false_alarms").count();
   c.target = p.at("target").number();
@@ -370,6 +374,7 @@ Comparison comparison(Place p) {
   c.ahead = ahead.text();
   if (c.ahead != "a" && c.ahead != "b" && !c.ahead.empty())
     ahead.refuse("unknown word '" + visible(c.ahead) + "'");
+  c.sampled = p.at("sampled").text();
   c.metrics = p.at("metrics").list(metric_comparison);
   c.worst_of_a = p.at("worst_of_a").list(compared_pose);
   c.worst_of_b = p.at("worst_of_b").list(compared_pose);

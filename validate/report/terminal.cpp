@@ -318,6 +318,7 @@ void comparison(Page& page, const Comparison& c) {
              ", worse " + std::to_string(c.b_better) + ", mixed " + std::to_string(c.mixed) +
              "; over a limit " + std::to_string(c.a_over) + " against " + std::to_string(c.b_over) +
              ": " + visible(comparison_verdict(c)));
+  if (!c.sampled.empty()) page.paragraph(4, visible(c.sampled));
   for (const MetricComparison& m : c.metrics) {
     if (m.a_better + m.b_better == 0) continue;
     std::string name = m.metric;

@@ -1,12 +1,14 @@
 #pragma once
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
-#include "validate/evidence/photographer.h"
+#include "validate/evidence/image_readings.h"
 #include "validate/farm/ledger.h"
 #include "validate/farm/records.h"
 #include "validate/report/report.h"
+#include "validate/run/judge.h"
 #include "validate/run/measure.h"
 
 namespace backbend::validate {
@@ -23,22 +25,33 @@ class ImagePass {
   /// Looks at a rig's sweeps and fills the image part of its findings. In a shard only its own
   /// share of the sweeps is looked at.
   void look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress);
+  /// Where pictures and geometry contradict each other on the rig that look() saw last (BB070): the
+  /// picture jumps between two poses while geometry knows of no jump and no haste there, or a
+  /// finding is larger than what pictures are proven to show (docs/calibration.md) and they do not.
+  /// None where this process has not seen every pose.
+  std::vector<Finding> contradictions(const RigRecord& rig, const std::vector<Finding>& findings,
+                                      const JudgeContext& context) const;
   /// Adds what look() saw of this rig to its plotted values: `image_change` (degrees, mean change
-  /// of the normal layer between neighbouring poses), `silhouette_step` (pixels).
+  /// of the normal layer between neighbouring poses), `silhouette_step` and `motion_change`
+  /// (pixels).
   void add_series(RigResult& result) const;
 
  private:
-  struct View;
-  std::vector<View> shoot(const PosedCharacter& posed);
-  std::vector<View> shoot(const RigRecord& rig, const PoseRecord& pose);
+  struct Look {  // at a pose: what stood before the cameras, and what they saw
+    explicit Look(PosedCharacter character) : posed(std::move(character)) {}
+    PosedCharacter posed;
+    PoseViews views;
+  };
+  PoseViews views(const RigRecord& rig, const PoseDegrees& pose);
   void look_at_sweep(const RigRecord& rig, const SweepRecord& sweep, Progress& progress);
   ImageSteps steps_between(const RigRecord& rig, const SweepRecord& sweep, std::size_t first,
-                           std::size_t count, std::vector<View>& before, Progress& progress);
-  ImageWitness witness(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
+                           std::size_t count, std::optional<Look>& before, Progress& progress);
   void add_usual_step(const SweepRecord& sweep, Finding& finding) const;
+  ImageWitness witness(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
   ImageWitness witness_flip(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
-  ImageWitness witness_kink(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
-  ImageWitness witness_arms(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
+  ImageWitness witness_kink(const RigRecord& rig, const PoseDegrees& pose);
+  ImageWitness witness_arms(const RigRecord& rig, const PoseDegrees& pose);
+  ImageWitness witness_slices(const RigRecord& rig, const PoseDegrees& pose);
 
   const Stage& stage_;
   Photographer photographer_;

@@ -22,8 +22,6 @@ std::string command_for(const RigRecord& rig, const std::string& character,
          std::string(mapping_name(rig.mapping)) + (channels.empty() ? "" : " --pose " + channels);
 }
 
-namespace {
-
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg) {
   const Check& check = *find_check(code);
@@ -43,6 +41,8 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   finding.reproduce = command_for(rig, context.character, pose);
   return finding;
 }
+
+namespace {
 
 std::string joint_list(const RigRecord& rig, const Jump& jump) {
   std::string text;

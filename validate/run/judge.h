@@ -21,6 +21,10 @@ struct JudgeContext {
 /// where a limit is exceeded, inside the envelope if anywhere there. Worst first.
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context);
 
+/// A finding of a check at a pose of a sweep, with everything but its value and its story.
+Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
+                      std::string_view code, const PoseDegrees& pose, double control_deg);
+
 /// The command that renders a character (its file as the user named it) under a rig at a pose.
 std::string command_for(const RigRecord& rig, const std::string& character,
                         const PoseDegrees& pose);

@@ -152,6 +152,35 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   for (const Coverage& each : input_coverage()) rig->coverage.push_back(each);
 }
 
+/// What pictures and geometry were both asked about: every sweep, and every finding.
+Coverage agreement_coverage(const RigRecord& rig, const std::vector<Finding>& findings) {
+  Coverage out{"BB070", static_cast<int>(rig.sweeps.size() + findings.size()), 0, 0, 0};
+  out.not_applicable = static_cast<int>(std::ranges::count_if(
+      findings, [](const Finding& finding) { return !finding.image.measured; }));
+  out.measured = out.planned - out.not_applicable;
+  return out;
+}
+
+/// How often pictures show what geometry found, by check.
+std::string agreement_line(const std::vector<Finding>& findings) {
+  struct Count {
+    int seen = 0, unseen = 0;
+  };
+  std::map<std::string, Count> counts;
+  int picture_only = 0;
+  for (const Finding& finding : findings) {
+    picture_only += static_cast<int>(finding.geometry.count("picture_only"));
+    if (finding.image.measured)
+      ++(finding.image.visible ? counts[finding.code].seen : counts[finding.code].unseen);
+  }
+  std::string line = "findings that pictures show as well:";
+  for (const auto& [code, count] : counts)
+    line += " " + code + " " + std::to_string(count.seen) + " of " +
+            std::to_string(count.seen + count.unseen) + ",";
+  if (counts.empty()) line += " none to look at,";
+  return line + " and " + std::to_string(picture_only) + " jumps by pictures alone";
+}
+
 /// Where somebody has said which of the artist's controls stands for which channel, each finding
 /// says what to set.
 void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord& record,
@@ -224,14 +253,17 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
 
   const render::Bounds box = run.box = framing_of(stage, records);
   ImagePass pictures(stage, box, content, ledger);
-  std::vector<std::vector<Finding>> findings;
+  std::vector<std::vector<Finding>> findings, contradictions;
   for (RigRecord& record : records) {
     findings.push_back(judge_rig(record, context));
     book_owners(stage, body, record, suite.judges_weights, findings.back());
     say_to_artist(confirmed.sidecar, record, findings.back());
     if (request.image_pass) pictures.look(record, findings.back(), progress);
     report.rigs.push_back(result_of(record, context));
-    if (request.image_pass) pictures.add_series(report.rigs.back());
+    if (!request.image_pass) continue;
+    pictures.add_series(report.rigs.back());
+    contradictions.push_back(pictures.contradictions(record, findings.back(), context));
+    report.rigs.back().coverage.push_back(agreement_coverage(record, findings.back()));
   }
   if (suite.pictures.enabled) {
     make_evidence(stage, box, suite.pictures, records, findings, folder, ledger, progress, report);
@@ -240,6 +272,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   }
   // Last, for pictures name findings by their number.
+  for (std::vector<Finding>& each : contradictions)
+    std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   judge_file(suite, records, context, report);
   return run;
 }
@@ -315,9 +349,11 @@ void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& re
   int clean = 0, alarms = 0;
   std::string deaf;
   for (const Sensitivity& s : found.detectors) {
-    report.calibration.push_back({s.detector, s.code, s.body, s.unit, s.threshold,
+    const Agreement agreement = s.agreement();
+    report.calibration.push_back({s.detector, s.code, s.body, s.unit, s.threshold, s.threshold_unit,
                                   static_cast<int>(s.clean), static_cast<int>(s.false_alarms),
-                                  s.target, s.smallest, s.ok()});
+                                  s.target, s.smallest, s.ok(), static_cast<int>(agreement.cases()),
+                                  static_cast<int>(agreement.alike())});
     clean += static_cast<int>(s.clean);
     alarms += static_cast<int>(s.false_alarms);
     if (!s.ok()) deaf += (deaf.empty() ? "" : ", ") + s.detector + " on " + s.body;
@@ -326,6 +362,13 @@ void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& re
       std::to_string(found.detectors.size()) + " tried with planted faults: " +
       (deaf.empty() ? "each found its target" : "NOT at their target: " + deaf) + ", " +
       std::to_string(alarms) + " of " + std::to_string(clean) + " clean poses flagged");
+  if (!deaf.empty()) report.reasons.push_back("a detector is not what it should be: " + deaf);
+  const Agreement agreement = found.agreement();
+  report.detectors.push_back("pictures and geometry, each without the other: alike in " +
+                             std::to_string(agreement.alike()) + " of " +
+                             std::to_string(agreement.cases()) + " clean and faulted cases, " +
+                             std::to_string(agreement.geometry_only) + " seen by geometry only, " +
+                             std::to_string(agreement.picture_only) + " by pictures only");
 }
 
 /// Turns accepted findings into waived ones, and says which waivers have run out or do nothing.
@@ -411,6 +454,8 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   // A shard's report is not one.
   if (suite.calibration.poses > 0 && ledger->assembles())
     try_detectors(suite.calibration, progress, report);
+  if (!request.calibrated.empty()) report.detectors.push_back(request.calibrated);
+  if (request.image_pass) report.detectors.push_back(agreement_line(report.findings));
   progress.finish();
   if (const std::vector<std::string> missing = ledger->missing(); !missing.empty()) {
     throw IncompleteError(request.folder.string() + ": " + std::to_string(missing.size()) +

@@ -28,8 +28,9 @@ struct RunRequest {
   std::optional<Baseline> baseline;  // what is approved: only new or worse fails then
   std::optional<std::vector<Night>> history;  // earlier nights, for the report's trends
   std::string label;                          // what tonight's version is called in the history
-  std::string today;  // `2026-11-22`; needed with either of the two, and for waivers to hold
-  std::string title;  // first line of the report; empty: the suite's
+  std::string today;       // `2026-11-22`; needed with either of the two, and for waivers to hold
+  std::string calibrated;  // what the last whole calibration said; empty: not asked
+  std::string title;       // first line of the report; empty: the suite's
 
   /// Which comparison the run is made for: its worst poses are photographed. `rigs`: the proposed
   /// rig against the reference; `characters`: the second character against the first, which is a

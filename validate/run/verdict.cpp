@@ -64,8 +64,9 @@ void conclude(Report& report) {
   for (const CanaryResult& canary : report.canaries) {
     if (canary.ok()) continue;
     gap = true;
-    report.reasons.push_back("canary " + canary.rig + ": " + canary.detail);
+    report.reasons.push_back("BB000 canary " + canary.rig + ": " + canary.detail);
   }
+  for (const CalibrationRow& row : report.calibration) gap = gap || !row.ok;
   if (!proposed) {
     gap = true;
     report.reasons.emplace_back("no rig is proposed: nothing was judged");

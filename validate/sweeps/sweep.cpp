@@ -157,7 +157,7 @@ Sweep random_walk(std::uint64_t seed, int legs, double step_deg) {
     poses.push_back(pose);
     bend_before = bend;
   }
-  return path_sweep("walk", poses, step_deg);
+  return path_sweep(std::string(kRandomWalk), poses, step_deg);
 }
 
 Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg) {

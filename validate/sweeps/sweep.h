@@ -61,6 +61,7 @@ Sweep path_sweep(std::string name, std::span<const PoseDegrees> poses, double st
 
 /// A seeded path through `legs` random poses of a box: bends from -90 (flexion) to 120 (extension),
 /// 60 to either side, 120 of twist to either side. The same on every machine.
+inline constexpr std::string_view kRandomWalk = "walk";  // its name
 Sweep random_walk(std::uint64_t seed, int legs, double step_deg);
 
 /// Specification 8, Sweeps: what `check` runs by itself, and what stresses a rig further. The grid

@@ -67,6 +67,7 @@ function compareSection() {
       (c.matched == null ? "" : "; " + number(100 * c.matched) + " % of the surface matched") + (c.unpaired ? "; " + plural(c.unpaired, "pose") + " without a partner" : "")),
     el("p", { class: "tally" }, [["a", c.a_better, c.a + " better"], ["same", c.same, "neither"], ["b", c.b_better, c.b + " better"], ["mixed", c.mixed, "each in something"]].map(([kind, n, what]) =>
       el("span", { class: "mark " + kind }, el("b", {}, String(n)), " ", visible(what)))),
+    c.sampled && el("p", { class: "soft" }, visible(c.sampled)),
     compareTable(c), compareMaps(c), damning(c, c.a, c.worst_of_a), damning(c, c.b, c.worst_of_b));
   const shown = el("div", { class: "comparison" });
   const show = (i) => shown.replaceChildren(el("h3", {}, title(report.comparisons[i])), block(report.comparisons[i]));
