@@ -25,7 +25,8 @@ std::vector<std::unique_ptr<CalibrationBody>> bodies_of(const CalibrateOptions& 
   if (files.empty())
     files.push_back((data_folder() / "scenes" / "characters" / "human.toml").string());
   std::vector<std::unique_ptr<CalibrationBody>> bodies;
-  for (const int bones : options.tubes) bodies.push_back(tube_body(bones));
+  for (const int bones : options.tubes)
+    if (bones > 0) bodies.push_back(tube_body(bones));
   for (const std::string& file : files) {
     skin::Character character = load_character(file);
     skin::Anatomy anatomy = skin::find_anatomy(character, {});
@@ -92,9 +93,9 @@ void add_calibrate(const Registry& registry) {
       ->check(CLI::Range(4, 64));
   command
       ->add_option("--tubes", options->tubes,
-                   "bones of the round bodies to try, separated by commas [8,24]")
+                   "bones of the round bodies to try, separated by commas; 0: none [8,24]")
       ->delimiter(',')
-      ->check(CLI::Range(4, 64));
+      ->check(CLI::Range(4, 64) | CLI::IsMember({0}));
   command->add_option("--seed", options->plan.seed, "seed of all poses and faults [20261121]");
   command->add_option("-o,--output", options->output,
                       "folder for calibration.json and calibration.md [.]");

@@ -93,8 +93,8 @@ struct DirectionCells {
 
 const Vec8 kUp = splat(glm::vec3(0.0f, 0.0f, 1.0f));
 constexpr int kPackets = 12'000;
-// Of a normal distribution one right sampler in thirty thousand would be refused; chi-square with 60
-// to 500 degrees of freedom has a heavier tail: one in three to ten thousand.
+// Of a normal distribution one right sampler in thirty thousand would be refused; chi-square with
+// 60 to 500 degrees of freedom has a heavier tail: one in three to ten thousand.
 constexpr double kMostExcess = 4.0;
 
 TEST(ChiSquare, AcceptsTheCosineSampler) {

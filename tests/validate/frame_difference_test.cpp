@@ -56,6 +56,40 @@ TEST(FrameDifference, MeasuresAMoveInPixels) {
   EXPECT_EQ(measure(d, "normal_mean").verdict, Verdict::pass);
 }
 
+/// A ball of this radius, twelve away, as its layers of position, normal and depth show it.
+render::Frame ball(double radius) {
+  render::Frame frame = disc(24);
+  const double pixel = 0.02;
+  render::Layer place{{"P.X", "P.Y", "P.Z"}, false, {}}, normal{{"N.X", "N.Y", "N.Z"}, false, {}},
+      depth{{"Z"}, false, {}};
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      // The camera looks along -Z from 12 at the ball in the origin; rays are as good as parallel.
+      const double px = (x - 24) * pixel * 12, py = (24 - y) * pixel * 12;
+      const double pz = std::sqrt(std::max(0.0, radius * radius - px * px - py * py));
+      for (const double v : {px, py, pz}) {
+        place.data.push_back(static_cast<float>(v));
+        normal.data.push_back(static_cast<float>(v / radius));
+      }
+      depth.data.push_back(static_cast<float>(12.0 - pz));
+    }
+  frame.layers[1] = normal;
+  frame.layers.push_back(place);
+  frame.layers.push_back(depth);
+  return frame;
+}
+
+TEST(FrameDifference, SaysHowMuchSharperASurfaceIsBent) {
+  const FrameDifference d = frame_difference(ball(8.0), ball(4.0));
+  EXPECT_NEAR(measure(d, "curvature_b_over_a").value, 2.0, 0.1);
+  EXPECT_EQ(measure(d, "curvature_b_over_a").verdict, Verdict::pass);  // told, and not judged
+  EXPECT_NEAR(measure(frame_difference(ball(5.0), ball(5.0)), "curvature_b_over_a").value, 1.0,
+              1e-12);
+  // Without a layer of positions nothing is said, and nothing is missing.
+  EXPECT_THROW(measure(frame_difference(disc(24), disc(24)), "curvature_b_over_a"),
+               std::runtime_error);
+}
+
 TEST(FrameDifference, LetsNoiseDecideWhereTheVarianceIsKnown) {
   const double variance = 0.0025;  // a standard deviation of 0.05
   render::Frame a = disc(24, 0.4, variance), b = disc(24, 0.4, variance);

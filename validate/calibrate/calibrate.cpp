@@ -155,8 +155,7 @@ std::string calibration_json(const CalibrationReport& report) {
 
 std::string last_calibration(const std::filesystem::path& file, const std::string& today) {
   if (!std::filesystem::exists(file))
-    return "no whole calibration yet: 'backbend calibrate CHARACTER... -o " +
-           visible(file.parent_path().string()) + "' makes one";
+    return "no whole calibration beside the history yet: 'backbend calibrate' makes one";
   std::size_t clean = 0, alarms = 0;
   std::string deaf, date;
   std::set<std::string> bodies;

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "render/cryptomatte.h"
-#include "validate/metrics/chain.h"
 #include "validate/metrics/image.h"
+#include "validate/metrics/rotation.h"
 
 namespace backbend::validate {
 namespace {

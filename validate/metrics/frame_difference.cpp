@@ -150,6 +150,45 @@ void compare_silhouettes(const render::Frame& a, const render::Frame& b,
   questions.answer("outline_largest", "px", distance.largest);
 }
 
+/// The view angle of a pixel, radians: what neighbouring pixels of surface that faces the camera
+/// are apart, over their depth. NaN where there are none.
+double pixel_angle_of(const ImageView& position, const ImageView& depth, const Mask& figure) {
+  std::vector<double> angle;
+  for (int y = 0; y < position.height; ++y)
+    for (int x = 0; x + 1 < position.width; ++x) {
+      const std::size_t p = static_cast<std::size_t>(y) * position.width + x;
+      if (figure.inside[p] == 0 || figure.inside[p + 1] == 0) continue;
+      const double step = std::hypot(position.at(x + 1, y, 0) - position.at(x, y, 0),
+                                     position.at(x + 1, y, 1) - position.at(x, y, 1),
+                                     position.at(x + 1, y, 2) - position.at(x, y, 2));
+      if (depth.at(x, y, 0) > 0.0f) angle.push_back(step / depth.at(x, y, 0));
+    }
+  if (angle.empty()) return kNan;
+  const auto tenth = angle.begin() + static_cast<std::ptrdiff_t>(angle.size() / 10);
+  std::ranges::nth_element(angle, tenth);
+  return *tenth;
+}
+
+/// What 99.9 % of the figure is less curved than, radians per unit; NaN where the layers for it are
+/// not there.
+double curvature_of(const render::Frame& frame) {
+  const ImageView position = view_of(frame, "P.X", 3), normal = view_of(frame, "N.X", 3),
+                  depth = view_of(frame, "Z", 1);
+  const std::optional<Mask> figure = figure_of(frame);
+  if (position.channels == 0 || normal.channels == 0 || depth.channels == 0 || !figure) return kNan;
+  const std::vector<float> number(figure->inside.begin(), figure->inside.end());
+  return surface_curvature(position, normal, {frame.width, frame.height, 1, number}, depth,
+                           pixel_angle_of(position, depth, *figure))
+      .statistics.p999;
+}
+
+void compare_curvatures(const render::Frame& a, const render::Frame& b, FrameDifference& out) {
+  const double first = curvature_of(a), second = curvature_of(b);
+  // A picture of something flat has no share to give.
+  Questions questions(first > 0.0, second > 0.0, out.measures);
+  if (questions.in_both()) questions.answer("curvature_b_over_a", "ratio", second / first);
+}
+
 }  // namespace
 
 Verdict FrameDifference::verdict() const {
@@ -177,6 +216,7 @@ FrameDifference frame_difference(const render::Frame& a, const render::Frame& b,
   compare_colors(a, b, limits, out);
   compare_normals(a, b, limits, out);
   compare_silhouettes(a, b, limits, out);
+  compare_curvatures(a, b, out);
   return out;
 }
 
