@@ -472,10 +472,11 @@ test("posed meshes turn in 3D, coloured by their heat", async () => {
 test("the detectors' calibration is a table, and what missed its target stands out", async () => {
   const page = await night();
   const rows = page.locator("#trust table.calibration tbody tr");
-  assert.equal(await rows.count(), 2);
+  assert.equal(await rows.count(), 3);
   assert.match(await rows.first().innerText(), /flip\s+BB001\s+10 bones\s+1°\s+200\s+0\s+1.2°\s+1.2°\s+.*pass/);
-  assert.match(await rows.nth(1).innerText(), /chain kink.*200\s+3\s+none\s+0.5°\s+.*fail/);
-  assert.equal(await rows.nth(1).locator("td.over").count(), 2);
+  assert.match(await rows.nth(1).innerText(), /picture of a kink\s+BB011\s+24 bones\s+1.25 ratio\s+200\s+0\s+16°\s+16°\s+640 of 1000\s+.*pass/);
+  assert.match(await rows.nth(2).innerText(), /chain kink.*200\s+3\s+none\s+0.5°\s+.*fail/);
+  assert.equal(await rows.nth(2).locator("td.over").count(), 2);
   await page.locator("#trust").scrollIntoViewIfNeeded();
   await shot(page, "trust");
   await done(page);
