@@ -15,7 +15,7 @@ import unittest
 import harness
 from failing_calls_test import FaultTest
 from harness import contents, run_backbend
-from night import results
+from night import SMALL_PICTURES, results
 
 KILLS = int(os.environ.get("BACKBEND_KILLS", "5"))
 KILL_STEP = int(os.environ.get("BACKBEND_KILL_STEP", "25"))
@@ -105,13 +105,7 @@ channel = "extension"
 to = 6
 step = 6
 
-[pictures]
-width = 48
-height = 36
-samples = 1
-turntable_views = 3
-sheet_columns = 2
-"""
+""" + SMALL_PICTURES
 
 
 class KilledAtEveryCall(FaultTest, unittest.TestCase):

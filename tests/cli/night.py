@@ -7,6 +7,14 @@ import unittest
 
 import harness
 
+SMALL_PICTURES = """[pictures]
+width = 48
+height = 36
+samples = 1
+turntable_views = 3
+sheet_columns = 2
+"""
+
 SUITE = """
 [suite]
 name = "tiny"
@@ -35,13 +43,7 @@ channel = "extension"
 to = 120
 step = 6
 
-[pictures]
-width = 48
-height = 36
-samples = 1
-turntable_views = 3
-sheet_columns = 2
-"""
+""" + SMALL_PICTURES
 
 
 def prepare(folder):

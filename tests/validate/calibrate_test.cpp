@@ -2,9 +2,13 @@
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
+#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
 
 #include "validate/calibrate/faults.h"
 #include "validate/metrics/rig_probe.h"
@@ -210,6 +214,57 @@ TEST(Calibrate, EndsWhereItsWatcherThrows) {
   CalibrationWatch watch;
   watch.on_step = [] { throw std::runtime_error("enough"); };
   EXPECT_THROW(calibrate(small_plan(), {}, watch), std::runtime_error);
+}
+
+/// A folder for one test's calibration.json, with a report of one detector stored in it.
+class LastCalibration : public testing::Test {
+ protected:
+  LastCalibration() {
+    std::string name = (std::filesystem::temp_directory_path() / "calibration.XXXXXX").string();
+    folder_ = ::mkdtemp(name.data());
+    report_.date = "2026-11-20";
+    report_.detectors = {judge_detector("chain kink", "BB010", "24 bones", "deg", 1.0, 0.5,
+                                        std::vector<double>(500, 0.1),
+                                        {{1.0, std::vector<double>(100, 0.9), 100}})};
+  }
+  ~LastCalibration() override { std::filesystem::remove_all(folder_); }
+  std::filesystem::path file() const { return folder_ / "calibration.json"; }
+  void write(const std::string& text) const { std::ofstream(file()) << text; }
+  std::string line(const std::string& today) const { return last_calibration(file(), today); }
+
+  std::filesystem::path folder_;
+  CalibrationReport report_;
+};
+
+TEST_F(LastCalibration, SaysItsDayItsAgeAndWhatItFound) {
+  EXPECT_EQ(line("2026-11-22"),
+            "no whole calibration beside the history yet: 'backbend calibrate' makes one");
+  write(calibration_json(report_));
+  EXPECT_EQ(line("2026-11-21"),
+            "whole calibration of 2026-11-20, 1 day ago, on 1 bodies and chains: each detector "
+            "found its target, 0 of 500 clean poses flagged");
+  EXPECT_EQ(line("2026-11-27").find("make it anew"), std::string::npos);
+  EXPECT_NE(line("2026-11-28").find("8 days ago (make it anew every week)"), std::string::npos);
+  report_.detectors[0].smallest = kNan;
+  write(calibration_json(report_));
+  EXPECT_NE(line("2026-11-21").find("NOT at their target: chain kink on 24 bones"),
+            std::string::npos);
+}
+
+TEST_F(LastCalibration, ThatIsDamagedIsRefusedByName) {
+  report_.date = "";
+  for (const std::string& text :
+       {std::string("{"), std::string("{\"schema\": \"other\"}"), calibration_json(report_)}) {
+    write(text);
+    try {
+      line("2026-11-22");
+      ADD_FAILURE() << text;
+    } catch (const CalibrationError& error) {
+      EXPECT_NE(std::string(error.what()).find("calibration.json: this is no calibration"),
+                std::string::npos)
+          << error.what();
+    }
+  }
 }
 
 TEST(Calibrate, OfNothingIsNotOk) { EXPECT_FALSE(CalibrationReport().ok()); }

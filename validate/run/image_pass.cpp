@@ -16,8 +16,8 @@ double median_of(std::vector<double> values) {
   return *middle;
 }
 
-/// The smallest fault that pictures showed on every body that they were tried on, in the finding's
-/// unit (docs/calibration.md); infinity where that was not tried.
+/// A fault that pictures showed on every body that they were tried on, with room to spare, in the
+/// finding's unit (docs/calibration.md); infinity where that was not tried.
 double always_seen(std::string_view code) {
   if (code == "BB001") return 60.0;
   if (code == "BB011") return 32.0;
