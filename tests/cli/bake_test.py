@@ -7,7 +7,7 @@ import subprocess
 import unittest
 
 from glb import tube
-from harness import CommandTest, SOURCE
+from harness import CommandTest, SOURCE, human
 
 NODE, BLENDER = shutil.which("node"), shutil.which("blender")
 PACKAGES = SOURCE / "tests/web/node_modules"
@@ -48,8 +48,7 @@ class BakingForTheValidator(CommandTest):
         if not NODE or not (PACKAGES / "gltf-validator").is_dir():
             self.skipTest("Node or gltf-validator (npm ci --prefix tests/web) is not installed")
         tubes = self.write("tube.glb", tube())
-        human = SOURCE / "scenes/characters/human.toml"
-        for body, rig, sweep in ((tubes, "curve", "extension"), (tubes, "isner", "twist"), (human, "even", "side")):
+        for body, rig, sweep in ((tubes, "curve", "extension"), (tubes, "isner", "twist"), (human(), "even", "side")):
             with self.subTest(rig):
                 self.assert_runs("bake", body, "--rig", rig, "--sweep", sweep, "-o", rig + ".glb")
                 told = subprocess.run([NODE, "-e", VALIDATE, PACKAGES / "gltf-validator", self.folder / (rig + ".glb")],

@@ -1,10 +1,11 @@
 """backbend compare: rigs, characters, clips and run folders, pose by pose."""
 
 import json
+import shutil
 
-from harness import BAD_INPUT, SOURCE, USAGE, CommandTest
+from harness import BAD_INPUT, USAGE, CommandTest, human
 
-HUMAN = SOURCE / "scenes/characters/human.toml"
+HUMAN = human()
 FAST = ("--quick", "--sweeps", "standard")
 
 
@@ -43,9 +44,9 @@ class Comparing(CommandTest):
             self.assertIn("--rig isner", pose["b_command"])
 
     def test_two_bodies_are_matched_by_their_surface(self):
-        self.backbend("body", HUMAN, "-o", "v1.glb")
         (self.folder / "new").mkdir()
-        self.backbend("body", HUMAN, "-o", "new/v1.glb")
+        for path in ("v1.glb", "new/v1.glb"):
+            shutil.copy(HUMAN, self.folder / path)
         (one,), result = self.compared("v1.glb", "new/v1.glb", *FAST)
         self.assertEqual(one["matched"], 1)
         self.assertEqual((one["a"], one["b"]), ("new/v1.glb", "v1.glb"))
@@ -80,7 +81,7 @@ class Comparing(CommandTest):
         self.assertEqual((same["ahead"], same["same"]), ("", same["paired"]))
 
     def test_two_kinds_and_what_is_not_there_are_refused(self):
-        self.backbend("body", HUMAN, "-o", "v1.glb")
+        shutil.copy(HUMAN, self.folder / "v1.glb")
         self.assert_refused("compare", "even", "v1.glb", code=USAGE, names=["even", "v1.glb"])
         self.assert_refused("compare", "v1.glb", "gone.glb", code=BAD_INPUT, names=["gone.glb"])
         self.assert_refused("compare", "gone", "even", code=BAD_INPUT, names=["gone"])

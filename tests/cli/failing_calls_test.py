@@ -10,9 +10,9 @@ import tempfile
 import unittest
 
 import harness
-from harness import CANNOT_WRITE, RETRY, SOURCE, contents, run_backbend
+from harness import CANNOT_WRITE, RETRY, contents, human, run_backbend
 
-HUMAN = SOURCE / "scenes/characters/human.toml"
+HUMAN = human()
 
 
 class FaultTest:
@@ -127,9 +127,7 @@ class FailingTheEncoder(FaultTest, unittest.TestCase):
         if not shutil.which("ffmpeg"):
             self.skipTest("ffmpeg is not installed")
         out = self.folder / "turn"
-        made = run_backbend(["body", "-o", self.folder / "human.glb"], self.folder)
-        self.assertEqual(made.returncode, 0, made.stderr)
-        command = ["turntable", self.folder / "human.glb", "--views", "3", "--res", "64x48", "--spp", "1", "-o", out]
+        command = ["turntable", HUMAN, "--views", "3", "--res", "64x48", "--spp", "1", "-o", out]
         calls = self.count(command, out, "write", "ffmpeg")
         if calls == 0:
             self.skipTest("this ffmpeg writes past the C library")

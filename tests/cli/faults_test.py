@@ -3,9 +3,9 @@
 import os
 import subprocess
 
-from harness import CANNOT_WRITE, CommandTest, RETRY, SOURCE, contents
+from harness import CANNOT_WRITE, CommandTest, RETRY, contents, human
 
-HUMAN = SOURCE / "scenes/characters/human.toml"
+HUMAN = human()
 
 
 class FillingTheDisk(CommandTest):
@@ -65,8 +65,7 @@ class FillingTheDiskWithPictures(CommandTest):
 class HostileFolders(CommandTest):
     def setUp(self):
         super().setUp()
-        self.assert_runs("body", "-o", "human.glb")
-        self.still = ["render", "human.glb", "--res", "32x32", "--spp", "1", "-o", "out"]
+        self.still = ["render", HUMAN, "--res", "32x32", "--spp", "1", "-o", "out"]
 
     def test_links_planted_at_the_outputs_names_are_replaced_not_followed(self):
         self.assert_runs(*self.still)

@@ -1,6 +1,7 @@
 """What the command-line tests share: the program under test, a folder of their own, and the
 manners that every refusal must have."""
 
+import functools
 import hashlib
 import os
 import pathlib
@@ -53,6 +54,21 @@ def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=300):
     return subprocess.run([str(BACKBEND), *map(str, arguments)], cwd=cwd or folder, env=settings,
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout_s,
                           encoding="utf-8", errors="surrogateescape")
+
+
+@functools.lru_cache(maxsize=None)
+def human():
+    """The bundled human as a file. Making it takes longer than most of what tests ask of it, so it is made once
+    for each build of the program, and kept in the build's folder where there is one."""
+    program = BACKBEND.stat()
+    recipe = (SOURCE / "scenes/characters/human.toml").read_bytes()
+    key = hashlib.sha256(recipe + f" {program.st_size} {program.st_mtime_ns}".encode()).hexdigest()[:16]
+    path = pathlib.Path(os.environ.get("BACKBEND_BUILD") or tempfile.gettempdir(), "backbend_test_bodies", key, "human.glb")
+    if not path.is_file():
+        path.parent.mkdir(parents=True, exist_ok=True)
+        made = run_backbend(["body", SOURCE / "scenes/characters/human.toml", "-o", path], path.parent)
+        assert made.returncode == 0, made.stderr
+    return path
 
 
 class CommandTest(unittest.TestCase):

@@ -6,9 +6,9 @@ import pathlib
 import tempfile
 import unittest
 
-from harness import BAD_INPUT, CommandTest, SOURCE, USAGE, contents, run_backbend
+from harness import BAD_INPUT, CommandTest, USAGE, contents, human, run_backbend
 
-HUMAN = SOURCE / "scenes/characters/human.toml"
+HUMAN = human()
 NO_BASELINE = 6
 FINDINGS = 1
 CHECK = ("check", HUMAN, "--quick", "--rig", "three_bone")

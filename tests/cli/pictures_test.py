@@ -9,9 +9,9 @@ import unittest
 
 import glb
 from exr import Exr
-from harness import CommandTest, SOURCE, contents, run_backbend
+from harness import CommandTest, SOURCE, contents, human, run_backbend
 
-HUMAN = SOURCE / "scenes/characters/human.toml"
+HUMAN = human()
 SMALL = ("--rig", "curve", "--res", "96x72", "--spp", "1")
 BEND = ("--pose", "extension=90")
 
