@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
 
 #include "validate/calibrate/faults.h"
 #include "validate/metrics/rig_probe.h"
@@ -197,6 +198,21 @@ TEST(Calibrate, FindsEveryFaultOfItsTargetSizeAndFlagsNoCleanPose) {
   EXPECT_TRUE(report.ok());
   EXPECT_EQ(detector_lines(report).size(), report.detectors.size());
   EXPECT_EQ(detector_lines(report)[0], "flip  10 bones: from 1.2 deg, 0 of 40 clean poses flagged");
+}
+
+TEST(Calibrate, TriesChainsOfAsFewAsThreeBonesAndNothingThatTheyCannotShow) {
+  CalibrationPlan plan = small_plan();
+  plan.clean_poses = 200;  // few bones scatter more
+  plan.chain_bones = {3, 5};
+  std::set<std::string> tried;
+  for (const Sensitivity& s : calibrate(plan, {}).detectors) {
+    EXPECT_TRUE(s.ok()) << s.detector << " " << s.body << " " << s.smallest;
+    tried.insert(s.code + " " + s.body);
+  }
+  const std::set<std::string> expected{"BB001 10 bones", "BB010 3 bones", "BB020 3 bones",
+                                       "BB021 3 bones",  "BB010 5 bones", "BB014 5 bones",
+                                       "BB020 5 bones",  "BB021 5 bones"};
+  EXPECT_EQ(tried, expected);
 }
 
 TEST(Calibrate, SaysTheSameOnOneThreadAndOnMany) {

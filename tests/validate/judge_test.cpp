@@ -171,6 +171,18 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
           .empty());
 }
 
+TEST(Coverage, AsksAChainOfFewJointsForNoTwistJump) {
+  for (const char* name : {"three_bone", "even:bones=4", "even:bones=5", "curve"}) {
+    const RigRecord rig = measured(name);
+    const std::vector<Coverage> all = coverage_of(rig);
+    const auto jump = std::ranges::find(all, "BB014", &Coverage::code);
+    ASSERT_NE(jump, all.end());
+    const bool few = rig.system->rest().position.size() < kLeastTwistJumpJoints;
+    EXPECT_EQ(few, std::string(name) == "three_bone" || std::string(name) == "even:bones=4");
+    EXPECT_EQ(jump->not_applicable, few ? jump->planned : 0) << name;
+  }
+}
+
 /// The bundled human under the thesis's rig, whose arms drift when it bends and leans at once.
 RunRequest drifting_run() {
   RunRequest request;

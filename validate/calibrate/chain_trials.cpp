@@ -1,6 +1,5 @@
 #include <oneapi/tbb/parallel_for.h>
 
-#include <array>
 #include <cmath>
 
 #include "validate/calibrate/calibrate.h"
@@ -133,7 +132,9 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
       "chain kink",
       "BB010",
       "deg",
-      bones >= 20 ? 1.0 : 2.0,
+      bones >= 20  ? 1.0
+      : bones >= 5 ? 2.0
+                   : 4.0,  // a third of the spine is a coarse ruler for a curve
       0.1,
       {0.25, 0.5, 1.0, 2.0, 4.0},
       [](const ChainMeasures& m) { return m.kink_deg; },
@@ -192,7 +193,9 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
             draw.direction() * (0.01 * size * chain_length(chain.rig->rest().position)));
         return -1;
       }};
-  const std::array detectors{&kink, &roll, &drift_turn, &drift_shift};
+  std::vector<const ChainDetector*> detectors{&kink, &drift_turn, &drift_shift};
+  if (static_cast<std::size_t>(bones) + 1 >= kLeastTwistJumpJoints)
+    detectors.insert(detectors.begin() + 1, &roll);
   std::size_t faults = 0;
   for (const ChainDetector* detector : detectors) faults += detector->sizes.size();
   watch.begin("chain of " + std::to_string(bones) + " bones",

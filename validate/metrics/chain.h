@@ -26,6 +26,10 @@ struct ArmDrift {
   double shift = 0.0;         // of the arm roots' origin, share of the rest length
 };
 
+/// Joints that a chain needs for one inner joint's twist to have neighbours: BB014 asks nothing of
+/// fewer.
+inline constexpr std::size_t kLeastTwistJumpJoints = 6;
+
 /// Everything that is measured on one pose of a chain. Vectors have one entry per joint.
 struct ChainMeasures {
   bool finite = true;  // false: nothing else was measured

@@ -178,6 +178,8 @@ bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose
   if (metric == MetricId::volume) return !rig.open_mesh;
   if (metric == MetricId::arm_slide) return rig.has_arms;
   if (metric == MetricId::range_of_motion) return rig.has_arms;  // a human's is asked of no snake
+  if (metric == MetricId::chain_twist_jump)
+    return rig.system->rest().position.size() >= kLeastTwistJumpJoints;
   if (metric == MetricId::lost_twist)
     return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0;
   return true;

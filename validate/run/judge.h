@@ -53,7 +53,7 @@ std::vector<Coverage> coverage_of(const RigRecord& rig);
 std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits);
 
 /// Whether a value of this metric says anything about this pose: lost twist does not in a bend,
-/// a flip margin not in a rig without singular poses.
+/// a flip margin not in a rig without singular poses, a twist jump not in a chain of few joints.
 bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose);
 
 /// The joint's name in the pose, or an empty text for -1.
