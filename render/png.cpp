@@ -12,6 +12,7 @@ namespace {
 
 constexpr int kMaxEdge = 32768;
 constexpr std::int64_t kMaxPixels = 256'000'000;
+constexpr std::size_t kAlwaysValues = std::size_t{1} << 24;  // 64 MB, whatever the file's size
 
 std::uint32_t big_endian(const std::uint8_t* bytes) {
   return static_cast<std::uint32_t>(bytes[0]) << 24 | static_cast<std::uint32_t>(bytes[1]) << 16 |
@@ -72,6 +73,11 @@ std::vector<T> read(std::span<const std::uint8_t> bytes, OIIO::TypeDesc format,
       std::int64_t{spec.width} * spec.height > kMaxPixels || spec.nchannels < 1 ||
       spec.nchannels > 64)
     throw RenderError("picture: its size is not acceptable");
+  // A byte of the file becomes eight pixels of one bit at most, deflated to a 1032nd: what is
+  // larger than that was never stored, and few bytes must not cost gigabytes.
+  if (static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels >
+      kAlwaysValues + bytes.size() * 8 * 1032)
+    throw RenderError("picture: its size is not acceptable for so few bytes");
   std::vector<T> values(static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels);
   if (!input->read_image(0, 0, 0, spec.nchannels, format, values.data()))
     throw RenderError("picture: " + one_line(input->geterror()));

@@ -50,6 +50,23 @@ TEST(Png, RefusesBytesThatAreNoPicture) {
   EXPECT_THROW(encode_png(Picture{}), RenderError);
 }
 
+TEST(Png, RefusesAPictureOfMorePixelsThanItsBytesCanHold) {
+  // 16000 x 16000 RGBA in 45 bytes: a gigabyte of pixels, four of them as numbers.
+  const std::vector<std::uint8_t> bomb{
+      0x89, 'P',  'N', 'G', '\r', '\n', 0x1A, '\n',                                // signature
+      0,    0,    0,   13,  'I',  'H',  'D',  'R',  0,    0,    0x3E, 0x80, 0, 0,  // header
+      0x3E, 0x80, 8,   6,   0,    0,    0,    0x41, 0x7E, 0xDF, 0xDE,         // and its checksum
+      0,    0,    0,   0,   'I',  'D',  'A',  'T',  0x35, 0xAF, 0x06, 0x1E};  // no pixels
+  for (const bool as_texture : {true, false}) {
+    try {
+      as_texture ? (void)decode_texture(bomb, Encoding::srgb) : (void)decode_png(bomb);
+      FAIL() << "not refused";
+    } catch (const RenderError& error) {
+      EXPECT_NE(std::string(error.what()).find("few bytes"), std::string::npos) << error.what();
+    }
+  }
+}
+
 TEST(Png, BecomesALinearTextureUnlessItHoldsData) {
   const auto bytes = encode_png(Picture(1, 1, {188, 255, 0, 255}));
   const Texture color = decode_texture(bytes, Encoding::srgb);
