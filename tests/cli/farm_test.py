@@ -187,11 +187,14 @@ class WritingFarmScripts(NightTest):
         template = json.loads(self.farm("openjd", "open").read_text())
         self.assertEqual(template["specificationVersion"], "jobtemplate-2023-09")
         shards, merge = template["steps"]
-        self.assertEqual(shards["parameterSpace"]["taskParameterDefinitions"],
-                         [{"name": "Shard", "type": "INT", "range": "1-3"}])
+        self.assertEqual(template["extensions"], ["TASK_CHUNKING"])
+        (parameter,) = shards["parameterSpace"]["taskParameterDefinitions"]
+        self.assertEqual((parameter["name"], parameter["type"], parameter["range"]), ("Shard", "CHUNK[INT]", "1-3"))
+        self.assertEqual(parameter["chunks"],
+                         {"defaultTaskCount": 1, "targetRuntimeSeconds": 300, "rangeConstraint": "CONTIGUOUS"})
         self.assertEqual(merge["dependencies"], [{"dependsOn": shards["name"]}])
         # The same as a worker would do: each task's command with its parameter put in.
-        for step, values in ((shards, (1, 2, 3)), (merge, (None,))):
+        for step, values in ((shards, ("1-2", "3-3")), (merge, (None,))):
             run = step["script"]["actions"]["onRun"]
             for value in values:
                 words = [word.replace("{{Task.Param.Shard}}", str(value)) for word in run["args"]]

@@ -11,14 +11,26 @@ namespace fs = std::filesystem;
 std::string shard_script(const FarmJob& job) {
   std::string text =
       "#!/usr/bin/env bash\n"
-      "# One share of the job: I/N, or by itself that of a Slurm array task.\n"
+      "# One share of the job: I/N, or by itself that of a Slurm array task; several: "
+      "FIRST-LAST/N.\n"
       "# Exit 75 means that it is worth trying again (RequeueExit=75 in slurm.conf).\n"
       "set -euo pipefail\n"
       "cd -- " +
-      shell_quoted(job.folder.string()) + "\nexec " + shell_quoted(job.program) +
+      shell_quoted(job.folder.string()) + "\nshare() {\n  exec " + shell_quoted(job.program) +
       " --quiet --threads " + "\"${SLURM_CPUS_PER_TASK:-0}\" nightly";
   for (const std::string& word : job.arguments) text += " " + shell_quoted(word);
-  return text + " -o " + shell_quoted(job.run.string()) + " --shard \"${1:-auto}\"\n";
+  return text + " -o " + shell_quoted(job.run.string()) +
+         " --shard \"$1\"\n}\n"
+         "if [[ ${1:-auto} =~ ^([0-9]+)-([0-9]+)/([0-9]+)$ ]]; then\n"
+         "  trap 'kill \"$child\"; wait \"$child\"' TERM INT\n"
+         "  for ((i = BASH_REMATCH[1]; i <= BASH_REMATCH[2]; ++i)); do\n"
+         "    share \"$i/${BASH_REMATCH[3]}\" &\n"
+         "    child=$!\n"
+         "    wait \"$child\"\n"
+         "  done\n"
+         "else\n"
+         "  share \"${1:-auto}\"\n"
+         "fi\n";
 }
 
 std::string merge_script(const FarmJob& job) {
@@ -81,6 +93,11 @@ FarmScripts parallel_scripts(const FarmJob& job) {
           "run.sh"};
 }
 
+/// A farm that sees shares end sooner than this may give a worker several of them at once.
+constexpr int kChunkSeconds = 300;
+
+/// Source: Open Job Description, template schemas 2023-09, 3.4.1.5 `CHUNK[INT]`: a worker is given
+/// its shares as FIRST-LAST.
 FarmScripts openjd_scripts(const FarmJob& job) {
   using nlohmann::ordered_json;
   const auto script = [&](const std::string& file, const std::vector<std::string>& more) {
@@ -93,13 +110,18 @@ FarmScripts openjd_scripts(const FarmJob& job) {
       {"parameterSpace",
        {{"taskParameterDefinitions",
          ordered_json::array({{{"name", "Shard"},
-                               {"type", "INT"},
-                               {"range", "1-" + std::to_string(job.shards)}}})}}},
+                               {"type", "CHUNK[INT]"},
+                               {"range", "1-" + std::to_string(job.shards)},
+                               {"chunks",
+                                {{"defaultTaskCount", 1},
+                                 {"targetRuntimeSeconds", kChunkSeconds},
+                                 {"rangeConstraint", "CONTIGUOUS"}}}}})}}},
       {"script", script("shard.sh", {"{{Task.Param.Shard}}/" + std::to_string(job.shards)})}};
   ordered_json merge = {{"name", "Merge"},
                         {"dependencies", ordered_json::array({{{"dependsOn", "Shards"}}})},
                         {"script", script("merge.sh", {})}};
   const ordered_json job_template = {{"specificationVersion", "jobtemplate-2023-09"},
+                                     {"extensions", ordered_json::array({"TASK_CHUNKING"})},
                                      {"name", "backbend nightly"},
                                      {"steps", ordered_json::array({shards, merge})}};
   return {{{"shard.sh", shard_script(job)},
