@@ -4,7 +4,7 @@
 namespace backbend::fuzz {
 namespace {
 
-/// Every rig is built on a straight spine and posed at the ends of every sweep.
+/// Every rig is built on a straight spine and posed at the end of a sweep, each of another one.
 bool run(Input input) {
   try {
     const validate::Suite suite = validate::read_suite(as_file(input, "suite.toml"));
@@ -12,15 +12,15 @@ bool run(Input input) {
     solver::RestChain chain;
     for (int j = 0; j < 5; ++j) chain.joint.emplace_back(0.0, 0.1 * j, 0.0);
     validate::limits_for(suite.rules, "hero");
+    std::size_t next = 0;
     for (const validate::RigPlan& rig : suite.rigs) {
       validate::rig_text(rig.spec);
       try {
         const auto system = solver::build_system(rig.spec, chain);
-        for (const validate::Sweep& sweep : suite.sweeps) {
-          require(sweep.pose_count() >= 1, "a sweep has poses");
-          const auto last = sweep.pose_at(sweep.control_at(sweep.pose_count() - 1));
-          system->solve(system->controls_for(last.radians(), solver::Mapping::spread));
-        }
+        const validate::Sweep& sweep = suite.sweeps[next++ % suite.sweeps.size()];
+        require(sweep.pose_count() >= 1, "a sweep has poses");
+        const auto last = sweep.pose_at(sweep.control_at(sweep.pose_count() - 1));
+        system->solve(system->controls_for(last.radians(), solver::Mapping::spread));
       } catch (const solver::RigError& error) {
         refused(error);
       }

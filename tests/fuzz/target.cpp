@@ -13,14 +13,19 @@
 namespace backbend::fuzz {
 namespace {
 
-/// A folder of this process, gone with it.
+/// A folder of this process, gone with it. In memory where it can be: on a disk, writing a small
+/// file takes longer than everything that is tried on it.
 struct Scratch {
   std::filesystem::path path;
   Scratch() {
-    std::string pattern =
-        (std::filesystem::temp_directory_path() / "backbend_fuzz_XXXXXX").string();
-    if (::mkdtemp(pattern.data()) == nullptr) throw std::runtime_error("no temporary folder");
-    path = pattern;
+    for (const std::filesystem::path& place :
+         {std::filesystem::path("/dev/shm"), std::filesystem::temp_directory_path()}) {
+      std::string pattern = (place / "backbend_fuzz_XXXXXX").string();
+      if (::mkdtemp(pattern.data()) == nullptr) continue;
+      path = pattern;
+      return;
+    }
+    throw std::runtime_error("no temporary folder");
   }
   ~Scratch() {
     std::error_code ignored;
@@ -53,6 +58,12 @@ bool refused(const std::exception& error) {
 }
 
 const std::string& last_refusal() { return refusal(); }
+
+bool one_in(unsigned many, Input input) {
+  std::uint32_t sum = 2166136261;  // FNV-1a
+  for (const std::uint8_t byte : input) sum = (sum ^ byte) * 16777619;
+  return (sum >> 8) % many == 0;
+}
 
 std::filesystem::path as_file(Input input, const std::string& name) {
   static const Scratch scratch;

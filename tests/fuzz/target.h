@@ -47,6 +47,10 @@ inline std::string_view text_of(Input input) {
 }
 inline Bytes bytes_of(std::string_view text) { return {text.begin(), text.end()}; }
 
+/// True for one input in so many, told by its bytes: for what costs a mutator its time and takes
+/// few other ways.
+bool one_in(unsigned many, Input input);
+
 /// The input as a file of that name in this process's own folder, which nothing else is in.
 std::filesystem::path as_file(Input input, const std::string& name);
 
