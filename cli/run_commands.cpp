@@ -411,8 +411,12 @@ void add_check(const Registry& registry) {
         suite.pictures.sheet_columns = 0;
         options->apply_to(request);
         request.chain = driven_chain(options->chain, suite.rigs.front(), options->hints);
-        request.title = "Judging WEIGHTS of " + fs::path(options->character).filename().string() +
-                        " under rig '" + suite.rigs.front().name + "'";
+        // Under the ideal bend what is wrong is the weights'; under any other rig it may be
+        // either's.
+        request.title = (suite.rigs.front().spec.system == "even" ? "Judging WEIGHTS of "
+                                                                  : "Judging RIG and WEIGHTS of ") +
+                        fs::path(options->character).filename().string() + " under rig '" +
+                        suite.rigs.front().name + "'";
         request.character = options->character;
         suite.judges_weights = true;
         return run_and_print(std::move(request), common, *options);

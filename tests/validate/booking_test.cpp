@@ -61,6 +61,14 @@ TEST(BookMeshFinding, WhereWeightsAreJudgedTheirFaultsDecide) {
   EXPECT_TRUE(b.decides);
 }
 
+TEST(BookMeshFinding, WhereWeightsAreJudgedUnderABadRigItsFaultsStayTheSolvers) {
+  // Arms that a rig pulls off the chest stay off with any weights.
+  const Booking b = book_mesh_finding(
+      kKink, 8.0, {.value = 21.8, .ideal = 0.0, .proxy = 21.8, .judging_weights = true});
+  EXPECT_EQ(b.owner, Owner::solver);
+  EXPECT_TRUE(b.decides);
+}
+
 TEST(BookMeshFinding, WithoutAnIdealTheFindingStands) {
   const Booking b = book_mesh_finding(kKink, 8.0, {.value = 12.0, .ideal = kNan, .proxy = kNan});
   EXPECT_EQ(b.verdict, Verdict::fail);

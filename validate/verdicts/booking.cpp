@@ -15,7 +15,7 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
       check.sense == Sense::at_most ? context.value - context.ideal : context.ideal - context.value;
   const bool ideal_is_as_bad =
       judge(check, context.ideal, limit) == Verdict::fail && worse <= 0.1 * std::abs(limit);
-  if (ideal_is_as_bad || context.judging_weights)
+  if (ideal_is_as_bad)
     return {Verdict::fail, Owner::weights, check.decides && context.judging_weights};
   const bool only_weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass &&
                                     judge(check, context.ideal, limit) == Verdict::fail;

@@ -10,7 +10,7 @@ struct MeshContext {
   double proxy = 0.0;  // of the same rig with clean proxy weights; NaN: not measured
   double infeasible =
       0.0;  // curvature times depth at the place; 1 and above: the surface must fold
-  bool judging_weights = false;  // the ideal rig itself is shown: its faults are the weights'
+  bool judging_weights = false;  // the character is on trial: what the ideal shows too decides
 };
 
 /// Whose a mesh finding is, and whether it decides the exit code.
