@@ -152,7 +152,9 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
   const ChainDetector roll{"chain twist jump",
                            "BB014",
                            "deg",
-                           bones >= 20 ? 1.0 : 2.0,
+                           bones >= 7   ? 1.0
+                           : bones == 6 ? 2.0
+                                        : 4.0,  // four twists hardly tell a jump from a bend
                            0.4,
                            {0.25, 0.5, 1.0, 2.0, 4.0},
                            [](const ChainMeasures& m) { return m.twist_jump_deg; },

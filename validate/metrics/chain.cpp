@@ -121,6 +121,44 @@ void measure_bend(const ChainInput& in, ChainMeasures& out) {
   if (mean > kLeastMeanTurn) out.max_over_mean = largest / mean;
 }
 
+/// The difference of order `order` of the values from `first` on, over what opposite values of 1
+/// and -1 in its middle make it.
+double difference(std::span<const double> values, std::size_t order, std::size_t first) {
+  double sum = 0.0, middle = 0.0, coefficient = 1.0;
+  for (std::size_t k = 0; k <= order; ++k) {
+    sum += (k % 2 == 0 ? coefficient : -coefficient) * values[first + k];
+    if (k == (order - 1) / 2 || k == (order + 1) / 2) middle += coefficient;
+    coefficient *= static_cast<double>(order - k) / static_cast<double>(k + 1);
+  }
+  return std::abs(sum) / middle;
+}
+
+/// `twist`: of all joints but the first and the last. A smooth course leaves little in differences
+/// of high order, a roll of one joint as much as in any; which of a window's joints it is, the
+/// nearest four twists tell.
+void measure_twist_jump(std::span<const double> twist, ChainMeasures& out) {
+  constexpr std::size_t kHighest = 5, kLocal = 3;
+  const std::size_t count = twist.size(), order = std::min(kHighest, count - 1);
+  const std::size_t last_window = count - 1 - order;
+  for (std::size_t window = 0, i = 1; window <= last_window; ++window) {
+    double sharpest = -1.0;
+    std::size_t joint = i;
+    // The windows at the ends are for the joints nearest to them as well.
+    for (; i + 2 < count && (i <= window + (order - 1) / 2 || window == last_window); ++i) {
+      const double local = difference(twist, kLocal, i - 1);
+      if (local > sharpest) {
+        sharpest = local;
+        joint = i;
+      }
+    }
+    const double jump = difference(twist, order, window);
+    if (jump > out.twist_jump_deg) {
+      out.twist_jump_deg = jump;
+      out.twist_jump_joint = static_cast<int>(joint) + 1;
+    }
+  }
+}
+
 void measure_twist(const ChainInput& in, ChainMeasures& out) {
   const std::size_t n = in.pose.turn.size();
   const double rest_length = chain_length(in.rest.position);
@@ -145,15 +183,8 @@ void measure_twist(const ChainInput& in, ChainMeasures& out) {
   }
   if (total > kLeastTotalTwist) out.uneven_twist = largest_rate * covered / total;
   // Between the first and the last bone: hip and tip have no twist of their own to compare with.
-  for (std::size_t i = 2; i + 3 < n; ++i) {
-    const double jump = std::abs(-out.twist_deg[i - 1] + 3.0 * out.twist_deg[i] -
-                                 3.0 * out.twist_deg[i + 1] + out.twist_deg[i + 2]) /
-                        6.0;
-    if (jump > out.twist_jump_deg) {
-      out.twist_jump_deg = jump;
-      out.twist_jump_joint = static_cast<int>(i);
-    }
-  }
+  if (n >= kLeastTwistJumpJoints)
+    measure_twist_jump(std::span(out.twist_deg).subspan(1, n - 2), out);
   out.lost_twist_deg = in.expected_twist_deg - out.carried_twist_deg;
 }
 

@@ -51,8 +51,9 @@ struct ChainMeasures {
   double carried_twist_deg = 0.0;  // their sum
   double lost_twist_deg = 0.0;     // expected less carried; NaN where nothing was expected
   double uneven_twist = 1.0;       // largest over mean, per length; 1 where there is hardly any
-  // How far one joint is rolled against both its neighbours beyond any smooth twist: the third
-  // difference of the joints' twists over 6, which a roll of one joint by J makes J, and a step of
+  // How far one joint is rolled against both its neighbours beyond any smooth twist: the fifth
+  // difference of the joints' twists over 20 (with fewer than eight joints of a lower order), which
+  // a roll of one joint by J makes J (three quarters of it one joint from the ends), and a step of
   // all joints above by J makes J / 2.
   double twist_jump_deg = 0.0;
   int twist_jump_joint = -1;

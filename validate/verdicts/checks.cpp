@@ -91,7 +91,7 @@ constexpr std::array kChecks = {
           Owner::solver, "one joint whose up vector or roll differs from its neighbours'",
           "look at that joint's frame; a flipped vertebra shows here as 90 to 180",
           "curvature of surface lines from the normal layer",
-          "third difference of twists between neighbouring joints"},
+          "fifth difference of twists between neighbouring joints"},
     Check{"BB020", "arm drift, rotation", Subject::chain,
           "how far the arms have turned against the chest control, twist and aim together", "deg",
           0.5, Sense::at_most, true,
