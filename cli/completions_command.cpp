@@ -23,15 +23,19 @@ struct Command {
   std::vector<Word> positionals;
 };
 
-/// `{a,b,c}` of a check by IsMember, as the library describes it.
+/// The words of `{a,b,c}` or `{a->0,b->1}`, as the library describes a check by IsMember and names
+/// of an enum's values. None where it is one of several checks, for other words are taken too.
 std::vector<std::string> choices_of(const CLI::Option& option) {
   const std::string type = option.get_type_name();
   const std::size_t open = type.find('{'), close = type.find('}');
   std::vector<std::string> choices;
   if (open == std::string::npos || close == std::string::npos) return choices;
+  if (type.find(" OR ") != std::string::npos && type.find("->") == std::string::npos)
+    return choices;
   std::string word;
   for (const char c : type.substr(open + 1, close - open - 1) + ",") {
     if (c == ',') {
+      word = word.substr(0, word.find("->"));
       if (!word.empty()) choices.push_back(word);
       word.clear();
     } else {

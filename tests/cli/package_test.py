@@ -52,6 +52,8 @@ class DescribingItself(CommandTest):
         self.assertEqual(completed("backbend", "night"), ["nightly"])
         self.assertEqual(completed("backbend", "nightly", "--sha"), ["--shard"])
         self.assertEqual(set(completed("backbend", "check", "--mapping", "")), {"chest", "spread"})
+        self.assertLessEqual({"beauty", "clay", "heat"}, set(completed("backbend", "render", "--mode", "")))
+        self.assertNotIn("0", completed("backbend", "calibrate", "--tubes", ""))  # 3 to 64 are taken as well
         self.assertIn("--threads", completed("backbend", "check", "--th"))
 
     def test_man_reads_the_page_without_a_complaint(self):
