@@ -15,7 +15,7 @@ using testing::Tube;
 
 MeshMeasures surface(const SlicedTube& t, const std::vector<glm::vec3>& position,
                      const std::vector<glm::vec3>& normal, const BendIntent& intent) {
-  return measure_mesh(t.mesh_rest, position, normal, t.slices, intent, 1.0 / t.tube.bones);
+  return measure_mesh(t.mesh_rest, position, normal, intent, 1.0 / t.tube.bones);
 }
 
 /// Turns the frames of all joints above (and with) one by a rotation vector, about that joint.
@@ -192,8 +192,7 @@ TEST(Mesh, OneVertexBoundToAWrongBoneIsTheWorstOfAll) {
   EXPECT_LT(clean.strain, 3.0);
   EXPECT_GT(m.strain, 50.0);
   EXPECT_NEAR(m.strain_vertex, static_cast<int>(wrong), 49);
-  const std::vector<float> map =
-      strain_map(bad.mesh_rest, bad.tube.skin(pose), bad.slices, intent, 0.1);
+  const std::vector<float> map = strain_map(bad.mesh_rest, bad.tube.skin(pose), intent, 0.1);
   EXPECT_EQ(std::max_element(map.begin(), map.end()) - map.begin() <
                 static_cast<std::ptrdiff_t>(bad.tube.position.size()),
             true);
@@ -275,15 +274,15 @@ TEST(Mesh, AnEdgeFoldedByAnAngleIsThatDihedralChange) {
   const SpineLine line(frame.spine);
   const auto coordinate = spine_coordinate(mesh, line);
   const SpineSlices slices = cut_slices(mesh, line, coordinate, {1, 0, 0}, 8);
-  const MeshRest rest = prepare_mesh(mesh, line, coordinate);
+  const MeshRest rest = prepare_mesh(mesh, line, coordinate, slices);
   for (double deg : {0.0, 30.0, 100.0, 170.0, -120.0}) {
     const double angle = radians_from(deg);
     position[3] = {static_cast<float>(-0.1 * std::cos(angle)), 0.5f,
                    static_cast<float>(0.1 * std::sin(angle))};
-    EXPECT_NEAR(measure_mesh(rest, position, normal, slices,
-                             no_intent(slices, pose_slices(slices, position)), 0.25)
-                    .dihedral_deg,
-                std::abs(deg), 0.05);
+    EXPECT_NEAR(
+        measure_mesh(rest, position, normal, no_intent(slices, pose_slices(slices, position)), 0.25)
+            .dihedral_deg,
+        std::abs(deg), 0.05);
   }
 }
 

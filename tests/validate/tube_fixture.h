@@ -140,7 +140,7 @@ struct SlicedTube {
         coordinate(spine_coordinate(tube.mesh(), line)),
         slices(cut_slices(tube.mesh(), line, coordinate, {1, 0, 0}, count)),
         rest_slices(pose_slices(slices, tube.position)),
-        mesh_rest(prepare_mesh(tube.mesh(), line, coordinate)) {}
+        mesh_rest(prepare_mesh(tube.mesh(), line, coordinate, slices)) {}
 
   BendIntent intent(const solver::SpinePose& pose, const std::function<glm::dvec3(double)>& bend,
                     double twist = 0.0) const {

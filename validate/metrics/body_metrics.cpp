@@ -106,7 +106,7 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
   slices_ = cut_slices(mesh, line, coordinate, driver.rest_chain().left, kSliceCount);
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
-  mesh_ = prepare_mesh(mesh, line, coordinate);
+  mesh_ = prepare_mesh(mesh, line, coordinate, slices_);
   crossing_.emplace(rest_position_, character.triangles, character.place,
                     rigid_groups(character, driver));
   has_arms_ = driver.arms_follow_chest();
@@ -139,7 +139,7 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
     return out;
   }
   const BendIntent asked = intent(rig, curve, pose, twist);
-  out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, slices_, asked, 1.0 / rig.bones);
+  out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, asked, 1.0 / rig.bones);
   if (out.surface.not_finite > 0) return out;
   out.slices =
       measure_slices(slices_, rest_slices_, pose_slices(slices_, mesh.position), asked, window_);
@@ -158,8 +158,7 @@ std::vector<float> BodyMetrics::strain_heat(const RigAtRest& rig, std::span<cons
                                             const solver::SpinePose& pose,
                                             const skin::PosedMesh& mesh, double twist) const {
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
-  return strain_map(mesh_, mesh.position, slices_, intent(rig, curve, pose, twist),
-                    1.0 / rig.bones);
+  return strain_map(mesh_, mesh.position, intent(rig, curve, pose, twist), 1.0 / rig.bones);
 }
 
 std::string BodyMetrics::slice_place(int slice) const {
