@@ -60,7 +60,11 @@ void copy_three(std::span<const glm::vec3> from, std::size_t i, float* to) {
 void unfold(const MeshRest& rest, std::span<const glm::vec3> position,
             std::span<const glm::vec3> normal, std::vector<Corner>& out) {
   out.resize(rest.vertex.size());
+  constexpr std::size_t kAhead = 24;  // vertices lie apart: asked for before they are needed
   for (std::size_t c = 0; c < out.size(); ++c) {
+    const std::uint32_t soon = rest.vertex[std::min(c + kAhead, out.size() - 1)];
+    _mm_prefetch(reinterpret_cast<const char*>(&position[soon]), _MM_HINT_T0);
+    _mm_prefetch(reinterpret_cast<const char*>(&normal[soon]), _MM_HINT_T0);
     copy_three(position, rest.vertex[c], out[c].position);
     copy_three(normal, rest.vertex[c], out[c].normal);
   }
@@ -322,9 +326,12 @@ class LargestFold {
     // A few first: what cannot be as large as the largest of them need not be measured.
     constexpr std::size_t kEvery = 61;
     for (std::size_t b = 0; b < rest_.edge.size(); b += kEvery) offer(b, 0);
-    for (std::size_t b = 0; b < rest_.edge.size(); ++b)
-      for (int lanes = may_be_largest(rest_.edge[b]); lanes != 0; lanes &= lanes - 1)
+    for (std::size_t b = 0; b < rest_.edge.size(); ++b) {
+      int lanes = may_be_largest(rest_.edge[b]);
+      if (lanes != 0) lanes &= nearly_largest(b);
+      for (; lanes != 0; lanes &= lanes - 1)
         offer(b, static_cast<std::size_t>(std::countr_zero(static_cast<unsigned>(lanes))));
+    }
   }
 
   double angle() const { return std::acos(std::clamp(static_cast<double>(cosine_), -1.0, 1.0)); }
@@ -353,6 +360,23 @@ class LargestFold {
     const int out = less(least + kRounding, cosine) &
                     less(FloatLanes(cosine_) + kRounding, rest_cosine) & less(0.0f, cosine);
     return ~out & 0xff;
+  }
+
+  /// What offer() measures, from the unit normals: those that may come out as the largest.
+  int nearly_largest(std::size_t block) const {
+    constexpr float kRounding = 1e-5f;  // a hundred units in the last place of what is summed
+    const MeshRest::EdgeBlock& edge = rest_.edge[block];
+    const MeshRest::EdgeEnds* end = &rest_.end[block * kLanes];
+    const VectorLanes n = gather([&](int i) { return s_.unit_normal[edge.first[i]].axis; });
+    const VectorLanes m = gather([&](int i) { return s_.unit_normal[edge.second[i]].axis; });
+    const VectorLanes along = gather([&](int i) { return s_.corner[end[i].b].position; }) -
+                              gather([&](int i) { return s_.corner[end[i].a].position; });
+    const FloatLanes cosine = dot(n, m);
+    const FloatLanes sine = dot(cross(n, m), along) / square_root(dot(along, along));
+    const FloatLanes size = square_root(cosine * cosine + sine * sine);
+    const FloatLanes change =
+        cosine * FloatLanes::load(edge.cosine) + sine * FloatLanes::load(edge.sine);
+    return ~less(FloatLanes(cosine_) * size + kRounding, change) & 0xff;
   }
 
   void offer(std::size_t block, std::size_t lane) {
@@ -435,13 +459,15 @@ PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const g
                      std::span<const std::uint8_t> part, const solver::RigidMotion& carrier) {
   assert(rest_position.size() == position.size() && part.size() == position.size());
   PartDrift out;
+  double largest = 0.0;  // squared
   for (std::size_t v = 0; v < position.size(); ++v) {
     if (!part[v]) continue;
-    const double distance =
-        glm::distance(glm::dvec3(position[v]), carrier.apply(glm::dvec3(rest_position[v])));
-    if (!(distance <= out.distance)) {  // NaN is kept
-      out = {distance, static_cast<int>(v)};
-      if (std::isnan(distance)) return out;
+    const glm::dvec3 off = carrier.apply(glm::dvec3(rest_position[v])) - glm::dvec3(position[v]);
+    const double square = glm::dot(off, off);
+    if (!(square <= largest)) {  // NaN is kept
+      largest = square;
+      out = {std::sqrt(square), static_cast<int>(v)};
+      if (std::isnan(square)) return out;
     }
   }
   return out;

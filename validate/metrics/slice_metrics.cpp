@@ -56,28 +56,32 @@ Worst largest(const std::vector<double>& profile) {
   return out;
 }
 
-/// Twist of the slices' own directions over a window, against transport along the centres: signed,
-/// in (-pi, pi].
+/// Twist of each slice's own direction against that of the next, transported along the centres:
+/// signed, in (-pi, pi].
+std::vector<double> twist_steps(const SlicePose& pose, const std::vector<glm::dvec3>& direction) {
+  std::vector<double> out(direction.size(), kNan);
+  for (std::size_t k = 0; k + 1 < direction.size(); ++k) {
+    if (!is_finite(direction[k]) || !is_finite(direction[k + 1])) continue;
+    const glm::dvec3& to = direction[k + 1];
+    const glm::dvec3 carried =
+        rotation(arc_between(direction[k], to)) *
+        (pose.direction[k] - glm::dot(pose.direction[k], direction[k]) * direction[k]);
+    const glm::dvec3 own = pose.direction[k + 1] - glm::dot(pose.direction[k + 1], to) * to;
+    out[k] = std::atan2(glm::dot(to, glm::cross(carried, own)), glm::dot(carried, own));
+  }
+  return out;
+}
+
+/// The same over a window: slice by slice, so that each step's swing is small and transport follows
+/// the bend.
 std::vector<double> twists(const SlicePose& pose, const std::vector<glm::dvec3>& direction,
                            int window) {
+  const std::vector<double> step = twist_steps(pose, direction);
   const int n = static_cast<int>(direction.size()), below = window / 2, above = window - below;
   std::vector<double> out(direction.size(), kNan);
   for (int r = below; r + above < n; ++r) {
-    double twist = 0.0;
-    // Slice by slice, so that each step's swing is small and transport follows the bend.
-    for (int k = r - below; k < r + above; ++k) {
-      if (!is_finite(direction[k]) || !is_finite(direction[k + 1])) {
-        twist = kNan;
-        break;
-      }
-      const glm::dvec3& to = direction[k + 1];
-      const glm::dvec3 carried =
-          rotation(arc_between(direction[k], to)) *
-          (pose.direction[k] - glm::dot(pose.direction[k], direction[k]) * direction[k]);
-      const glm::dvec3 own = pose.direction[k + 1] - glm::dot(pose.direction[k + 1], to) * to;
-      twist += std::atan2(glm::dot(to, glm::cross(carried, own)), glm::dot(carried, own));
-    }
-    out[r] = twist;
+    out[r] = 0.0;
+    for (int k = r - below; k < r + above; ++k) out[r] += step[k];
   }
   return out;
 }
