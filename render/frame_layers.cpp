@@ -28,6 +28,10 @@ int add_matte(Frame& frame, const char* name) {
   return first;
 }
 
+std::size_t tile_pixels(const PixelRect& rect) {
+  return static_cast<std::size_t>(rect.tile_size) * static_cast<std::size_t>(rect.tile_size);
+}
+
 void put(Frame& frame, int layer, std::size_t pixel, const glm::vec3& value) {
   float* out = frame.layers[layer].data.data() + pixel * 3;
   out[0] = value.x, out[1] = value.y, out[2] = value.z;
@@ -124,23 +128,25 @@ void write_geometry_layers(const SceneView& scene, const Projection& projection,
   const auto rays = std::make_unique<RayBatch>();
   const auto hits = std::make_unique<HitBatch>();
   const Vec8 eye = splat(glm::vec3(projection.eye));
-  for (std::size_t first = 0; first < kTilePixels; first += 8) {
+  const std::size_t pixels = tile_pixels(rect);
+  for (std::size_t first = 0; first < pixels; first += 8) {
     Float8 x, y;
     for (unsigned lane = 0; lane < 8; ++lane) {
-      x[lane] = static_cast<float>(rect.x0 + tile_x(first / 8, lane)) + 0.5f;
-      y[lane] = static_cast<float>(rect.y0 + tile_y(first / 8, lane)) + 0.5f;
+      x[lane] = static_cast<float>(rect.x0 + tile_x(rect.tile_size, first / 8, lane)) + 0.5f;
+      y[lane] = static_cast<float>(rect.y0 + tile_y(rect.tile_size, first / 8, lane)) + 0.5f;
     }
     rays->set_packet(first, eye, projection.directions(x, y),
                      splat(std::numeric_limits<float>::max()));
   }
-  scene.rays->nearest(*rays, kTilePixels, Coherence::camera, *hits, may_hit);
+  scene.rays->nearest(*rays, pixels, Coherence::camera, *hits, may_hit);
   write_geometry_layers(scene, projection, mode, rect, *rays, *hits, at, frame);
 }
 
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
                            const PixelRect& rect, const RayBatch& rays, const HitBatch& hits,
                            const FrameLayers& at, Frame& frame) {
-  for (std::size_t first = 0; first < kTilePixels; first += 8) {
+  const std::size_t pixels = tile_pixels(rect);
+  for (std::size_t first = 0; first < pixels; first += 8) {
     const Int8 triangle = hits.packet(first);
     const Int8 hit = triangle >= 0;
     unsigned left = bits_of(hit);
@@ -149,7 +155,8 @@ void write_geometry_layers(const SceneView& scene, const Projection& projection,
                                         rays.packet_direction(first));
     for (; left != 0; left &= left - 1) {
       const auto lane = static_cast<unsigned>(std::countr_zero(left));
-      const int x = rect.x0 + tile_x(first / 8, lane), y = rect.y0 + tile_y(first / 8, lane);
+      const int x = rect.x0 + tile_x(rect.tile_size, first / 8, lane),
+                y = rect.y0 + tile_y(rect.tile_size, first / 8, lane);
       if (x >= rect.x1 || y >= rect.y1) continue;
       write_pixel(scene, projection, mode, surface, lane,
                   static_cast<std::size_t>(y) * frame.width + x, at, frame);

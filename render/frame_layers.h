@@ -26,9 +26,10 @@ double layer_bytes(const SceneView& scene, const Settings& settings);
 /// Adds only what lines are drawn from: depth, normal and region.
 FrameLayers add_geometry_layers(Frame& frame);
 
-/// A rectangle of pixels that a tile covers: at most 16 x 16, clipped to the frame.
+/// The pixels of a tile that lie within the frame.
 struct PixelRect {
   int x0, y0, x1, y1;
+  int tile_size;  // pixels along an edge of the whole tile
 };
 
 /// Writes the geometry layers of a rectangle from one ray through each pixel's centre: unfiltered,
@@ -37,21 +38,22 @@ void write_geometry_layers(const SceneView& scene, const Projection& projection,
                            const PixelRect& rect, const FrameLayers& at, Frame& frame,
                            std::span<const std::uint8_t> may_hit = {});
 
-/// The same for rays that were already traced through the centres of the tile's 256 pixels, in
+/// The same for rays that were already traced through the centres of all pixels of the tile, in
 /// blocks of 4 x 2.
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
                            const PixelRect& rect, const RayBatch& rays, const HitBatch& hits,
                            const FrameLayers& at, Frame& frame);
 
-inline constexpr int kTileSize = 16;  // pixels; 256 camera rays a sample
-inline constexpr std::size_t kTilePixels = kTileSize * kTileSize;
+inline constexpr int kLargestTile = 16;  // pixels along an edge; 256 camera rays a sample
+inline constexpr std::size_t kMostTilePixels = kLargestTile * kLargestTile;
 
-/// Where lane `lane` of packet `packet` of a tile lies in it: packets are blocks of 4 x 2 pixels.
-constexpr int tile_x(std::size_t packet, unsigned lane) {
-  return static_cast<int>(packet % (kTileSize / 4) * 4 + lane % 4);
+/// Where lane `lane` of packet `packet` lies in a tile of `size` x `size` pixels: packets are
+/// blocks of 4 x 2 pixels.
+constexpr int tile_x(int size, std::size_t packet, unsigned lane) {
+  return static_cast<int>(packet % (static_cast<std::size_t>(size) / 4) * 4 + lane % 4);
 }
-constexpr int tile_y(std::size_t packet, unsigned lane) {
-  return static_cast<int>(packet / (kTileSize / 4) * 2 + lane / 4);
+constexpr int tile_y(int size, std::size_t packet, unsigned lane) {
+  return static_cast<int>(packet / (static_cast<std::size_t>(size) / 4) * 2 + lane / 4);
 }
 
 }  // namespace backbend::render

@@ -12,7 +12,6 @@ namespace {
 
 const Float8 kZero = splat(0.0f), kOne = splat(1.0f);
 const Float8 kFar = splat(std::numeric_limits<float>::max());
-constexpr int kPixelOfPath = 255;  // a tile's pixels follow each other, 256 a sample
 constexpr glm::vec3 kInk(0.02f, 0.025f, 0.035f);
 // Light that reached the eye by way of a narrow highlight is capped: one such path in a thousand
 // would outshine its pixel for any number of samples worth waiting for.
@@ -209,7 +208,7 @@ void PathShader::camera_packet(std::size_t first) {
   const Int8 triangle = batch_.hits.packet(first);
   const Int8 hit = triangle >= 0;
   const Int8 path = splat(static_cast<int>(first)) + Int8{0, 1, 2, 3, 4, 5, 6, 7};
-  const Lanes lanes{path, load(&batch_.sample[first]), path & kPixelOfPath, true};
+  const Lanes lanes{path, load(&batch_.sample[first]), path & (context_.tile_pixels - 1), true};
   store(&batch_.red[first], kZero);
   store(&batch_.green[first], kZero);
   store(&batch_.blue[first], kZero);
@@ -253,7 +252,8 @@ void PathShader::bounce_packet(const PathTracer::Bounces& arrived, std::size_t f
   const Int8 path = alive ? load(&arrived.path[first]) : splat(0);
   const Int8 triangle = arrived.hits.packet(first);
   const Int8 hit = alive & (triangle >= 0);
-  const Lanes lanes{path, gather(batch_.sample.data(), path), path & kPixelOfPath, false};
+  const Lanes lanes{path, gather(batch_.sample.data(), path), path & (context_.tile_pixels - 1),
+                    false};
   if (bits_of(hit) != 0) {
     Surface8 surface = surface_at(*context_.scene, hit ? triangle : splat(0), origin, direction);
     const Bsdf8 bsdf = bsdf_of(surface, hit, 0);

@@ -24,6 +24,7 @@ struct PathContext {
   Surfacing surfacing = Surfacing::clay;
   int bounces = 2;           // segments after the first hit
   bool transparent = false;  // no backdrop: alpha holds the character and its shadow
+  int tile_pixels = 256;     // a power of two
 };
 
 /// Points taken per path: one for the film, three for every vertex.

@@ -72,9 +72,9 @@ void check_topology(const MeshTopology& mesh) {
 }
 
 template <class Body>
-void for_each_tile(int width, int height, const Settings& settings, const Body& body) {
-  const int columns = (width + kTileSize - 1) / kTileSize;
-  const int rows = (height + kTileSize - 1) / kTileSize;
+void for_each_tile(int width, int height, int size, const Settings& settings, const Body& body) {
+  const int columns = (width + size - 1) / size;
+  const int rows = (height + size - 1) / size;
   tbb::task_arena arena(settings.threads > 0 ? settings.threads
                                              : static_cast<int>(tbb::task_arena::automatic));
   arena.execute([&] {
@@ -83,7 +83,7 @@ void for_each_tile(int width, int height, const Settings& settings, const Body& 
                         const FlushDenormals flush;
                         for (int tile = tiles.begin(); tile != tiles.end(); ++tile) {
                           if (settings.stop != nullptr && settings.stop()) return;
-                          body(tile % columns * kTileSize, tile / columns * kTileSize);
+                          body(tile % columns * size, tile / columns * size);
                         }
                       });
   });
@@ -102,9 +102,10 @@ void draw_contours(const SceneView& scene, const Camera& camera, const Settings&
   lines.width = fine.width;
   lines.height = fine.height;
   const FrameLayers fine_at = add_geometry_layers(lines);
-  for_each_tile(fine.width, fine.height, settings, [&](int x, int y) {
-    const PixelRect rect{x, y, std::min(x + kTileSize, fine.width),
-                         std::min(y + kTileSize, fine.height)};
+  const int size = settings.tile_size;
+  for_each_tile(fine.width, fine.height, size, settings, [&](int x, int y) {
+    const PixelRect rect{x, y, std::min(x + size, fine.width), std::min(y + size, fine.height),
+                         size};
     write_geometry_layers(scene, projection, Mode::contour, rect, fine_at, lines);
   });
   ContourInput in{fine.width,
@@ -277,6 +278,8 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   if (scene.pose.position.empty()) refuse("no pose was set");
   if (settings.samples < 1 || settings.samples > 65535) refuse("samples must be 1 to 65535");
   if (settings.bounces < 0 || settings.bounces > 16) refuse("bounces must be 0 to 16");
+  if (settings.tile_size != 16 && settings.tile_size != 8 && settings.tile_size != 4)
+    refuse("tiles must be 16, 8 or 4 pixels wide");
   const Projection projection = project_camera(camera, settings.width, settings.height);
   if (!(settings.noise >= 0.0) || !std::isfinite(settings.noise) ||
       !std::isfinite(settings.light_turn_deg))
@@ -301,8 +304,9 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   frame.camera_from_world = projection.camera_from_world();
   frame.ndc_from_world = projection.ndc_from_world();
   FrameJob job{&scene, &projection, &studio, &sampler, &settings, &filter, {},
-               &frame, {},          0.0f,    {},       {},        {}};
+               &frame, {},          0.0f,    {},       {},        {},      kLargestTile};
   job.at = add_layers(frame, scene, settings);
+  if (!(settings.noise > 0.0)) job.tile_size = settings.tile_size;
   job.seen = scene.bounds.on_film(projection);
   for (const std::string& name : impl_->mesh->region_name)
     job.region_id.push_back(cryptomatte_id(name));
@@ -315,7 +319,7 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
     job.odd_half = odd_half;
   }
 
-  for_each_tile(frame.width, frame.height, settings,
+  for_each_tile(frame.width, frame.height, job.tile_size, settings,
                 [&](int x, int y) { impl_->renderer.local().render(job, x, y); });
   if (settings.stop != nullptr && settings.stop()) return frame;
   if (!odd_half.empty()) add_denoised(job, frame);

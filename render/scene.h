@@ -99,6 +99,9 @@ struct Settings {
   // square root of their light, is estimated to be below this; `samples` is then the most a pixel
   // gets. 0: every pixel gets them all.
   double noise = 0.0;
+  // Pixels along the edge of what one thread renders at a time: 16, 8 or 4. No byte of a frame
+  // depends on it; adaptive sampling decides by tiles of 16 and has no others.
+  int tile_size = 16;
   // beauty, clay, ao: adds the layer `denoised`, which previews then show, and `denoisedError`.
   // Nothing that is measured may be taken from them.
   bool denoise = false;

@@ -14,7 +14,7 @@ constexpr std::size_t kMaxRegions = 256;
 
 /// Sums over the samples of one tile, in the order of the samples. Pixels are in packet order.
 struct TileSums {
-  using Column = std::array<float, kTilePixels>;
+  using Column = std::array<float, kMostTilePixels>;
   alignas(32) Column red, green, blue, alpha;
   alignas(32) Column red_squared, green_squared, blue_squared;
   alignas(32) Column red_odd, green_odd, blue_odd;  // of every second sample
@@ -23,9 +23,9 @@ struct TileSums {
   std::vector<std::uint16_t> region;
   std::size_t region_count = 0;
 
-  void clear(std::size_t regions) {
+  void clear(std::size_t pixels, std::size_t regions) {
     region_count = regions;
-    region.assign(kTilePixels * regions, 0);
+    region.assign(pixels * regions, 0);
     count = 0;
     for (Column* c : {&red, &green, &blue, &alpha, &red_squared, &green_squared, &blue_squared,
                       &red_odd, &green_odd, &blue_odd})
@@ -33,10 +33,11 @@ struct TileSums {
   }
 };
 
-// Mean error of a picture over the square root of its light, in the worst 8 x 8 pixels of a tile,
-// told by the difference of its odd and its even samples. Both halves must be equally many.
+// Mean error of a picture over the square root of its light, in the worst 8 x 8 pixels of a tile of
+// the largest size, told by the difference of its odd and its even samples. Both halves must be
+// equally many.
 float worst_error(const TileSums& sums) {
-  constexpr std::size_t kPackets = kTilePixels / 8;
+  constexpr std::size_t kPackets = kMostTilePixels / 8;
   constexpr float kLeastLight = 0.01f;
   std::array<float, 4> block{};
   for (std::size_t packet = 0; packet < kPackets; ++packet) {
@@ -52,11 +53,11 @@ float worst_error(const TileSums& sums) {
     const Float8 light =
         (load(&sums.red[first]) + load(&sums.green[first]) + load(&sums.blue[first])) * scale;
     const Float8 relative = error / sqrt(max(light, splat(kLeastLight)));
-    const std::size_t at =
-        (tile_y(packet, 0) >= kTileSize / 2 ? 2 : 0) + (tile_x(packet, 0) >= kTileSize / 2 ? 1 : 0);
+    const std::size_t at = (tile_y(kLargestTile, packet, 0) >= kLargestTile / 2 ? 2 : 0) +
+                           (tile_x(kLargestTile, packet, 0) >= kLargestTile / 2 ? 1 : 0);
     for (unsigned lane = 0; lane < 8; ++lane) block[at] += relative[lane];
   }
-  return *std::max_element(block.begin(), block.end()) / (kTilePixels / 4);
+  return *std::max_element(block.begin(), block.end()) / (kMostTilePixels / 4);
 }
 
 // Whether a tile's samples may end here: at a power of two, where they are well spread.
@@ -116,8 +117,10 @@ struct TileRenderer::Impl {
   std::array<std::uint8_t, RayBatch::kCapacity> blocked;
   std::array<float, PathBatch::kCapacity> transmitted;
 
-  std::vector<std::uint32_t> pixels;                  // of the sampler, by packet
-  std::array<std::uint8_t, kTilePixels / 8> may_hit;  // by packet: whether the pose may be there
+  std::vector<std::uint32_t> pixels;  // of the sampler, by packet
+  int size = kLargestTile;            // pixels along the tile's edge
+  std::size_t pixel_count = kMostTilePixels;
+  std::vector<std::uint8_t> may_hit;  // by packet: whether the pose may be there
 
   const std::uint32_t* pixels_of(const FrameJob& job, std::size_t packet) const {
     return pixels.data() + packet * job.sampler->words_per_packet();
@@ -147,12 +150,12 @@ bool through_centers(const Settings& settings) {
 }  // namespace
 
 void TileRenderer::Impl::place_pixels(const FrameJob& job, int x0, int y0) {
-  pixels.resize(kTilePixels / 8 * job.sampler->words_per_packet());
-  for (std::size_t packet = 0; packet < kTilePixels / 8; ++packet) {
+  pixels.resize(pixel_count / 8 * job.sampler->words_per_packet());
+  for (std::size_t packet = 0; packet < pixel_count / 8; ++packet) {
     Int8 x{}, y{};
     for (unsigned lane = 0; lane < 8; ++lane) {
-      x[lane] = x0 + tile_x(packet, lane);
-      y[lane] = y0 + tile_y(packet, lane);
+      x[lane] = x0 + tile_x(size, packet, lane);
+      y[lane] = y0 + tile_y(size, packet, lane);
     }
     job.sampler->place(x, y, pixels.data() + packet * job.sampler->words_per_packet());
   }
@@ -161,9 +164,10 @@ void TileRenderer::Impl::place_pixels(const FrameJob& job, int x0, int y0) {
 // Which packets see a place where the pose may be.
 void TileRenderer::Impl::find_pose(const FrameJob& job, int x0, int y0) {
   constexpr double kReach = 2.0;  // pixels: the filter's one, and room for rounding
+  may_hit.resize(pixel_count / 8);
   for (std::size_t packet = 0; packet < may_hit.size(); ++packet) {
-    const double left = x0 + tile_x(packet, 0) - kReach, right = left + 4.0 + 2.0 * kReach;
-    const double top = y0 + tile_y(packet, 0) - kReach, bottom = top + 2.0 + 2.0 * kReach;
+    const double left = x0 + tile_x(size, packet, 0) - kReach, right = left + 4.0 + 2.0 * kReach;
+    const double top = y0 + tile_y(size, packet, 0) - kReach, bottom = top + 2.0 + 2.0 * kReach;
     may_hit[packet] = std::any_of(job.seen.begin(), job.seen.end(), [&](const auto& rect) {
       return rect.x0 <= right && rect.x1 >= left && rect.y0 <= bottom && rect.y1 >= top;
     });
@@ -174,11 +178,11 @@ void TileRenderer::Impl::find_pose(const FrameJob& job, int x0, int y0) {
 void TileRenderer::Impl::add_camera_rays(const FrameJob& job, int x0, int y0, int sample) {
   const Projection& camera = *job.projection;
   const Vec8 eye = splat(glm::vec3(camera.eye));
-  for (std::size_t packet = 0; packet < kTilePixels / 8; ++packet) {
+  for (std::size_t packet = 0; packet < pixel_count / 8; ++packet) {
     const std::size_t first = batch.count;
     Float8 x, y;
     for (unsigned lane = 0; lane < 8; ++lane) {
-      const int at_x = x0 + tile_x(packet, lane), at_y = y0 + tile_y(packet, lane);
+      const int at_x = x0 + tile_x(size, packet, lane), at_y = y0 + tile_y(size, packet, lane);
       x[lane] = static_cast<float>(at_x) + 0.5f;
       y[lane] = static_cast<float>(at_y) + 0.5f;
     }
@@ -225,7 +229,7 @@ void TileRenderer::Impl::shade_ambient(const FrameJob& job) {
                                                                                    : 2]));
     store(&batch.alpha[first], hit ? splat(1.0f) : splat(behind.alpha));
     const Point8 random =
-        job.sampler->points(batch.sample[first], 1, pixels_of(job, first % kTilePixels / 8));
+        job.sampler->points(batch.sample[first], 1, pixels_of(job, first % pixel_count / 8));
     const Compress kept(hit);
     rays.append(count, kept, surface.launch, sample_cosine(surface.shading, random), reach);
     kept.write(&path[count], splat(static_cast<int>(first)) + Int8{0, 1, 2, 3, 4, 5, 6, 7});
@@ -311,7 +315,7 @@ void TileRenderer::Impl::shade_translucent(const FrameJob& job) {
 
 void TileRenderer::Impl::accumulate() {
   for (std::size_t i = 0; i < batch.count; i += 8) {
-    const std::size_t p = i % kTilePixels;
+    const std::size_t p = i % pixel_count;
     const auto add = [&](auto& sum, auto& squared, const PathBatch::Column& value) {
       const Float8 v = load(&value[i]);
       store(&sum[p], load(&sum[p]) + v);
@@ -330,7 +334,7 @@ void TileRenderer::Impl::accumulate() {
       if (batch.region[i + lane] >= 0)
         ++sums.region[(p + lane) * sums.region_count + batch.region[i + lane]];
   }
-  sums.count += static_cast<int>(batch.count / kTilePixels);
+  sums.count += static_cast<int>(batch.count / pixel_count);
   batch.count = 0;
 }
 
@@ -340,8 +344,8 @@ void TileRenderer::Impl::write(const FrameJob& job, int x0, int y0) {
   const std::size_t regions = job.region_id.size();
   const auto layers = std::span(frame.layers);
   std::array<Matte, kMaxRegions> matte;
-  for (std::size_t p = 0; p < kTilePixels; ++p) {
-    const int x = x0 + tile_x(p / 8, p % 8), y = y0 + tile_y(p / 8, p % 8);
+  for (std::size_t p = 0; p < pixel_count; ++p) {
+    const int x = x0 + tile_x(size, p / 8, p % 8), y = y0 + tile_y(size, p / 8, p % 8);
     if (x >= frame.width || y >= frame.height) continue;
     const std::size_t pixel = static_cast<std::size_t>(y) * frame.width + x;
     const glm::vec3 color = glm::vec3(sums.red[p], sums.green[p], sums.blue[p]) * per_sample;
@@ -386,20 +390,23 @@ void TileRenderer::Impl::write(const FrameJob& job, int x0, int y0) {
 void TileRenderer::render(const FrameJob& job, int x0, int y0) {
   Impl& tile = *impl_;
   const Settings& settings = *job.settings;
-  tile.sums.clear(job.region_id.size());
+  tile.size = job.tile_size;
+  tile.pixel_count = static_cast<std::size_t>(tile.size) * static_cast<std::size_t>(tile.size);
+  tile.sums.clear(tile.pixel_count, job.region_id.size());
   tile.batch.count = 0;
-  if (!through_centers(settings)) tile.place_pixels(job, x0, y0);
+  if (!through_centers(settings) || settings.mode == Mode::ao) tile.place_pixels(job, x0, y0);
   tile.find_pose(job, x0, y0);
   PathContext context{job.scene, job.projection, job.studio, job.sampler, tile.pixels.data()};
   context.surfacing = settings.mode == Mode::beauty      ? Surfacing::materials
                       : settings.mode == Mode::wireframe ? Surfacing::wireframe
                                                          : Surfacing::clay;
+  context.tile_pixels = static_cast<int>(tile.pixel_count);
   context.bounces = settings.bounces;
   context.transparent = settings.transparent;
   for (int sample = 0; sample < settings.samples; ++sample) {
     tile.add_camera_rays(job, x0, y0, sample);
     const bool last = sample + 1 == settings.samples;
-    if (!last && tile.batch.count + kTilePixels <= PathBatch::kCapacity) continue;
+    if (!last && tile.batch.count + tile.pixel_count <= PathBatch::kCapacity) continue;
     job.scene->rays->nearest(tile.batch.rays, tile.batch.count, Coherence::camera, tile.batch.hits,
                              tile.may_hit);
     if (traces_paths(settings.mode)) {
@@ -416,8 +423,8 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
   }
   tile.write(job, x0, y0);
   Frame& frame = *job.frame;
-  const PixelRect rect{x0, y0, std::min(x0 + kTileSize, frame.width),
-                       std::min(y0 + kTileSize, frame.height)};
+  const PixelRect rect{x0, y0, std::min(x0 + tile.size, frame.width),
+                       std::min(y0 + tile.size, frame.height), tile.size};
   if (through_centers(settings)) {
     write_geometry_layers(*job.scene, *job.projection, settings.mode, rect, tile.batch.rays,
                           tile.batch.hits, job.at, frame);

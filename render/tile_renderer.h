@@ -21,6 +21,7 @@ struct FrameJob {
   float object_id;
   std::span<float> even_half, odd_half;  // means of every second sample, in triples, or empty
   std::vector<PoseBounds::Rect> seen;    // where on the film the pose may be
+  int tile_size = kLargestTile;          // 16, 8 or 4
 };
 
 /// Renders one tile's samples into the frame. Tiles touch no common pixel, and what a tile holds

@@ -46,6 +46,42 @@ TEST(Scene, GivesTheSameBytesForAnyNumberOfThreads) {
   }
 }
 
+// Tiles of another size put other rays beside each other into packets, and other pixels into one
+// batch: neither may be seen.
+TEST(Scene, GivesTheSameBytesForAnySizeOfTiles) {
+  const TestMesh mesh = blob_figure();
+  Scene scene(mesh.topology);
+  scene.set_pose(mesh.pose());
+  for (const Mode mode : {Mode::clay, Mode::beauty, Mode::wireframe, Mode::ao, Mode::primary,
+                          Mode::contour, Mode::xray, Mode::matcap}) {
+    // Three samples fill no batch, 40 more than one of any size; neither is a power of two.
+    for (const int samples : {1, 3, 40}) {
+      Settings settings = small(mode, samples);
+      settings.width = 67;  // no multiple of any tile
+      settings.height = 51;
+      settings.all_layers = true;
+      const auto expected = encode_exr(scene.render(front_of(mesh), settings));
+      for (const int size : {8, 4}) {
+        settings.tile_size = size;
+        EXPECT_EQ(encode_exr(scene.render(front_of(mesh), settings)), expected)
+            << "mode " << static_cast<int>(mode) << ", " << samples << " samples, tiles of "
+            << size;
+      }
+    }
+  }
+}
+
+TEST(Scene, GivesTheSameBytesForAnySizeOfTilesWhereSamplingIsAdaptive) {
+  const TestMesh mesh = blob_figure();
+  Scene scene(mesh.topology);
+  scene.set_pose(mesh.pose());
+  Settings settings = small(Mode::clay, 64);
+  settings.noise = 0.02;
+  const auto expected = encode_exr(scene.render(front_of(mesh), settings));
+  settings.tile_size = 4;
+  EXPECT_EQ(encode_exr(scene.render(front_of(mesh), settings)), expected);
+}
+
 TEST(Scene, ForgetsEarlierPoses) {
   const TestMesh mesh = blob_figure(), last = bent(mesh, 0.7f);
   const Settings settings = small(Mode::clay);
