@@ -5,6 +5,7 @@
 #include "cli/commands.h"
 #include "cli/sweep_named.h"
 #include "render/cameras.h"
+#include "validate/evidence/frame_choice.h"
 #include "validate/evidence/render_job.h"
 #include "validate/sweeps/suite.h"
 
@@ -134,6 +135,35 @@ struct PictureOptions {
   }
 };
 
+/// Which frames of a sequence a command makes, so that many machines may share one.
+struct FrameOptions {
+  std::string frames, shard;
+
+  void add_to(CLI::App* command, CLI::Option* sequence = nullptr) {
+    CLI::Option* of_frames = command->add_option(
+        "--frames", frames,
+        "only these of the sequence: 1001-1010x2,1020; once all are there, --resume without it "
+        "makes contact sheet and video");
+    CLI::Option* of_shard = command->add_option(
+        "--shard", shard, "only one share of the frames, I/N, or 'auto' in a Slurm array");
+    if (sequence == nullptr) return;
+    of_frames->needs(sequence);
+    of_shard->needs(sequence);
+  }
+
+  std::optional<std::vector<std::size_t>> chosen_of(std::size_t count) const {
+    if (frames.empty() && shard.empty()) return std::nullopt;
+    const char* option = "--shard: ";
+    try {
+      const Shard share = shard.empty() ? Shard{} : parse_shard(shard);
+      option = "--frames: ";
+      return chosen_frames(frames, share, count);
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError(option + std::string(error.what()));
+    }
+  }
+};
+
 int print_files(const RenderedFiles& files, const std::filesystem::path& folder) {
   for (const auto& frame : files.frames) std::printf("%s\n", (folder / frame).c_str());
   for (const auto& extra : {files.sheet, files.video}) {
@@ -165,17 +195,20 @@ void add_render(const Registry& registry) {
   struct Options : PictureOptions {
     bool extreme = false;
     std::string sweeps = "stress", sweep;
+    FrameOptions frames;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "render", "one pose, a sweep as a sequence, or a rig's worst poses, to EXR and PNG",
       [options, &common = registry.common] {
-        const RenderRequest request = options->finished();
+        RenderRequest request = options->finished();
         Progress progress(common.progress_style());
         const OutputFolder folder(options->output);
-        if (!options->sweep.empty())
-          return print_files(render_sweep(request, sweep_named(options->sweep), folder, progress),
-                             folder.path());
+        if (!options->sweep.empty()) {
+          const Sweep sweep = sweep_named(options->sweep);
+          request.frames = options->frames.chosen_of(sweep.pose_count());
+          return print_files(render_sweep(request, sweep, folder, progress), folder.path());
+        }
         if (!options->extreme)
           return print_files(render_pose(request, folder, progress), folder.path());
         const std::vector<Sweep> sweeps =
@@ -191,10 +224,12 @@ void add_render(const Registry& registry) {
       ->check(CLI::IsMember(known_views()));
   CLI::Option* extreme = command->add_flag("--extreme", options->extreme,
                                            "the worst frames of every sweep instead of one pose");
-  command
-      ->add_option("--sweep", options->sweep,
-                   "every pose of a sweep (backbend list sweeps): EXRs, contact sheet and MP4")
-      ->excludes(extreme);
+  CLI::Option* sweep =
+      command
+          ->add_option("--sweep", options->sweep,
+                       "every pose of a sweep (backbend list sweeps): EXRs, contact sheet and MP4")
+          ->excludes(extreme);
+  options->frames.add_to(command, sweep);
   command->add_option("--sweeps", options->sweeps, "with --extreme: standard or stress [stress]")
       ->check(CLI::IsMember({"standard", "stress"}));
 }
@@ -202,19 +237,21 @@ void add_render(const Registry& registry) {
 void add_turntable(const Registry& registry) {
   struct Options : PictureOptions {
     std::optional<int> views, light_views;
+    FrameOptions frames;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "turntable", "a pose from all around: EXRs, contact sheet and MP4",
       [options, &common = registry.common] {
-        const RenderRequest request = options->finished();
+        RenderRequest request = options->finished();
         Progress progress(common.progress_style());
         const OutputFolder folder(options->output);
         const Preset& base = options->preset();
-        return print_files(
-            render_turntable(request, options->views.value_or(base.views),
-                             options->light_views.value_or(base.light_views), folder, progress),
-            folder.path());
+        const int views = options->views.value_or(base.views);
+        const int light_views = options->light_views.value_or(base.light_views);
+        request.frames = options->frames.chosen_of(static_cast<std::size_t>(views) + light_views);
+        return print_files(render_turntable(request, views, light_views, folder, progress),
+                           folder.path());
       });
   options->add_to(command);
   command
@@ -225,6 +262,7 @@ void add_turntable(const Registry& registry) {
       ->add_option("--light-views", options->light_views,
                    "further pictures while the light turns around it, 0 to 1440 [0, final 36]")
       ->check(CLI::Range(0, 1440));
+  options->frames.add_to(command);
 }
 
 }  // namespace backbend::cli

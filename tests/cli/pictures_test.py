@@ -162,6 +162,42 @@ class Sequences(CommandTest):
         self.assert_runs("render", "hero.glb", *self.SWEEP, "--aovs", "all", "-o", "out", "--resume", "--threads", "1")
         self.assertEqual(contents(self.folder / "out"), whole)
 
+    def test_frames_made_apart_in_any_order_are_those_of_one_run(self):
+        self.assert_runs("render", "hero.glb", *self.SWEEP, "--aovs", "all", "-o", "whole")
+        whole = contents(self.folder / "whole")
+        count = sum(name.endswith(".exr") for name in whole)
+        # Backwards, with single frames, in steps, and shares of what is left: each frame comes once.
+        told = [self.assert_runs("render", "hero.glb", *self.SWEEP, "--aovs", "all", "-o", "parts", *words).stdout
+                for words in (("--frames", f"1011-{1000 + count}", "--shard", "2/2"), ("--frames", "1003-1010"),
+                              ("--frames", f"1011-{1000 + count}", "--shard", "1/2", "--threads", "1"),
+                              ("--frames", "1002,1001"))]
+        made = [line for part in told for line in part.splitlines()]
+        self.assertEqual(sorted(made), sorted(f"parts/{name}" for name in whole if name.endswith(".exr")))
+        self.assertEqual(sorted(contents(self.folder / "parts")), sorted(name for name in whole if ".exr" in name))
+        # Put together: nothing is made again, contact sheet and video come.
+        times = {path.name: path.stat().st_mtime_ns for path in (self.folder / "parts").iterdir()}
+        self.assert_runs("render", "hero.glb", *self.SWEEP, "--aovs", "all", "-o", "parts", "--resume")
+        self.assertEqual(contents(self.folder / "parts"), whole)
+        for name, time in times.items():
+            self.assertEqual((self.folder / "parts" / name).stat().st_mtime_ns, time, name)
+
+    def test_shares_of_a_turntable_are_the_whole(self):
+        turn = ("turntable", "hero.glb", "--views", "5", "--res", "32x24", "--spp", "1", "--name", "x")
+        self.assert_runs(*turn, "-o", "whole")
+        for share in (3, 1, 2):
+            self.assert_runs(*turn, "-o", "parts", "--shard", f"{share}/3")
+        self.assert_runs(*turn, "-o", "parts", "--resume")
+        self.assertEqual(contents(self.folder / "parts"), contents(self.folder / "whole"))
+
+    def test_frames_that_there_are_not_are_refused(self):
+        for words, name in ((("--frames", "1001-9999"), "1001"), (("--frames", "1000"), "1000"),
+                            (("--frames", "1005-1002"), "1005-1002"), (("--frames", "1001-1004x0"), "1001-1004x0"),
+                            (("--frames", "1001,"), "''"), (("--frames", "99999999999"), "99999999999"),
+                            (("--shard", "3/2"), "3/2")):
+            self.assert_refused("render", "hero.glb", *self.SWEEP, "-o", "out", *words, code=2, names=[name])
+        self.assert_refused("render", "hero.glb", "--frames", "1001", "-o", "out", code=2, names=["--sweep"])
+        self.assertFalse((self.folder / "out").exists())
+
     def test_a_sweep_that_does_not_exist_is_named_with_the_nearest(self):
         self.assert_refused("render", "hero.glb", "--sweep", "extensoin", "-o", "out", code=2, names=["extension"])
         self.assert_refused("render", "hero.glb", "--sweep", "extension", "--extreme", "-o", "out", code=2)

@@ -4,6 +4,7 @@
 
 #include "solver/solve_file.h"
 #include "tests/fuzz/target.h"
+#include "validate/evidence/frame_choice.h"
 #include "validate/farm/ledger.h"
 #include "validate/sweeps/suite.h"
 
@@ -31,6 +32,9 @@ void use(char kind, const std::string& word) {
   } else if (kind == 'n') {
     const validate::Shard shard = validate::parse_shard(word);
     require(shard.index >= 1 && shard.index <= shard.count, "a share of those there are");
+  } else if (kind == 'f') {
+    const auto frames = validate::chosen_frames(word, {}, 50);
+    require(!frames.empty() && frames.back() < 50, "frames that the sequence has");
   } else if (!std::string_view(word).ends_with(".toml")) {  // that would be a file of this machine
     const validate::RigPlan plan = validate::read_rig(word);
     const auto system = solver::build_system(plan.spec, straight());
@@ -49,7 +53,7 @@ bool run(Input input) {
     return refused(error);
   } catch (const validate::SuiteError& error) {
     return refused(error);
-  } catch (const std::invalid_argument& error) {  // parse_shard's
+  } catch (const std::invalid_argument& error) {  // parse_shard's, chosen_frames'
     return refused(error);
   }
 }
@@ -57,8 +61,8 @@ bool run(Input input) {
 std::vector<Bytes> seeds() {
   std::vector<Bytes> out;
   for (const std::string_view word :
-       {"pextension=90,side=-10.5", "r0:-150:-5", "stop.rz=0:-150:-5", "n3/8", "ccurve",
-        "ccurve:length=rest,bones=12", "ceven:weights=[[0,0.8],[0.2,1]],reach=0.5"})
+       {"pextension=90,side=-10.5", "r0:-150:-5", "stop.rz=0:-150:-5", "n3/8", "f1001-1010x2,1020",
+        "ccurve", "ccurve:length=rest,bones=12", "ceven:weights=[[0,0.8],[0.2,1]],reach=0.5"})
     out.push_back(bytes_of(word));
   return out;
 }

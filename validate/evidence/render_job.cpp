@@ -6,6 +6,7 @@
 #include <future>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numeric>
 #include <sstream>
 
 #include "render/environment_map.h"
@@ -278,6 +279,13 @@ void finish_sequence(const Studio& studio, const RenderRequest& request,
   write_video(folder, files.video, pictures.size(), request.settings.frames_per_second, shown);
 }
 
+std::vector<std::size_t> frames_of(const RenderRequest& request, std::size_t count) {
+  if (request.frames) return *request.frames;
+  std::vector<std::size_t> all(count);
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
 /// One picture of a turntable.
 struct TurntableView {
   render::Camera camera;
@@ -359,8 +367,9 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
   std::vector<render::Picture> pictures;
   std::vector<std::string> labels;
   FrameWriter writer(folder, request.parts);
-  progress.start("frames", turn.size());
-  for (std::size_t i = 0; i < turn.size(); ++i) {
+  const std::vector<std::size_t> wanted = frames_of(request, turn.size());
+  progress.start("frames", wanted.size());
+  for (const std::size_t i : wanted) {
     poll_interrupt();
     const std::string name =
         studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr";
@@ -385,6 +394,7 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
     progress.step();
   }
   writer.wait();
+  if (request.frames) return files;
   finish_sequence(studio, request, pictures, labels, title_of(studio, request), folder, files,
                   [&](std::size_t i) {
                     render::Picture picture = pictures[i];
@@ -412,8 +422,10 @@ RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
   std::vector<BurnIn> burn_in;
   FrameWriter writer(folder, request.parts);
   PosedCharacter now, before;
-  progress.start("frames", count);
-  for (std::size_t i = 0; i < count; ++i) {
+  const std::vector<std::size_t> wanted = frames_of(request, count);
+  std::optional<std::size_t> posed;  // the frame that `now` is of
+  progress.start("frames", wanted.size());
+  for (const std::size_t i : wanted) {
     poll_interrupt();
     const PoseDegrees pose = pose_at(i);
     const std::string name =
@@ -424,8 +436,10 @@ RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
     labels.push_back(pose.text());
     std::optional<render::Picture> kept;
     if (request.resume) kept = picture_if_current(folder.path() / name, stamp);
-    if (i > 0) before = std::move(now);
+    if (i > 0)
+      before = posed == i - 1 ? std::move(now) : studio.posed(pose_at(i - 1), request.mapping);
     now = studio.posed(pose, request.mapping);
+    posed = i;
     burn_in.push_back(burn_in_of(studio, request, pose, now));
     if (kept) {
       pictures.push_back(std::move(*kept));
@@ -441,6 +455,7 @@ RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
     progress.step();
   }
   writer.wait();
+  if (request.frames) return files;
   finish_sequence(studio, request, pictures, labels,
                   studio.stage.character().name + "  " + request.rig.name + "  " + sweep.name,
                   folder, files, [&](std::size_t i) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,9 @@ struct RenderRequest {
   PoseDegrees pose;
   std::string view = "profile";
   render::Settings settings;
+  // Of a sequence, the places of the frames to make, counted from 0 and ascending. None: all, with
+  // the contact sheet and the video, which are made of all.
+  std::optional<std::vector<std::size_t>> frames;
   bool resume = false;               // keep frames that are there, whole and of the same inputs
   std::string name;                  // of the sequence; empty: character_rig
   std::filesystem::path export_obj;  // the posed mesh as OBJ; empty: none
