@@ -107,6 +107,9 @@ void finish_character(const GltfDocument& document, const GltfGeometry& geometry
   Places places = weld(bind_points(character, geometry));
   character.place = std::move(places.place);
   character.place_count = places.count;
+  if (character.place_count < 2)
+    throw CharacterError(document.file + ": all " + std::to_string(character.vertex_count()) +
+                         " vertices lie in one place: a body without extent");
 }
 
 }  // namespace

@@ -246,7 +246,7 @@ class Pictures(CommandTest):
             document["accessors"][3]["count"] = 0
 
         self.refuse(glb.tube(change=none), "hero.glb")
-        self.refuse(glb.tube(vertex=lambda i, p, j, w: ([0, 0, 0], j, w)), "extent")
+        self.refuse(glb.tube(vertex=lambda i, p, j, w: ([0, 0, 0], j, w)), "hero.glb", "extent")
 
     def test_normals_that_are_not_numbers(self):
         def nan_normals(document):

@@ -10,6 +10,8 @@
 #include "render/cameras.h"
 #include "render/environment_map.h"
 #include "render/heat_map.h"
+#include "render/scene_view.h"
+#include "render/surface.h"
 
 namespace backbend::render {
 namespace {
@@ -161,6 +163,40 @@ TEST(Environment, RefusesPicturesWithoutLight) {
   EXPECT_THROW(EnvironmentMap({2, 1, {glm::vec4(0.0f), glm::vec4(0.0f)}}), RenderError);
   EXPECT_THROW(EnvironmentMap({2, 1, {glm::vec4(1.0f), glm::vec4(std::nanf(""))}}), RenderError);
   EXPECT_THROW(EnvironmentMap({2, 1, {glm::vec4(1.0f), glm::vec4(-1.0f)}}), RenderError);
+}
+
+// A picture of one texel leans every normal alike: by red towards its right, by green towards its
+// top, as glTF has it, however the picture lies on the surface and from whichever side it is seen.
+TEST(NormalPicture, LeansToItsRightByRedAndToItsTopByGreen) {
+  struct Lie {
+    const char* what;
+    glm::vec2 (*uv)(const glm::vec3& at);  // v grows towards the picture's bottom
+    glm::vec2 right, top;                  // of the picture, in the square's plane
+  };
+  const Lie lies[] = {
+      {"upright", [](const glm::vec3& p) { return glm::vec2(p.x, -p.y); }, {1, 0}, {0, 1}},
+      {"mirrored", [](const glm::vec3& p) { return glm::vec2(-p.x, -p.y); }, {-1, 0}, {0, 1}},
+      {"upside down", [](const glm::vec3& p) { return glm::vec2(-p.x, p.y); }, {-1, 0}, {0, -1}},
+      {"a quarter turned", [](const glm::vec3& p) { return glm::vec2(p.y, p.x); }, {0, 1}, {-1, 0}},
+  };
+  const glm::vec3 leaning(0.48f, 0.36f, 0.8f);  // of unit length
+  for (const Lie& lie : lies) {
+    const TestMesh mesh = square(2.0f);
+    MeshTopology& topology = *mesh.topology;
+    topology.textures = {{1, 1, {glm::vec4(0.5f * leaning + 0.5f, 1.0f)}}};
+    topology.materials[0].normal_texture = 0;
+    for (const glm::vec3& p : mesh.position) topology.uv.push_back(lie.uv(p));
+    const SceneView scene{&topology, nullptr, mesh.pose(), {}, 1.0f, -1.0f};
+    for (const float side : {1.0f, -1.0f}) {
+      const Vec8 eye = splat(glm::vec3(0.2f, -0.1f, 3.0f * side));
+      Surface8 surface = surface_at(scene, splat(0), eye, splat(glm::vec3(0.0f, 0.0f, -side)));
+      material_at(scene, surface, 0xffu);
+      const glm::vec2 in_plane = lie.right * leaning.x + lie.top * leaning.y;
+      const glm::vec3 expected(in_plane, side * leaning.z), found = surface.shading.lane(3);
+      EXPECT_NEAR(glm::length(found - expected), 0.0f, 1e-6f)
+          << lie.what << " from " << side << ": " << found.x << " " << found.y << " " << found.z;
+    }
+  }
 }
 
 TEST(HeatMap, GetsLighterAllTheWay) {
