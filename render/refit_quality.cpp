@@ -11,6 +11,9 @@ namespace backbend::render {
 namespace {
 
 constexpr std::size_t kGroup = 32;
+// A pose is judged by so many groups at least, spread evenly over the mesh: all of them would cost
+// as much as the refit itself.
+constexpr std::size_t kLeastGroups = 1024;
 constexpr int kMortonBits = 10;  // per axis
 
 struct Box {
@@ -67,13 +70,16 @@ RefitQuality::RefitQuality(std::span<const glm::uvec3> triangle,
 }
 
 double RefitQuality::looseness(std::span<const glm::vec3> position) const {
-  const std::size_t groups = (order_.size() + kGroup - 1) / kGroup;
+  const std::size_t all_groups = (order_.size() + kGroup - 1) / kGroup;
+  const std::size_t stride = std::max(all_groups / kLeastGroups, std::size_t{1});
+  const std::size_t groups = (all_groups + stride - 1) / stride;
   // Kept by group and summed in order, so that the sum is the same for any number of threads.
   std::vector<double> around(groups), within(groups);
   tbb::parallel_for(std::size_t{0}, groups, [&](std::size_t group) {
     Box whole;
-    const std::size_t end = std::min(order_.size(), (group + 1) * kGroup);
-    for (std::size_t i = group * kGroup; i < end; ++i) {
+    const std::size_t first = group * stride * kGroup;
+    const std::size_t end = std::min(order_.size(), first + kGroup);
+    for (std::size_t i = first; i < end; ++i) {
       const Box box = box_of(triangle_[order_[i]], position);
       whole.add(box);
       within[group] += box.half_surface();

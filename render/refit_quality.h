@@ -11,7 +11,8 @@ namespace backbend::render {
 /// Triangles that were neighbours at rest share the tree's lower boxes. Those boxes are stood in
 /// for by groups of 32 triangles along a Morton curve through the rest pose. What a ray pays is in
 /// proportion to a box's surface, so quality is the surface of the groups' boxes over that of their
-/// triangles' own boxes, against the same at rest: it does not change where a pose is moved or
+/// triangles' own boxes, against the same at rest (of a thousand groups or more; smaller meshes, of
+/// all): it does not change where a pose is moved or
 /// scaled, grows where neighbours are torn apart, and depends on this pose and the rest pose alone.
 class RefitQuality {
  public:

@@ -51,7 +51,7 @@ render::Settings frame_of(int samples) {
 }
 
 void animated(const Stage& stage) {
-  constexpr int kPoses = 25;
+  constexpr int kPoses = 37;  // an extension from 0 to 180 degrees
   const auto system = stage.build({"even", {}});
   const auto posed_at = [&](int i) {
     return stage.pose(
@@ -60,6 +60,12 @@ void animated(const Stage& stage) {
   render::Bounds box = render::bounds_of(stage.rest().position);
   box.add(render::bounds_of(posed_at(kPoses - 1).mesh.position));
   Photographer photographer(stage, box);
+  const auto topology = stage.topology();
+  const render::RefitQuality quality(topology->triangle, topology->rest_position);
+  double growth = 1.0;
+  for (int i = 0; i < kPoses; ++i)
+    growth = std::max(growth, quality.growth(posed_at(i).mesh.position));
+  std::printf("animated  growth at most %.3f\n", growth);
   for (const int samples : {8, 1}) {
     std::vector<double> pose, frame, file;
     for (int i = 0; i < kPoses; ++i) {
