@@ -101,6 +101,23 @@ TEST(Even, AFrameTurnsByExactlyItsWeightTimesTheChannel) {  // theorem 1, as an 
   }
 }
 
+TEST(Even, AFrameTurnsByItsWeightTimesAnyAngle) {  // beyond what the fast sines take, too
+  const auto even = build("even");
+  constexpr double kAngle = 1e7;
+  for (std::size_t channel = 3; channel < 9; ++channel) {
+    std::vector<double> nine(9);
+    nine[channel] = kAngle;
+    const SpinePose pose = even->solve(even_controls(nine));
+    for (std::size_t k = 0; k <= 10; ++k) {
+      const double turned = default_weight(channel, frame_place(k)) * kAngle;
+      // A weight is good to a few units of 2^-53, of which 1e7 makes 1e-8.
+      EXPECT_NEAR(angle_between(kNoTurn, pose.turn[k]), std::abs(std::remainder(turned, 2.0 * kPi)),
+                  1e-7)
+          << "channel " << channel << " frame " << k;
+    }
+  }
+}
+
 /// Theorem 1 over random poses to +-720 degrees and steps of any size.
 void expect_gain_at_most_one(int count, unsigned seed) {
   const auto even = build("even");

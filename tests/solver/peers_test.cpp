@@ -92,6 +92,21 @@ TEST(SplineIk, ACollapsedCurveIsFinite) {
   for (const dquat& q : pose.turn) EXPECT_NEAR(glm::length(q), 1.0, 1e-12);
 }
 
+TEST(MatrixBlend, RestMeasuresWhatThePoseBesideItDoes) {
+  for (const char* style : {"rigify", "mgear"}) {
+    const auto blend = build("matrix_blend", {{"style", style}});
+    std::vector<double> control = rest_controls(*blend);
+    const SpinePose rest = blend->solve(control);
+    control[channel(*blend, "chest.rx")] = 1e-9;
+    const SpinePose beside = blend->solve(control);
+    ASSERT_EQ(rest.flip_margin.size(), beside.flip_margin.size());
+    for (std::size_t k = 0; k < rest.flip_margin.size(); ++k)
+      EXPECT_NEAR(rest.flip_margin[k], beside.flip_margin[k], 1e-8) << style << " " << k;
+    for (const Measure& each : rest.measures)
+      EXPECT_NEAR(each.value, measure(beside, each.name), 1e-6) << style << " " << each.name;
+  }
+}
+
 TEST(MatrixBlend, RigifySharesTheTurnEvenly) {
   const auto blend = build("matrix_blend");
   for (const char* axis : {"rx", "ry", "rz"}) {

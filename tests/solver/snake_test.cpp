@@ -316,6 +316,12 @@ TEST(Snake, TwistKeysAtChosenPlacesAreHitExactly) {  // W14
   }
   EXPECT_NEAR(most, 90.0, 0.5);
   EXPECT_NEAR(least, -45.0, 0.5);
+  // And none at the ends, which have no key.
+  const auto twist_at = [&](std::size_t joint) {
+    return degrees(wrap(swing_twist(pose.turn[joint], kAxisZ).twist_angle));
+  };
+  EXPECT_NEAR(twist_at(0), 0.0, 0.5);
+  EXPECT_NEAR(twist_at(999), 0.0, 0.5);
 }
 
 TEST(Snake, MarginVanishesWhereTheBodyDoublesBack) {

@@ -299,6 +299,19 @@ TEST(Stretchy, HipsCarryTheStartOfTheChain) {
   }
 }
 
+TEST(Stretchy, WhereAllCvsGoTheChainGoes) {
+  const dvec3 there(1.0, -2.0, 3.0);
+  Cvs moved = kBent;
+  for (dvec3& cv : moved) cv += there;
+  for (const Options& form : {Options{}, carved()}) {
+    const SpinePose a = solved(kBent, {.stretchiness = 0.5}, form);
+    const SpinePose b = solved(moved, {.stretchiness = 0.5}, form);
+    expect_near(b.position.front(), moved[0], 1e-9);
+    for (std::size_t i = 0; i < a.joint_count(); ++i)
+      expect_near(b.position[i], a.position[i] + there, 1e-9);
+  }
+}
+
 TEST(Stretchy, BodyPosesMeanTheSameForCvsAndForAChest) {
   const auto cvs =
       build("stretchy", {{"depth", std::vector<double>{1.0 / 3.0, 1.0 / 3.0}}}, drawn());
