@@ -51,7 +51,9 @@ std::string sweep_text(const Sweep& sweep) {
     return std::to_string(sweep.through.size()) + " poses and the way between them, " +
            number_text(sweep.to_deg) + " degrees by " + number_text(sweep.step_deg);
   std::string text = number_text(sweep.from_deg) + " to " + number_text(sweep.to_deg) + " by " +
-                     number_text(sweep.step_deg) + " degrees of " + sweep.channel;
+                     number_text(sweep.step_deg) +
+                     (sweep.channel == "stretch" ? " per cent of " : " degrees of ") +
+                     sweep.channel;
   for (const std::string_view channel : kChannels) {
     const double ratio = *sweep.per_degree.find(channel);
     if (channel != sweep.channel && ratio != 0.0)

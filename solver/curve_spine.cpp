@@ -95,6 +95,10 @@ class CurveSpine final : public SystemBase, public CrowdSolver {
     return fk_controls_for(body, mapping);
   }
 
+  std::string_view why_without(BodyChannel channel) const override {
+    return channel == BodyChannel::hip ? kNoHipControl : "its controls turn and do not move";
+  }
+
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {
     return equal_arc_points(draw(bones_.pose(control)), count);

@@ -92,9 +92,15 @@ class Even final : public SystemBase {
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control = fk_controls_for(body, mapping);
-    control.push_back(1.0);
+    control.push_back(stretchiness_ > 0.0 ? body.stretch : 1.0);
     control.push_back(0.0);
     return control;
+  }
+
+  std::string_view why_without(BodyChannel channel) const override {
+    if (channel == BodyChannel::hip) return kNoHipControl;
+    if (stretchiness_ == 0.0) return "with stretchiness 0 the spine keeps its length";
+    return {};
   }
 
   std::vector<dvec3> intended_curve(std::span<const double> control,

@@ -49,6 +49,10 @@ struct FkBones {
   std::array<glm::dmat3, 3> axes;  // of bone and control at rest, in columns
 };
 
+/// Why systems on these bones have no channel hip.
+inline constexpr std::string_view kNoHipControl =
+    "no control turns the hips; the same bend is an extension, seen from the chest";
+
 /// The nine control values of a body pose: chest puts all of it on Top, spread half on Middle and
 /// half on Top. Channels add and never wrap.
 std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping);

@@ -42,10 +42,11 @@ HipChest::Ends HipChest::ends(std::span<const double> c) const {
 void HipChest::set_body(const BodyPose& body, Mapping mapping, std::span<double> control) const {
   const std::vector<double> top = fk_controls_for(body, Mapping::chest);
   std::copy(top.end() - 3, top.end(), control.begin() + kChest);
-  if (mapping == Mapping::chest) return;
+  control[kHip + 2] = body.hip;
   // All zero gives the rest to the last bit, so an empty body pose moves nothing.
-  const glm::dvec3 tip = bones_.pose(fk_controls_for(body, mapping)).joint[3];
-  const glm::dvec3 move = tip - bones_.rest.joint[3];
+  glm::dvec3 move = (body.stretch - 1.0) * (rest_cv_[3] - rest_cv_[0]);
+  if (mapping == Mapping::spread)
+    move += bones_.pose(fk_controls_for(body, mapping)).joint[3] - bones_.rest.joint[3];
   for (int i = 0; i < 3; ++i) control[kChestMove + i] = move[i];
 }
 

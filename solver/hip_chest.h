@@ -37,8 +37,8 @@ class HipChest {
   const glm::dquat& rest_frame() const { return frame_; }
   double rest_length() const { return length_; }
 
-  /// Writes the twelve values of a body pose: all on chest, in place; for spread chest is also
-  /// moved to where the three-bone tip would be.
+  /// Writes the twelve values of a body pose: hip tips by hip's RZ, all else is on chest, which is
+  /// moved by what the pose stretches; for spread also to where the three-bone tip would be.
   void set_body(const BodyPose& body, Mapping mapping, std::span<double> control) const;
 
  private:

@@ -87,11 +87,11 @@ class Isner final : public SystemBase {
     for (const Channel& channel : channels_) control.push_back(channel.rest);
     const std::vector<double> top = fk_controls_for(body, Mapping::chest);
     std::copy(top.end() - 3, top.end(), control.begin() + kChest);
-    if (mapping == Mapping::spread) {
-      const dvec3 tip = bones_.pose(fk_controls_for(body, mapping)).joint[3];
-      const dvec3 move = tip - bones_.rest.joint[3];
-      for (int i = 0; i < 3; ++i) control[kChestMove + i] = move[i];
-    }
+    control[kHip + 2] = body.hip;
+    dvec3 move = (body.stretch - 1.0) * (chest_ - hip_);
+    if (mapping == Mapping::spread)
+      move += bones_.pose(fk_controls_for(body, mapping)).joint[3] - bones_.rest.joint[3];
+    for (int i = 0; i < 3; ++i) control[kChestMove + i] = move[i];
     return control;
   }
 

@@ -43,8 +43,11 @@ class MatrixBlend final : public SystemBase {
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control(channels_.size(), 0.0);
     hip_chest_.set_body(body, mapping, control);
-    // Rigify's chest control bends the chain and is carried by it: nothing is to be moved.
-    if (style_ == Style::rigify) std::fill(control.begin() + 6, control.begin() + 12, 0.0);
+    // Rigify's chest control bends the chain and is carried by it: it is moved to stretch alone.
+    if (style_ == Style::rigify) {
+      const dvec3 move = (body.stretch - 1.0) * (hip_chest_.rest_cv()[3] - hip_chest_.rest_cv()[0]);
+      for (int i = 0; i < 3; ++i) control[9 + i] = move[i];
+    }
     return control;
   }
 

@@ -90,6 +90,9 @@ class NamedSystem final : public SpineSystem, public CrowdSolver {
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     return system_->controls_for(body, mapping);
   }
+  std::string_view why_without(BodyChannel channel) const override {
+    return system_->why_without(channel);
+  }
   std::vector<glm::dvec3> intended_curve(std::span<const double> control,
                                          std::size_t count) const override {
     return system_->intended_curve(control, count);

@@ -130,6 +130,10 @@ class Neck final : public SystemBase {
     return control;
   }
 
+  std::string_view why_without(BodyChannel) const override {
+    return "its four channels bend and roll the vertebrae above a parent that stays";
+  }
+
   /// The natural cubic through the pivots, base first: a neck has no curve of its own.
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {

@@ -88,6 +88,10 @@ class Snake final : public SystemBase {
     return control;
   }
 
+  std::string_view why_without(BodyChannel) const override {
+    return "a body on a path has no hips and chest to set against each other";
+  }
+
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {
     const Body body = draw(control);

@@ -64,12 +64,22 @@ struct Channel {
 
 /// A body pose in the names that riggers use, radians; the signs are ours (README, Conventions).
 /// Extension is a backbend, side bends to the character's left, twist turns it to its left.
+///
+/// Two channels need controls that not every system has (SpineSystem::why_without): `hip` tips the
+/// pelvis forward under a chest that stays, so that the spine bends back as in an extension;
+/// `stretch` moves the chest along the line from the hips at rest until it stands this many times
+/// as far from them: below 1 it compresses the spine.
 struct BodyPose {
   double extension = 0.0;
   double flexion = 0.0;
   double side = 0.0;
   double twist = 0.0;
+  double hip = 0.0;
+  double stretch = 1.0;
 };
+
+/// Channels of a body pose that a system may have no control for.
+enum class BodyChannel { hip, stretch };
 
 /// How a body pose reaches the controls (never mixed within a comparison). `chest`: all of it on
 /// the top control (chest in place). `spread`: half on the middle, half on the top control (chest
@@ -111,6 +121,8 @@ class SpineSystem {
 
   /// The channel values that stand for a body pose under a mapping.
   virtual std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const = 0;
+  /// Why controls_for() leaves a channel out; empty where the system has a control for it.
+  virtual std::string_view why_without(BodyChannel) const { return {}; }
 
   /// The curve the chain is meant to follow in this pose: `count` points (>= 2) at equal arc
   /// steps, hips first. Kinks are judged against its turning.

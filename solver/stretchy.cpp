@@ -92,14 +92,21 @@ class Stretchy final : public SystemBase {
     const std::vector<double> top = fk_controls_for(body, Mapping::chest);
     const dquat turn =
         end_frame_ * from_euler_xyz(top[6], top[7], top[8]) * glm::conjugate(end_frame_);
-    const dvec3 end = mapping == Mapping::spread
-                          ? stand_in_->pose(fk_controls_for(body, mapping)).joint[3]
-                          : rest_cv_[3];
+    const dvec3 bent = mapping == Mapping::spread
+                           ? stand_in_->pose(fk_controls_for(body, mapping)).joint[3]
+                           : rest_cv_[3];
+    const dvec3 end = bent + (body.stretch - 1.0) * (rest_cv_[3] - rest_cv_[0]);
     const Cvs cv{rest_cv_[0], rest_cv_[1], end + turn * (rest_cv_[2] - rest_cv_[3]), end};
     for (int i = 0; i < 4; ++i) {
       for (int axis = 0; axis < 3; ++axis) control[3 * i + axis] = cv[i][axis];
     }
     return control;
+  }
+
+  std::string_view why_without(BodyChannel channel) const override {
+    if (by_cvs_ && channel == BodyChannel::hip)
+      return "a curve drawn by its CVs has no hip control";
+    return {};
   }
 
   /// The part of the curve that the chain takes.

@@ -38,6 +38,10 @@ class ThreeBone final : public SystemBase {
     return fk_controls_for(body, mapping);
   }
 
+  std::string_view why_without(BodyChannel channel) const override {
+    return channel == BodyChannel::hip ? kNoHipControl : "its controls turn and do not move";
+  }
+
   /// Three bones have no curve of their own. What an animator means by them is the smooth line
   /// that the thesis draws: the clamped cubic B-spline of root, bone centres and tip.
   std::vector<glm::dvec3> intended_curve(std::span<const double> control,

@@ -9,6 +9,7 @@
 #include "validate/calibrate/calibration_body.h"
 #include "validate/calibrate/faults.h"
 #include "validate/files/data_folder.h"
+#include "validate/run/ideal_bend.h"
 #include "validate/run/run.h"
 #include "validate/verdicts/exit_code.h"
 
@@ -90,6 +91,57 @@ double sum_of(std::span<const double> control) {
   for (std::size_t i = 0; i < control.size(); ++i)
     sum += control[i] - even.system->channels()[i].rest;
   return sum;
+}
+
+/// The sweeps of a stressed body that need a hip or a chest to move.
+RigRecord pulled(const std::string& rig) {
+  return measure_chain_only(
+      tube(), read_rig(rig), solver::Mapping::chest,
+      {channel_sweep("hip", -40, 40, 20), channel_sweep("stretch", -30, 30, 15)},
+      *find_envelope("sweep"));
+}
+
+TEST(HipAndStretch, OfARigWithoutTheirControlsAreNotApplicableAndNeverAFinding) {
+  for (const char* name : {"curve", "even", "three_bone"}) {
+    const RigRecord rig = pulled(name);
+    const LimitSet limits;
+    EXPECT_TRUE(judge_rig(rig, {tube(), limits, *find_envelope("sweep"), "tube"}).empty()) << name;
+    for (const Coverage& each : coverage_of(rig)) {
+      EXPECT_EQ(each.not_measured, 0) << each.code;
+      EXPECT_EQ(each.measured + each.not_applicable, each.planned) << each.code;
+      // Of both sweeps only the pose at rest is one that the rig can take.
+      EXPECT_LE(each.measured, 2) << each.code;
+      if (each.code == "BB001") {
+        EXPECT_EQ(each.not_applicable, 2);
+      }
+    }
+  }
+  for (const Coverage& each : coverage_of(pulled("isner")))
+    if (each.code == "BB001" || each.code == "BB010") {
+      EXPECT_EQ(each.measured, each.planned) << each.code;
+    }
+}
+
+TEST(HipAndStretch, AStretchThatTheRigIsBuiltForIsNoFault) {
+  for (const char* name :
+       {"stretchy", "stretchy:stretchiness=0.5", "even:stretchiness=1", "isner:length=stretchy"})
+    for (const PoseRecord& pose : pulled(name).sweeps[1].poses) {
+      EXPECT_TRUE(pose.taken) << name;
+      EXPECT_LT(pose.at(MetricId::length_change).value, 1.0) << name << ", " << pose.body.text();
+      EXPECT_LT(pose.at(MetricId::chain_kink).value, 0.5) << name << ", " << pose.body.text();
+    }
+  // The length that is asked for is that of the curve, and only where a stretch is.
+  const RigRecord rig = pulled("isner:length=stretchy");
+  const auto curve = rig.system->intended_curve(rig.sweeps[1].poses.back().control, kCurvePoints);
+  EXPECT_EQ(asked_length(rig_at_rest(*rig.system), curve, false), 1.0);
+  EXPECT_NEAR(asked_length(rig_at_rest(*rig.system), curve, true), 1.3, 1e-6);
+}
+
+TEST(HipAndStretch, TheIdealBendHasTheSameChestAgainstTheHips) {
+  EXPECT_EQ(IdealBend(parse_pose("hip=30,twist=5")).pose.text(), "extension 30, twist 5");
+  EXPECT_EQ(IdealBend(parse_pose("flexion=40,hip=30")).pose.text(), "flexion 10");
+  EXPECT_EQ(IdealBend(parse_pose("extension=40")).spec.options.size(), 0u);
+  EXPECT_EQ(IdealBend(parse_pose("stretch=10")).spec.options.count("stretchiness"), 1u);
 }
 
 TEST(Behaviour, OfTheEvenSpineIsCleanAndWhollyMeasured) {

@@ -64,6 +64,18 @@ TEST(Mesh, UniformScaleIsItsOwnStretch) {
               1e-4);
 }
 
+TEST(Mesh, AStretchThatIsAskedForIsNoStrain) {
+  const SlicedTube t(Tube(10));
+  std::vector<glm::vec3> position = t.tube.position;
+  for (glm::vec3& p : position) p.y *= 1.3f;
+  BendIntent intent = no_intent(t.slices, t.rest_slices);
+  EXPECT_NEAR(surface(t, position, t.tube.normal, intent).strain, 0.3 / 0.05, 0.01);
+  intent.stretch = 1.3;
+  EXPECT_NEAR(surface(t, position, t.tube.normal, intent).strain, 1.0, 0.01);
+  intent.stretch = 1.15;  // twice what was asked for
+  EXPECT_NEAR(surface(t, position, t.tube.normal, intent).strain, 2.0, 0.01);
+}
+
 TEST(CandyWrapper, HalfAndHalfAcrossATwistLeavesTheSquaredCosineOfHalfOfIt) {
   const SlicedTube t(Tube(2));
   for (double twist_deg : {45.0, 90.0, 120.0, 170.0}) {

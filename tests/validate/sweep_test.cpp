@@ -16,6 +16,16 @@ TEST(ParsePose, ReadsChannelsInAnyOrder) {
   EXPECT_EQ(parse_pose("").text(), "rest");
 }
 
+TEST(ParsePose, ReadsATippedHipAndAStretchInPerCent) {
+  const PoseDegrees pose = parse_pose("hip=30,stretch=-20");
+  EXPECT_EQ(pose.text(), "hip 30, stretch -20");
+  EXPECT_NEAR(pose.radians().hip, 0.5235987755982988, 1e-15);
+  EXPECT_NEAR(pose.radians().stretch, 0.8, 1e-15);
+  EXPECT_EQ(parse_pose("").radians().stretch, 1.0);
+  EXPECT_THROW(parse_pose("stretch=-95"), solver::RigError);
+  EXPECT_NO_THROW(parse_pose("stretch=-94"));
+}
+
 TEST(ParsePose, NamesTheNearestChannelOfAMistypedOne) {
   try {
     parse_pose("extention=90");
@@ -100,12 +110,43 @@ TEST(Sweep, StandardOnesReachWhatTheSpecificationAsks) {
   EXPECT_TRUE(reaches("twist", -90, 90));
 }
 
+TEST(Sweep, StressSetsHipAgainstChestAndCompressesAndStretches) {
+  const auto ends = [](const std::string& name) {
+    for (const Sweep& sweep : stress_sweeps())
+      if (sweep.name == name)
+        return sweep.pose_at(sweep.from_deg).text() + " to " +
+               sweep.pose_at(sweep.control_at(sweep.pose_count() - 1)).text();
+    return std::string("none");
+  };
+  EXPECT_EQ(ends("hip_chest"), "hip -60 to hip 60");
+  EXPECT_EQ(ends("compress"), "rest to stretch -40");
+  EXPECT_EQ(ends("stretch"), "rest to stretch 40");
+  for (const Sweep& sweep : standard_sweeps())
+    for (const double control : {sweep.from_deg, sweep.to_deg}) {
+      EXPECT_EQ(sweep.pose_at(control).hip, 0.0) << sweep.name;
+      EXPECT_EQ(sweep.pose_at(control).stretch, 0.0) << sweep.name;
+    }
+}
+
+TEST(Sweep, WhatARigHasNoControlForIsNamed) {
+  const solver::RestChain chain{{{0, 0, 0}, {0, 1, 0}, {0, 2, 0}, {0, 3, 0}}, {1, 0, 0}};
+  const auto curve = solver::build_system({"curve", {}}, chain);
+  EXPECT_EQ(why_not_taken(*curve, parse_pose("extension=90")), "");
+  EXPECT_EQ(why_not_taken(*curve, parse_pose("stretch=5")),
+            "stretch: its controls turn and do not move");
+  EXPECT_EQ(why_not_taken(*curve, parse_pose("stretch=5,hip=1")).rfind("hip: ", 0), 0u);
+  const auto isner = solver::build_system({"isner", {}}, chain);
+  EXPECT_EQ(why_not_taken(*isner, parse_pose("stretch=5,hip=1")), "");
+}
+
 TEST(Envelope, HoldsItsBorderAndNothingBeyond) {
   const Envelope human = *find_envelope("human");
   EXPECT_TRUE(human.contains(parse_pose("extension=60")));
   EXPECT_FALSE(human.contains(parse_pose("extension=60.1")));
   EXPECT_TRUE(human.contains(parse_pose("side=-45")));
   EXPECT_FALSE(human.contains(parse_pose("extension=10,twist=61")));
+  EXPECT_FALSE(human.contains(parse_pose("hip=1")));
+  EXPECT_FALSE(human.contains(parse_pose("stretch=-1")));
 }
 
 TEST(Envelope, OfAComparisonIsTheWholeSweep) {

@@ -32,6 +32,7 @@ std::vector<ExtremePose> find_extremes(const Stage& stage, const RigPlan& plan,
   };
   const std::vector<Finding> findings = judge_rig(record, context);
   for (const Sweep& sweep : sweeps) {
+    if (!why_not_taken(*record.system, sweep.pose_at(sweep.to_deg)).empty()) continue;
     std::vector<double> seen;
     for (const Finding& finding : findings) {
       if (finding.sweep != sweep.name) continue;

@@ -66,6 +66,9 @@ struct Studio {
       : environment(read_environment(request.settings.environment_file)),
         stage(std::move(confirmed.character), confirmed.hints, request.chain),
         system(stage.build(request.rig.spec)) {
+    const std::string why = why_not_taken(*system, request.pose);
+    if (!why.empty())
+      throw solver::RigError("rig '" + request.rig.name + "' cannot take the pose: " + why);
     const skin::Character& character = stage.character();
     if (request.settings.mode == render::Mode::beauty) {
       // Clay needs no textures; a beauty picture without them would be another character's.

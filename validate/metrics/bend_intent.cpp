@@ -95,6 +95,7 @@ BendIntent bend_intent(const SpineSlices& slices, const SlicePose& rest, const I
         slices.spine_length);
   }
   out.twist = twist / slices.spine_length;
+  out.stretch = in.stretch;
   return out;
 }
 

@@ -17,7 +17,8 @@ struct BendIntent {
   // Turning beyond rest's, radians per unit of the spine's length, in rest space: a cross-section
   // displaced by o from the middle stretches by tangent . (bend x o) along the spine.
   std::vector<glm::dvec3> bend;
-  double twist = 0.0;  // radians per unit of the spine's length, about the tangent
+  double twist = 0.0;    // radians per unit of the spine's length, about the tangent
+  double stretch = 1.0;  // of the body along the spine
 };
 
 /// A chain's pose and the curve it is meant to follow, as SpineSystem gives them.
@@ -25,8 +26,9 @@ struct IntentInput {
   const solver::SpinePose& pose;
   std::span<const glm::dvec3> intended;       // points at equal arc steps, hips first
   std::span<const glm::dvec3> intended_rest;  // as many
-  double twist = 0.0;   // hips to chest, radians, as asked: tells 200 degrees from -160
-  double window = 0.1;  // arc fraction over which a tangent turns: one bone
+  double twist = 0.0;    // hips to chest, radians, as asked: tells 200 degrees from -160
+  double window = 0.1;   // arc fraction over which a tangent turns: one bone
+  double stretch = 1.0;  // length that is asked for, of rest
 };
 
 /// The ideal motion of the slices: frames carried along the intended curve without twist from the

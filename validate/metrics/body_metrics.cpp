@@ -85,6 +85,10 @@ RigAtRest rig_at_rest(const solver::SpineSystem& system) {
           std::max(1, static_cast<int>(system.rest().position.size()) - 1)};
 }
 
+double asked_length(const RigAtRest& rig, std::span<const glm::dvec3> intended, bool stretches) {
+  return stretches ? chain_length(intended) / chain_length(rig.curve) : 1.0;
+}
+
 BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& anatomy,
                          const skin::SpineDriver& driver)
     : height_(anatomy.height) {
@@ -122,23 +126,26 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
 }
 
 BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
-                               const solver::SpinePose& pose, double twist) const {
-  return bend_intent(slices_, rest_slices_, {pose, curve, rig.curve, twist, 1.0 / rig.bones});
+                               const solver::SpinePose& pose, double twist, bool stretches) const {
+  return bend_intent(
+      slices_, rest_slices_,
+      {pose, curve, rig.curve, twist, 1.0 / rig.bones, asked_length(rig, curve, stretches)});
 }
 
 BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> control,
                                   const solver::SpinePose& pose, const skin::PosedMesh& mesh,
-                                  double twist) const {
+                                  double twist, bool stretches) const {
   BodyMeasures out;
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
-  out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist)});
+  out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist),
+                             asked_length(rig, curve, stretches)});
   out.arm_drift = out.crossing = kNan;
   out.slices.planned = slices_.slice.size();
   if (!out.chain.finite) {
     out.surface.not_finite = mesh.position.size();
     return out;
   }
-  const BendIntent asked = intent(rig, curve, pose, twist);
+  const BendIntent asked = intent(rig, curve, pose, twist, stretches);
   out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, asked, 1.0 / rig.bones);
   if (out.surface.not_finite > 0) return out;
   out.slices =
@@ -156,9 +163,11 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
 
 std::vector<float> BodyMetrics::strain_heat(const RigAtRest& rig, std::span<const double> control,
                                             const solver::SpinePose& pose,
-                                            const skin::PosedMesh& mesh, double twist) const {
+                                            const skin::PosedMesh& mesh, double twist,
+                                            bool stretches) const {
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
-  return strain_map(mesh_, mesh.position, intent(rig, curve, pose, twist), 1.0 / rig.bones);
+  return strain_map(mesh_, mesh.position, intent(rig, curve, pose, twist, stretches),
+                    1.0 / rig.bones);
 }
 
 std::string BodyMetrics::slice_place(int slice) const {

@@ -35,6 +35,9 @@ struct RigAtRest {
 };
 constexpr std::size_t kCurvePoints = 257;
 RigAtRest rig_at_rest(const solver::SpineSystem& system);
+/// The length that a pose asks of the chain, of rest: 1, or that of the intended curve where the
+/// pose stretches, which is what the rig's options make of the request.
+double asked_length(const RigAtRest& rig, std::span<const glm::dvec3> intended, bool stretches);
 
 /// A character prepared for measuring: slices, topology and masks, made once, read by any number of
 /// threads.
@@ -46,11 +49,12 @@ class BodyMetrics {
               const skin::SpineDriver& driver);
 
   /// Measures one pose. `pose` is the solved chain for `control`, `mesh` the character skinned with
-  /// it; `twist` (radians) is what the body pose asks for between hips and chest. Where the chain
-  /// is not finite, or a vertex is not, the rest stays unmeasured (NaN, and the counts say so).
+  /// it; `twist` (radians) is what the body pose asks for between hips and chest, `stretches`
+  /// whether it asks for another length. Where the chain is not finite, or a vertex is not, the
+  /// rest stays unmeasured (NaN, and the counts say so).
   BodyMeasures measure(const RigAtRest& rig, std::span<const double> control,
-                       const solver::SpinePose& pose, const skin::PosedMesh& mesh,
-                       double twist) const;
+                       const solver::SpinePose& pose, const skin::PosedMesh& mesh, double twist,
+                       bool stretches = false) const;
 
   /// The part of measure() that costs most, alone.
   SelfIntersection::Measures self_intersection(std::span<const glm::vec3> position) const {
@@ -59,7 +63,7 @@ class BodyMetrics {
   /// Values per vertex for heat maps of the same pose.
   std::vector<float> strain_heat(const RigAtRest& rig, std::span<const double> control,
                                  const solver::SpinePose& pose, const skin::PosedMesh& mesh,
-                                 double twist) const;
+                                 double twist, bool stretches = false) const;
 
   const SpineSlices& slices() const { return slices_; }
   const SlicePose& rest_slices() const { return rest_slices_; }
@@ -73,7 +77,7 @@ class BodyMetrics {
 
  private:
   BendIntent intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
-                    const solver::SpinePose& pose, double twist) const;
+                    const solver::SpinePose& pose, double twist, bool stretches) const;
 
   double height_ = 0.0;
   int window_ = 2;

@@ -118,7 +118,7 @@ Gram triangle_gram(const MeshRest::Block& block, const VectorLanes& e1, const Ve
 class IdealStrain {
  public:
   IdealStrain(const MeshRest& rest, const BendIntent& intent, double bone)
-      : twist_(static_cast<float>(intent.twist)) {
+      : twist_(static_cast<float>(intent.twist)), stretch_(static_cast<float>(intent.stretch)) {
     // The slice with the strongest bend within a bone of each: there the ideal is asked.
     const int n = static_cast<int>(rest.slice_count);
     const int reach =
@@ -139,7 +139,7 @@ class IdealStrain {
                              FloatLanes::load(torso.offset[2]));
     const VectorLanes tangent(tangent_[torso.slice]), lever(lever_[torso.slice]);
     // [[1, twist * radius], [0, along]]; beyond its depth the inner side has no length left.
-    const FloatLanes along = larger(FloatLanes(1.0f) + dot(lever, offset), 0.0f);
+    const FloatLanes along = larger(FloatLanes(stretch_) + dot(lever, offset), 0.0f);
     const VectorLanes across = offset - dot(offset, tangent) * tangent;
     const FloatLanes shear = FloatLanes(twist_) * square_root(dot(across, across));
     return larger(kLeastStrain,
@@ -152,7 +152,7 @@ class IdealStrain {
     return glm::dot(t, t) > 0.0 ? t : glm::dvec3(0, 1, 0);
   }
 
-  float twist_;
+  float twist_, stretch_;
   std::vector<glm::vec3> tangent_, lever_;
 };
 

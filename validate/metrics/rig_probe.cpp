@@ -41,7 +41,8 @@ ControlPath straight_path(const solver::SpineSystem& system, const solver::BodyP
     const auto between = [t](double a, double b) { return a + (b - a) * t; };
     return system.controls_for(
         {between(from.extension, to.extension), between(from.flexion, to.flexion),
-         between(from.side, to.side), between(from.twist, to.twist)},
+         between(from.side, to.side), between(from.twist, to.twist), between(from.hip, to.hip),
+         between(from.stretch, to.stretch)},
         mapping);
   };
 }

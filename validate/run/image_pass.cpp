@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "validate/farm/measure_job.h"
+#include "validate/run/ideal_bend.h"
 
 namespace backbend::validate {
 namespace {
@@ -86,10 +87,16 @@ ImageWitness ImagePass::witness_flip(const RigRecord& rig, const SweepRecord& sw
 }
 
 ImageWitness ImagePass::witness_kink(const RigRecord& rig, const PoseDegrees& pose) {
-  const std::unique_ptr<solver::SpineSystem> clean = stage_.build({"even", {}});
+  if (pose.hip != 0.0) {
+    ImageWitness none;
+    none.note = "the ideal bend of a tipped hip stands otherwise before the cameras";
+    return none;
+  }
+  const IdealBend ideal(pose);
+  const std::unique_ptr<solver::SpineSystem> clean = stage_.build(ideal.spec);
   const PoseViews here = views(rig, pose);
   const PoseViews there =
-      take_views(photographer_, stage_.pose(*clean, controls_at(*clean, pose, rig.mapping)));
+      take_views(photographer_, stage_.pose(*clean, controls_at(*clean, ideal.pose, rig.mapping)));
   ImageWitness witness = witness_of(tilt_jump(here, there), "tilt_jump_deg", kVisibleTiltDeg);
   witness.note =
       "the sharpest change of the torso's tilt against the spine 'even' in the same pose";

@@ -174,6 +174,7 @@ void set_place(MetricId metric, int place, const std::vector<std::string>& joint
 }
 
 bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose) {
+  if (!pose.taken) return false;
   if (metric == MetricId::flip_margin) return !rig.system->rest().flip_margin.empty();
   if (metric == MetricId::volume) return !rig.open_mesh;
   if (metric == MetricId::arm_slide) return rig.has_arms;
@@ -181,7 +182,8 @@ bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose
   if (metric == MetricId::chain_twist_jump)
     return rig.system->rest().position.size() >= kLeastTwistJumpJoints;
   if (metric == MetricId::lost_twist)
-    return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0;
+    return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0 &&
+           pose.body.hip == 0;
   return true;
 }
 
@@ -261,7 +263,7 @@ std::vector<Coverage> input_coverage() {
 
 std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context) {
   std::vector<Headroom> result;
-  for (const std::string_view channel : kChannels) {
+  for (const std::string_view channel : kBendChannels) {
     Headroom headroom;
     headroom.channel = channel;
     headroom.needs_deg = context.envelope.needs(channel);
@@ -301,7 +303,9 @@ std::vector<Coverage> coverage_of(const RigRecord& rig) {
   Coverage flips{"BB001", 0, 0, 0, 0};
   for (const SweepRecord& sweep : rig.sweeps) {
     ++flips.planned;
-    ++(sweep.flips.certified ? flips.measured : flips.not_measured);
+    // A rig that cannot take a sweep stood still in it.
+    const bool taken = std::ranges::all_of(sweep.poses, &PoseRecord::taken);
+    ++(!taken ? flips.not_applicable : sweep.flips.certified ? flips.measured : flips.not_measured);
   }
   result.push_back(flips);
   for (std::size_t m = 0; m < kMetricCount; ++m) {
@@ -338,6 +342,8 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
     for (const std::string_view channel : kChannels) {
       std::vector<double> degrees;
       for (const PoseRecord& pose : sweep.poses) degrees.push_back(*pose.body.find(channel));
+      const bool bend = std::ranges::find(kBendChannels, channel) != kBendChannels.end();
+      if (!bend && std::ranges::all_of(degrees, [](double v) { return v == 0.0; })) continue;
       series.pose_deg[std::string(channel)] = std::move(degrees);
     }
     for (const PoseRecord& pose : sweep.poses) series.control_deg.push_back(pose.control_deg);

@@ -68,6 +68,7 @@ std::vector<PoseRecord> plan_poses(const solver::SpineSystem& system, solver::Ma
     poses[i].control_deg = sweep.control_at(i);
     poses[i].body = sweep.pose_at(poses[i].control_deg);
     poses[i].inside = envelope.contains(poses[i].body);
+    poses[i].taken = why_not_taken(system, poses[i].body).empty();
     poses[i].control = controls_at(system, poses[i].body, mapping);
   }
   return poses;
@@ -227,7 +228,8 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
       const auto intended = rig.system->intended_curve(record.control, kCurvePoints);
       record_chain(
           rig.system->rest(), pose,
-          measure_chain({pose, rig.system->rest(), intended, at_rest.curve, record.body.twist}),
+          measure_chain({pose, rig.system->rest(), intended, at_rest.curve, record.body.twist,
+                         asked_length(at_rest, intended, record.body.stretch != 0.0)}),
           record);
     }
   }
@@ -239,7 +241,8 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
                   PoseRecord& record) {
   const BodyMeasures measures =
-      body.measure(rig, record.control, posed.spine, posed.mesh, glm::radians(record.body.twist));
+      body.measure(rig, record.control, posed.spine, posed.mesh, glm::radians(record.body.twist),
+                   record.body.stretch != 0.0);
   record_chain(rig.system->rest(), posed.spine, measures.chain, record);
   record_mesh(measures, record);
   record.bounds = render::bounds_of(posed.mesh.position);

@@ -66,6 +66,7 @@ struct PoseRecord {
   double control_deg = 0.0;
   PoseDegrees body;
   bool inside = true;  // the envelope
+  bool taken = true;   // false: the rig has no control for it, and nothing of it is applicable
   std::vector<double> control;
   std::array<Measured, kMetricCount> metric;
   ArmDrift arms;

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "validate/metrics/proxy_weights.h"
+#include "validate/run/ideal_bend.h"
 #include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
@@ -27,11 +28,15 @@ PoseDegrees pose_of(const RigRecord& rig, const Finding& finding) {
 class SecondOpinions {
  public:
   SecondOpinions(const Stage& stage, const BodyMetrics& body, const RigRecord& rig)
-      : stage_(stage), body_(body), rig_(rig), ideal_(stage.build({"even", {}})) {}
+      : stage_(stage), body_(body), rig_(rig), even_(stage.build({"even", {}})) {}
 
   /// Under `even`: the ideal bend and twist with the same ends and the same weights.
   PoseRecord ideal(const PoseDegrees& pose) const {
-    return measured(*ideal_, pose, skin::SkinningMethod::linear, stage_.character());
+    const IdealBend ideal(pose);
+    if (ideal.spec.options.empty())
+      return measured(*even_, ideal.pose, skin::SkinningMethod::linear, stage_.character());
+    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear,
+                    stage_.character());
   }
   PoseRecord dual_quaternion(const PoseDegrees& pose) const {
     return measured(*rig_.system, pose, skin::SkinningMethod::dual_quaternion, stage_.character());
@@ -68,7 +73,7 @@ class SecondOpinions {
   const Stage& stage_;
   const BodyMetrics& body_;
   const RigRecord& rig_;
-  std::unique_ptr<solver::SpineSystem> ideal_;
+  std::unique_ptr<solver::SpineSystem> even_;
   std::optional<skin::Character> proxy_;
   bool proxy_made_ = false;
 };
@@ -95,8 +100,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     if (check.subject != Subject::mesh) {
       if (!std::isfinite(ideal)) continue;  // asked of pairs of poses, not of one
       finding.geometry["ideal"] = ideal;
-      finding.detail +=
-          "; the rig even gives " + verdict_text(check, ideal, finding.limit) + " in the same pose";
+      finding.detail += "; the rig " + rig_text(IdealBend(pose).spec) + " gives " +
+                        verdict_text(check, ideal, finding.limit) + " in the same pose";
       continue;
     }
     MeshContext facts;

@@ -201,6 +201,17 @@ struct CharacterRun {
   render::Bounds box;     // of every pose
 };
 
+/// Notes the sweeps that a rig cannot take, by their reason.
+void say_what_is_left_out(const RigRecord& rig, std::vector<std::string>& notes) {
+  std::map<std::string, std::string> sweeps;  // by reason
+  for (const SweepRecord& record : rig.sweeps) {
+    const std::string why = why_not_taken(*rig.system, record.sweep.pose_at(record.sweep.to_deg));
+    if (!why.empty()) sweeps[why] += (sweeps[why].empty() ? "" : ", ") + record.sweep.name;
+  }
+  for (const auto& [why, names] : sweeps)
+    notes.push_back("rig " + rig.plan.name + ", not applicable: " + names + " (" + why + ")");
+}
+
 CharacterRun run_character(const RunRequest& request, const Suite& suite,
                            const std::filesystem::path& file, const OutputFolder& folder,
                            Ledger& ledger, Progress& progress, Report& report) {
@@ -245,6 +256,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
         continue;
       }
       records.push_back(plan_rig(stage, body, plan, mapping, suite.sweeps, envelope));
+      if (mapping == suite.mappings.front())
+        say_what_is_left_out(records.back(), report.characters.back().notes);
     }
   }
   // Of the character's file and of what stands beside it.

@@ -247,6 +247,10 @@ Sweep read_sweep(const std::string& file, const toml::table& table) {
     }
     ratios.finish();
   }
+  for (const double control : {sweep.from_deg, sweep.to_deg})
+    if (!(sweep.pose_at(control).stretch > kLeastStretch))
+      reader.fail(table, "the sweep leaves no spine: stretch must stay above " +
+                             number_text(kLeastStretch) + " per cent");
   reader.finish();
   return sweep;
 }

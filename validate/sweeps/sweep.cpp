@@ -48,6 +48,8 @@ const double* PoseDegrees::find(std::string_view channel) const {
   if (channel == "flexion") return &flexion;
   if (channel == "side") return &side;
   if (channel == "twist") return &twist;
+  if (channel == "hip") return &hip;
+  if (channel == "stretch") return &stretch;
   return nullptr;
 }
 
@@ -56,7 +58,8 @@ double* PoseDegrees::find(std::string_view channel) {
 }
 
 solver::BodyPose PoseDegrees::radians() const {
-  return {glm::radians(extension), glm::radians(flexion), glm::radians(side), glm::radians(twist)};
+  return {glm::radians(extension), glm::radians(flexion), glm::radians(side),
+          glm::radians(twist),     glm::radians(hip),     1.0 + stretch / 100.0};
 }
 
 std::string PoseDegrees::text() const {
@@ -86,11 +89,23 @@ PoseDegrees parse_pose(std::string_view text) {
       const auto near = nearest_name(channel, channel_names());
       throw solver::RigError("pose: no channel '" + std::string(channel) + "'" +
                              (near ? ", did you mean '" + *near + "'?" : "") +
-                             " (extension, flexion, side, twist)");
+                             " (extension, flexion, side, twist, hip, stretch)");
     }
     *value = parse_number(trimmed(item.substr(equals + 1)), channel);
   }
+  if (!(pose.stretch > kLeastStretch))
+    throw solver::RigError("pose: stretch " + number_text(pose.stretch) +
+                           " leaves no spine (per cent, above " + number_text(kLeastStretch) + ")");
   return pose;
+}
+
+std::string why_not_taken(const solver::SpineSystem& system, const PoseDegrees& pose) {
+  const auto without = [&](std::string_view channel, double value, solver::BodyChannel which) {
+    const std::string_view why = value == 0.0 ? "" : system.why_without(which);
+    return why.empty() ? "" : std::string(channel) + ": " + std::string(why);
+  };
+  const std::string hip = without("hip", pose.hip, solver::BodyChannel::hip);
+  return hip.empty() ? without("stretch", pose.stretch, solver::BodyChannel::stretch) : hip;
 }
 
 std::size_t Sweep::pose_count() const {
@@ -175,6 +190,10 @@ std::vector<Sweep> standard_sweeps() {
 }
 
 std::vector<Sweep> stress_sweeps() {
+  const auto named = [](const char* name, Sweep sweep) {
+    sweep.name = name;
+    return sweep;
+  };
   Sweep compound = channel_sweep("extension", 0, 180, 2);
   compound.name = "compound";
   compound.per_degree.side = 0.5;
@@ -184,7 +203,10 @@ std::vector<Sweep> stress_sweeps() {
           channel_sweep("side", -120, 120, 4),
           channel_sweep("twist", -360, 360, 6),
           compound,
-          random_walk(1, 12, 8)};
+          random_walk(1, 12, 8),
+          named("hip_chest", channel_sweep("hip", -60, 60, 4)),
+          named("compress", channel_sweep("stretch", 0, -40, 2)),
+          channel_sweep("stretch", 0, 40, 2)};
 }
 
 std::vector<Sweep> grid_sweeps() {
@@ -205,7 +227,7 @@ double Envelope::needs(std::string_view channel) const {
   if (channel == "extension") return extension;
   if (channel == "flexion") return flexion;
   if (channel == "side") return side;
-  return twist;
+  return channel == "twist" ? twist : 0.0;
 }
 
 bool Envelope::contains(const PoseDegrees& pose) const {

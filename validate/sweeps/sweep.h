@@ -11,12 +11,16 @@
 
 namespace backbend::validate {
 
-/// Names of the four body channels, in the order that tables show them.
-inline constexpr std::string_view kChannels[] = {"extension", "flexion", "side", "twist"};
+/// Names of the body channels, in the order that tables show them.
+inline constexpr std::string_view kChannels[] = {"extension", "flexion", "side",
+                                                 "twist",     "hip",     "stretch"};
+/// Those that every rig has, and that an envelope says something of.
+inline constexpr std::span<const std::string_view, 4> kBendChannels(kChannels, 4);
 
-/// A body pose in degrees, as people write it.
+/// A body pose in degrees, as people write it; `stretch` in per cent of the distance between hips
+/// and chest at rest, -30 compresses it by 30 %.
 struct PoseDegrees {
-  double extension = 0, flexion = 0, side = 0, twist = 0;
+  double extension = 0, flexion = 0, side = 0, twist = 0, hip = 0, stretch = 0;
 
   double* find(std::string_view channel);
   const double* find(std::string_view channel) const;
@@ -26,8 +30,13 @@ struct PoseDegrees {
 };
 
 /// Reads `extension=90,side=10`. Throws solver::RigError naming an unknown channel (with the
-/// nearest name), a missing or a non-finite number.
+/// nearest name), a missing or a non-finite number, or a stretch that leaves nothing (-95 or less).
 PoseDegrees parse_pose(std::string_view text);
+inline constexpr double kLeastStretch = -95.0;  // per cent
+
+/// What of a pose a rig has no control for: `stretch: its controls turn and do not move`. Empty
+/// where it can take all of it.
+std::string why_not_taken(const solver::SpineSystem& system, const PoseDegrees& pose);
 
 /// A pose that a path goes through, and how many degrees of control lead there.
 struct Waypoint {
@@ -51,7 +60,7 @@ struct Sweep {
   PoseDegrees pose_at(double control_deg) const;
 };
 
-/// A sweep of one channel.
+/// A sweep of one channel. A per cent of `stretch` counts as a degree of control.
 Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg);
 
 /// The path through these poses, in order. A degree of control is a degree of the channel that
@@ -77,7 +86,7 @@ struct Envelope {
   bool whole_sweep = false;  // a comparison: everything that is swept counts
 
   double needs(std::string_view channel) const;
-  /// Whether a pose of the sweep lies inside.
+  /// Whether a pose of the sweep lies inside. A tipped hip and a stretch always are stress.
   bool contains(const PoseDegrees& pose) const;
 };
 
