@@ -261,6 +261,7 @@ TEST_F(LastCalibration, SaysItsDayItsAgeAndWhatItFound) {
             "found its target, 0 of 500 clean poses flagged");
   EXPECT_EQ(line("2026-11-27").find("make it anew"), std::string::npos);
   EXPECT_NE(line("2026-11-28").find("8 days ago (make it anew every week)"), std::string::npos);
+  EXPECT_EQ(line("2026-11-19").rfind("whole calibration of 2026-11-20, on 1 bodies", 0), 0u);
   report_.detectors[0].smallest = kNan;
   write(calibration_json(report_));
   EXPECT_NE(line("2026-11-21").find("NOT at their target: chain kink on 24 bones"),

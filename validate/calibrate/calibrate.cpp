@@ -177,8 +177,10 @@ std::string last_calibration(const std::filesystem::path& file, const std::strin
                            ": this is no calibration: " + visible(error.what()));
   }
   const int days = days_between(date, today);
-  return "whole calibration of " + date + ", " + std::to_string(days) +
-         (days == 1 ? " day ago" : " days ago") + (days > 7 ? " (make it anew every week)" : "") +
+  // Another machine's clock may be ahead: of a day to come the date says enough.
+  const std::string age =
+      days < 0 ? "" : ", " + std::to_string(days) + (days == 1 ? " day ago" : " days ago");
+  return "whole calibration of " + date + age + (days > 7 ? " (make it anew every week)" : "") +
          ", on " + std::to_string(bodies.size()) + " bodies and chains: " +
          (deaf.empty() ? "each detector found its target"
                        : "NOT at their target: " + visible(deaf)) +
