@@ -5,6 +5,7 @@
 #include "cli/commands.h"
 #include "cli/sweep_named.h"
 #include "render/cameras.h"
+#include "render/open_image_denoise.h"
 #include "validate/evidence/frame_choice.h"
 #include "validate/evidence/render_job.h"
 #include "validate/sweeps/suite.h"
@@ -82,6 +83,9 @@ struct PictureOptions {
     command->add_flag_function(
         "--denoise,!--no-denoise", [this](std::int64_t count) { denoise = count > 0; },
         "add a denoised layer, which PNG and video show [the preset's]");
+    if (render::has_open_image_denoise())
+      command->add_flag("--open-image-denoise", request.settings.open_image_denoise,
+                        "have Open Image Denoise make that layer in place of our own denoiser");
     command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
     command
         ->add_option(
@@ -128,7 +132,7 @@ struct PictureOptions {
     result.settings.samples = samples.value_or(base.samples);
     // A count that was asked for is the count, unless a noise is asked for too.
     result.settings.noise = noise.value_or(samples ? 0.0 : base.noise);
-    result.settings.denoise = denoise.value_or(base.denoise);
+    result.settings.denoise = denoise.value_or(base.denoise || request.settings.open_image_denoise);
     result.settings.position_and_albedo = true;
     result.settings.all_layers = layers.empty() ? base.all_layers : layers == "all";
     return result;

@@ -16,6 +16,7 @@
 #include "render/contour.h"
 #include "render/cryptomatte.h"
 #include "render/denoiser.h"
+#include "render/open_image_denoise.h"
 #include "render/overlay.h"
 #include "render/png.h"
 #include "render/tile_renderer.h"
@@ -141,9 +142,15 @@ bool can_denoise(const Settings& settings) {
 
 // Layers for people to look at; whatever is measured stays as it was sampled.
 void add_denoised(const FrameJob& job, Frame& frame) {
-  Denoised clean = denoise({frame.width, frame.height, job.even_half, job.odd_half,
-                            frame.layers[job.at.albedo].data, frame.layers[job.at.normal].data,
-                            frame.layers[job.at.depth].data, job.settings->threads});
+  const DenoiseInput noisy{frame.width,
+                           frame.height,
+                           job.even_half,
+                           job.odd_half,
+                           frame.layers[job.at.albedo].data,
+                           frame.layers[job.at.normal].data,
+                           frame.layers[job.at.depth].data,
+                           job.settings->threads};
+  Denoised clean = job.settings->open_image_denoise ? open_image_denoise(noisy) : denoise(noisy);
   frame.layers.push_back(
       {{"denoised.R", "denoised.G", "denoised.B"}, true, std::move(clean.color)});
   frame.layers.push_back({{"denoisedError"}, true, std::move(clean.error)});

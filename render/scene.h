@@ -105,6 +105,8 @@ struct Settings {
   // beauty, clay, ao: adds the layer `denoised`, which previews then show, and `denoisedError`.
   // Nothing that is measured may be taken from them.
   bool denoise = false;
+  // By Open Image Denoise in place of our own, where has_open_image_denoise() says it is there.
+  bool open_image_denoise = false;
 };
 
 /// A named set of float channels, interleaved; `names` are the EXR channel names in order.

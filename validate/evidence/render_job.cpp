@@ -84,9 +84,9 @@ struct Studio {
              std::to_string(s.width) + "x" + std::to_string(s.height) + "|" +
              std::to_string(s.samples) + "|" + std::to_string(s.seed) + "|" +
              std::to_string(static_cast<int>(s.mode)) + "|" + std::to_string(s.all_layers) + "|" +
-             environment.hash + "|" + number_text(s.noise, 9) + "|" + std::to_string(s.denoise) +
-             "|" + std::to_string(static_cast<int>(request.parts)) + "|" +
-             std::to_string(s.transparent);
+             environment.hash + "|" + number_text(s.noise, 9) + "|" +
+             std::to_string(s.denoise * (1 + s.open_image_denoise)) + "|" +
+             std::to_string(static_cast<int>(request.parts)) + "|" + std::to_string(s.transparent);
   }
 
   /// What the request asks for, with the environment at hand.
