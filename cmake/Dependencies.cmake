@@ -29,7 +29,7 @@ if(NOT embree_FOUND)
   find_package(embree 3.13 REQUIRED CONFIG)
 endif()
 
-# Offered for review pictures where it is found; neither Debian 12 nor 13 need have it.
+# Offered for review pictures where it is found; Debian 12 has no package of it.
 find_package(OpenImageDenoise 2 QUIET CONFIG)
 
 find_path(BACKBEND_XXHASH_INCLUDE xxhash.h REQUIRED)
