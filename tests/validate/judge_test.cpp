@@ -124,12 +124,14 @@ TEST(HipAndStretch, OfARigWithoutTheirControlsAreNotApplicableAndNeverAFinding) 
 
 TEST(HipAndStretch, AStretchThatTheRigIsBuiltForIsNoFault) {
   for (const char* name :
-       {"stretchy", "stretchy:stretchiness=0.5", "even:stretchiness=1", "isner:length=stretchy"})
-    for (const PoseRecord& pose : pulled(name).sweeps[1].poses) {
+       {"stretchy", "stretchy:stretchiness=0.5", "even:stretchiness=1", "isner:length=stretchy"}) {
+    const RigRecord rig = pulled(name);
+    for (const PoseRecord& pose : rig.sweeps[1].poses) {
       EXPECT_TRUE(pose.taken) << name;
       EXPECT_LT(pose.at(MetricId::length_change).value, 1.0) << name << ", " << pose.body.text();
       EXPECT_LT(pose.at(MetricId::chain_kink).value, 0.5) << name << ", " << pose.body.text();
     }
+  }
   // The length that is asked for is that of the curve, and only where a stretch is.
   const RigRecord rig = pulled("isner:length=stretchy");
   const auto curve = rig.system->intended_curve(rig.sweeps[1].poses.back().control, kCurvePoints);
