@@ -95,7 +95,7 @@ void add_calibrate(const Registry& registry) {
       ->add_option("--tubes", options->tubes,
                    "bones of the round bodies to try, separated by commas; 0: none [8,24]")
       ->delimiter(',')
-      ->check(CLI::Range(3, 64) | CLI::IsMember({0}));
+      ->check(CLI::Range(4, 64) | CLI::IsMember({0}));
   command->add_option("--seed", options->plan.seed, "seed of all poses and faults [20261121]");
   command->add_option("-o,--output", options->output,
                       "folder for calibration.json and calibration.md [.]");

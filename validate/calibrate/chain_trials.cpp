@@ -132,9 +132,7 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
       "chain kink",
       "BB010",
       "deg",
-      bones >= 20  ? 1.0
-      : bones >= 5 ? 2.0
-                   : 4.0,  // a third of the spine is a coarse ruler for a curve
+      bones >= 20 ? 1.0 : 2.0,
       0.1,
       {0.25, 0.5, 1.0, 2.0, 4.0},
       [](const ChainMeasures& m) { return m.kink_deg; },
@@ -152,9 +150,7 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
   const ChainDetector roll{"chain twist jump",
                            "BB014",
                            "deg",
-                           bones >= 7   ? 1.0
-                           : bones == 6 ? 2.0
-                                        : 4.0,  // four twists hardly tell a jump from a bend
+                           bones >= 7 ? 1.0 : 2.0,
                            0.4,
                            {0.25, 0.5, 1.0, 2.0, 4.0},
                            [](const ChainMeasures& m) { return m.twist_jump_deg; },
