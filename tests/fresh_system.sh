@@ -7,6 +7,7 @@
 #   --command WORDS    only this instead of the two commands, e.g. --command "nightly --quiet"
 #   --ca FILE          certificate bundle of the site, trusted in there
 #   --npmrc FILE       npm settings of the site, used in there
+#   --characters FOLDER  real characters for the tests, which skip theirs without it
 #   --in FOLDER        where the systems are made, some 4 GB each (a new folder under /tmp)
 #   --keep             leave them there
 #
@@ -15,17 +16,18 @@
 # Ends with a table of what was run, and with 0 where every command ended as it must.
 set -euo pipefail
 
-usage() { sed -n '2,14s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
+usage() { sed -n '2,15s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2; }
 [[ ${1-} =~ ^[a-z]+$ ]] || usage
 release=$1
 shift
-accounts=(root user) commands=(nightly test) ca='' npmrc='' top='' keep=
+accounts=(root user) commands=(nightly test) ca='' npmrc='' characters='' top='' keep=
 while (($#)); do
   case $1 in
     --as) accounts=("$2"); shift ;;
     --command) commands=("$2"); shift ;;
     --ca) ca=$(readlink -e -- "$2"); shift ;;
     --npmrc) npmrc=$(readlink -e -- "$2"); shift ;;
+    --characters) characters=$(readlink -e -- "$2"); shift ;;
     --in) top=$2; shift ;;
     --keep) keep=1 ;;
     *) usage ;;
@@ -43,7 +45,8 @@ if [[ -z ${BACKBEND_FRESH_NAMESPACE-} ]]; then
   again=("$release" --in "$top" ${keep:+--keep})
   status=0
   for account in "${accounts[@]}"; do
-    arguments=("${again[@]}" --as "$account" ${ca:+--ca "$ca"} ${npmrc:+--npmrc "$npmrc"})
+    arguments=("${again[@]}" --as "$account" ${ca:+--ca "$ca"} ${npmrc:+--npmrc "$npmrc"}
+      ${characters:+--characters "$characters"})
     ((${#commands[@]} == 1)) && arguments+=(--command "${commands[0]}")
     BACKBEND_FRESH_NAMESPACE=1 unshare --mount --propagation private --pid --fork --mount-proc \
       --kill-child "$0" "${arguments[@]}" || status=$?
@@ -99,6 +102,12 @@ fi
 mount -t proc proc "$system/proc"
 mount --rbind /dev "$system/dev"
 mount --rbind /sys "$system/sys"
+if [[ -n $characters ]]; then
+  mkdir -p "$system/srv/characters"
+  mount --bind "$characters" "$system/srv/characters"
+  mount -o remount,bind,ro "$system/srv/characters"
+  environment+=(BACKBEND_CHARACTERS=/srv/characters)
+fi
 
 if [[ $account == user ]]; then
   home=/home/td
