@@ -54,12 +54,12 @@ void add_farm(const Registry& registry) {
         const FarmScripts scripts = options->engine == "slurm"      ? slurm_scripts(job)
                                     : options->engine == "parallel" ? parallel_scripts(job)
                                                                     : openjd_scripts(job);
-        const OutputFolder folder(job.run / "farm");
+        const fs::path folder = job.run / "farm";
         for (const auto& [name, text] : scripts.files) {
-          folder.write(name, text);
-          if (name.ends_with(".sh")) ::chmod((folder.path() / name).c_str(), 0755);
+          OutputFolder(job.run).write(fs::path("farm") / name, text);
+          if (name.ends_with(".sh")) ::chmod((folder / name).c_str(), 0755);
         }
-        const std::string start = (folder.path() / scripts.start).string();
+        const std::string start = (folder / scripts.start).string();
         std::printf("%s\n", visible(start).c_str());
         std::fflush(stdout);
         if (!options->submit) return 0;

@@ -35,12 +35,29 @@ static int below(const char *path) {
   return length > 0 && strncmp(path, folder, length) == 0;
 }
 
-static int fd_below(int fd) {
-  char link[64], path[4096];
+static int fd_path(int fd, char *path, size_t room) {
+  char link[64];
   snprintf(link, sizeof link, "/proc/self/fd/%d", fd);
-  ssize_t length = readlink(link, path, sizeof path - 1);
+  ssize_t length = readlink(link, path, room - 1);
   if (length < 0) return 0;
   path[length] = 0;
+  return 1;
+}
+
+/* Of a file that is open: folders hold nothing that closing them could lose. */
+static int fd_below(int fd) {
+  char path[4096];
+  struct stat facts;
+  return fstat(fd, &facts) == 0 && !S_ISDIR(facts.st_mode) && fd_path(fd, path, sizeof path) && below(path);
+}
+
+/* Of a name in a folder that is open. */
+static int at_below(int folder, const char *name) {
+  char path[8192];
+  if (*name == '/' || folder == AT_FDCWD) return below(name);
+  if (!fd_path(folder, path, 4096)) return 0;
+  strcat(path, "/");
+  strncat(path, name, 4000);
   return below(path);
 }
 
@@ -81,7 +98,8 @@ ssize_t write(int fd, const void *bytes, size_t count) {
 }
 
 int fsync(int fd) {
-  if (fd_below(fd) && fails("fsync")) {
+  char path[4096];
+  if (fd_path(fd, path, sizeof path) && below(path) && fails("fsync")) {
     errno = error_number();
     return -1;
   }
@@ -95,6 +113,14 @@ int close(int fd) {
     return -1;
   }
   return NEXT(close)(fd);
+}
+
+int renameat(int from_folder, const char *from, int to_folder, const char *to) {
+  if (at_below(to_folder, to) && fails("rename")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(renameat)(from_folder, from, to_folder, to);
 }
 
 int rename(const char *from, const char *to) {
@@ -113,7 +139,15 @@ int mkdir(const char *path, mode_t mode) {
   return NEXT(mkdir)(path, mode);
 }
 
-int open(const char *path, int flags, ...) {
+int mkdirat(int folder, const char *name, mode_t mode) {
+  if (at_below(folder, name) && fails("mkdir")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(mkdirat)(folder, name, mode);
+}
+
+int openat(int folder, const char *name, int flags, ...) {
   mode_t mode = 0;
   if (flags & (O_CREAT | __O_TMPFILE)) {
     va_list more;
@@ -122,14 +156,26 @@ int open(const char *path, int flags, ...) {
     va_end(more);
   }
   const int reads = (flags & O_ACCMODE) == O_RDONLY && !(flags & O_CREAT);
-  if (below(path) && !(reads && strcmp(setting("FAULT_KIND"), "any") == 0) && fails("open")) {
+  if (at_below(folder, name) && !(reads && strcmp(setting("FAULT_KIND"), "any") == 0) && fails("open")) {
     errno = error_number();
     return -1;
   }
-  return NEXT(open)(path, flags, mode);
+  return NEXT(openat)(folder, name, flags, mode);
+}
+
+int open(const char *path, int flags, ...) {
+  mode_t mode = 0;
+  if (flags & (O_CREAT | __O_TMPFILE)) {
+    va_list more;
+    va_start(more, flags);
+    mode = va_arg(more, mode_t);
+    va_end(more);
+  }
+  return openat(AT_FDCWD, path, flags, mode);
 }
 
 int open64(const char *path, int flags, ...) __attribute__((alias("open")));
+int openat64(int folder, const char *name, int flags, ...) __attribute__((alias("openat")));
 
 int unlink(const char *path) {
   if (below(path) && fails("unlink")) {
@@ -137,6 +183,14 @@ int unlink(const char *path) {
     return -1;
   }
   return NEXT(unlink)(path);
+}
+
+int unlinkat(int folder, const char *name, int flags) {
+  if (at_below(folder, name) && fails("unlink")) {
+    errno = error_number();
+    return -1;
+  }
+  return NEXT(unlinkat)(folder, name, flags);
 }
 
 int remove(const char *path) {

@@ -80,6 +80,15 @@ class HostileFolders(CommandTest):
         after = {name: what for name, what in contents(self.folder / "out").items() if what != "folder"}
         self.assertEqual(after, before)
 
+    def test_a_link_in_the_place_of_a_runs_own_folder_is_refused(self):
+        (self.folder / "elsewhere").mkdir()
+        (self.folder / "out").mkdir()
+        (self.folder / "out/farm").symlink_to(self.folder / "elsewhere")
+        done = self.backbend("farm", "parallel", "-o", "out")
+        self.assertEqual(done.returncode, CANNOT_WRITE, done.stderr)
+        self.assertIn("out/farm: is a link", done.stderr)
+        self.assertEqual(list((self.folder / "elsewhere").iterdir()), [])
+
     def test_a_folder_that_may_not_be_written_is_said_at_once(self):
         out = self.folder / "out"
         out.mkdir()

@@ -18,7 +18,9 @@ using Mode = Ledger::Mode;
 class LedgerTest : public testing::Test {
  protected:
   LedgerTest()
-      : root_(fs::temp_directory_path() / ("backbend_ledger_" + std::to_string(::getpid()))) {
+      : root_(fs::temp_directory_path() /
+              ("backbend_ledger_" + std::to_string(::getpid()) + "_" +
+               testing::UnitTest::GetInstance()->current_test_info()->name())) {
     fs::remove_all(root_);
     fs::create_directories(root_);
   }
@@ -118,10 +120,14 @@ TEST_F(LedgerTest, RemovesItsPartsAndNothingElse) {
 TEST_F(LedgerTest, LeftoversOfKilledWritersGoAndNamedFilesStay) {
   const OutputFolder run(root_ / "run");
   run.write("frames/a.png", "picture");
-  const fs::path left = run.temporary_for("frames/b.png");
-  OutputFolder(left.parent_path()).write(left.filename(), "half a pict");
-  const fs::path beside = run.temporary_for("report.md");
-  run.write(beside.filename(), "half a rep");
+  const auto left_by_a_killed_writer = [&](const fs::path& file, const std::string& half) {
+    const fs::path temporary =
+        file.parent_path() / run.temporary_for(file).path().filename();  // gone, like its writer
+    run.write(temporary, half);
+    return root_ / "run" / temporary;
+  };
+  const fs::path left = left_by_a_killed_writer("frames/b.png", "half a pict");
+  const fs::path beside = left_by_a_killed_writer("report.md", "half a rep");
   ASSERT_TRUE(fs::exists(left) && fs::exists(beside));
   remove_leftovers(root_ / "run", false);
   EXPECT_FALSE(fs::exists(beside));

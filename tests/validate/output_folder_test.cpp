@@ -17,7 +17,10 @@ namespace fs = std::filesystem;
 class Folder : public testing::Test {
  protected:
   void SetUp() override {
-    path_ = fs::temp_directory_path() / ("backbend_folder_" + std::to_string(::getpid()));
+    // A name of its own for each test: a process knows the folders that it has written to.
+    path_ =
+        fs::temp_directory_path() / ("backbend_folder_" + std::to_string(::getpid()) + "_" +
+                                     testing::UnitTest::GetInstance()->current_test_info()->name());
     fs::create_directories(path_);
   }
   void TearDown() override { fs::remove_all(path_); }
@@ -49,6 +52,66 @@ TEST_F(Folder, ReplacesAPlantedLinkInsteadOfFollowingIt) {
   OutputFolder(path_).write("out.txt", std::string_view("ours"));
   EXPECT_EQ(read_text(path_ / "victim"), "untouched");
   EXPECT_FALSE(fs::is_symlink(path_ / "out.txt"));
+}
+
+TEST_F(Folder, RefusesALinkInThePlaceOfAFolderOfItsOwn) {
+  fs::create_directories(path_ / "elsewhere");
+  fs::create_directory_symlink(path_ / "elsewhere", path_ / "frames");
+  try {
+    OutputFolder(path_).write("frames/a.exr", std::string_view("ours"));
+    FAIL() << "what the link points to was written to";
+  } catch (const WriteError& error) {
+    EXPECT_FALSE(error.temporary());
+    EXPECT_NE(std::string(error.what()).find((path_ / "frames").string() + ": is a link"),
+              std::string::npos)
+        << error.what();
+  }
+  EXPECT_TRUE(fs::is_empty(path_ / "elsewhere"));
+}
+
+TEST_F(Folder, MayBeNamedThroughALink) {
+  fs::create_directories(path_ / "disk");
+  fs::create_directory_symlink(path_ / "disk", path_ / "out");
+  OutputFolder(path_ / "out").write("frames/a.exr", std::string_view("ours"));
+  EXPECT_EQ(read_text(path_ / "disk/frames/a.exr"), "ours");
+}
+
+TEST_F(Folder, RefusesAnotherThatIsPutInItsPlaceWhileItIsWritten) {
+  const OutputFolder folder(path_ / "run");
+  folder.write("a.txt", std::string_view("one"));
+  fs::create_directories(path_ / "elsewhere");
+  fs::rename(path_ / "run", path_ / "moved");
+  fs::create_directory_symlink(path_ / "elsewhere", path_ / "run");
+  EXPECT_THROW(folder.write("b.txt", std::string_view("two")), WriteError);
+  EXPECT_THROW(OutputFolder(path_ / "run").write("b.txt", std::string_view("two")), WriteError);
+  EXPECT_TRUE(fs::is_empty(path_ / "elsewhere"));
+  EXPECT_EQ(read_text(path_ / "moved/a.txt"), "one");
+  OutputFolder(path_ / "run").prepare();  // the next run of this process
+  folder.write("b.txt", std::string_view("two"));
+  EXPECT_EQ(read_text(path_ / "elsewhere/b.txt"), "two");
+}
+
+TEST_F(Folder, RefusesNamesThatLeadOutOfIt) {
+  EXPECT_THROW(OutputFolder(path_ / "in").write("../a.txt", std::string_view("x")), WriteError);
+  EXPECT_THROW(OutputFolder(path_ / "in").write(path_ / "a.txt", std::string_view("x")),
+               WriteError);
+  EXPECT_FALSE(fs::exists(path_ / "a.txt"));
+}
+
+TEST_F(Folder, NamesWhatAnotherProgramWroteWhereverTheFolderIsMovedMeanwhile) {
+  const auto wrote = [&](const fs::path& file) { std::ofstream(file) << "frames"; };
+  const OutputFolder folder(path_ / "run");
+  {
+    OutputFolder::Temporary file = folder.temporary_for("media/a.mp4");
+    wrote(file.path());
+    fs::rename(path_ / "run", path_ / "moved");
+    fs::create_directories(path_ / "run" / "media");
+    file.commit();
+  }
+  EXPECT_EQ(read_text(path_ / "moved/media/a.mp4"), "frames");
+  EXPECT_TRUE(fs::is_empty(path_ / "run/media"));
+  { wrote(OutputFolder(path_ / "new").temporary_for("a.mp4").path()); }
+  EXPECT_TRUE(fs::is_empty(path_ / "new")) << "what was not committed is left";
 }
 
 TEST_F(Folder, SaysWhyAFileCannotBeWritten) {

@@ -185,6 +185,17 @@ TEST(Check, OfAnIdealSpineNeverBlamesTheSolverForTheMesh) {
   }
 }
 
+TEST(Reproducing, NamesACharacterFromTheFolderOfItsSuite) {
+  RunRequest request;
+  request.suite.file = "/show/night.toml";
+  EXPECT_EQ(request.character_text("/show/hero.glb"), "hero.glb");
+  EXPECT_EQ(request.character_text("/library/hero.glb"), "../library/hero.glb");
+  request.suite.file = "/show/rigs/../scenes/night.toml";
+  EXPECT_EQ(request.character_text("/show/scenes/hero.glb"), "scenes/hero.glb");
+  request.character = "../my hero.glb";
+  EXPECT_EQ(request.character_text("/show/my hero.glb"), "../my hero.glb") << "as it was typed";
+}
+
 TEST(Pictures, OfARunAreWrittenAndNamedInTheReport) {
   RunRequest request = small_night();
   request.suite.sweeps = {channel_sweep("extension", 100, 120, 10)};

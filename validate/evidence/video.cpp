@@ -1,7 +1,5 @@
 #include "validate/evidence/video.h"
 
-#include <unistd.h>
-
 #include <cerrno>
 #include <charconv>
 
@@ -29,31 +27,24 @@ long count_frames(const std::filesystem::path& file) {
 void write_video(const OutputFolder& folder, const std::filesystem::path& relative,
                  std::size_t count, double frames_per_second,
                  const std::function<render::Picture(std::size_t)>& picture) {
-  const std::filesystem::path temporary = folder.temporary_for(relative);
+  OutputFolder::Temporary file = folder.temporary_for(relative);
+  const std::filesystem::path temporary = file.path();
   const std::string target = (folder.path() / relative).string();
-  const auto fail = [&](const std::string& why) {
-    ::unlink(temporary.c_str());
-    throw WriteError(target + ": " + why, EIO);
-  };
-  try {
-    render::Picture first = picture(0);
-    const std::vector<std::string> argv =
-        render::video_command(first.width, first.height, frames_per_second, temporary.string());
-    const ChildResult result = run_child(argv, [&](const auto& give) {
-      give(first.rgba);
-      for (std::size_t i = 1; i < count; ++i) {
-        poll_interrupt();
-        give(picture(i).rgba);
-      }
-    });
-    if (result.exit_code != 0) fail("ffmpeg failed: " + result.complaint);
-    if (count_frames(temporary) != static_cast<long>(count))
-      fail("the video does not hold every frame");
-  } catch (...) {
-    ::unlink(temporary.c_str());
-    throw;
-  }
-  folder.commit(temporary, relative);
+  const auto fail = [&](const std::string& why) { throw WriteError(target + ": " + why, EIO); };
+  render::Picture first = picture(0);
+  const std::vector<std::string> argv =
+      render::video_command(first.width, first.height, frames_per_second, temporary.string());
+  const ChildResult result = run_child(argv, [&](const auto& give) {
+    give(first.rgba);
+    for (std::size_t i = 1; i < count; ++i) {
+      poll_interrupt();
+      give(picture(i).rgba);
+    }
+  });
+  if (result.exit_code != 0) fail("ffmpeg failed: " + result.complaint);
+  if (count_frames(temporary) != static_cast<long>(count))
+    fail("the video does not hold every frame");
+  file.commit();
 }
 
 }  // namespace backbend::validate

@@ -236,8 +236,10 @@ std::size_t gather_parts(const fs::path& from, const fs::path& to, const std::st
 }
 
 void remove_parts(const fs::path& folder) {
-  // File by file: a folder of this name may hold what is not ours.
+  // File by file: a folder of this name may hold what is not ours, and a link leads to what never
+  // is.
   std::error_code error;
+  if (fs::is_symlink(folder / kPartsFolder, error)) return;
   const std::string ours = std::string(kPartsFolder) + "/";
   for (const fs::path& name : parts_in(folder)) {
     const std::optional<Part> part = read_part(name);

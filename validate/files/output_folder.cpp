@@ -9,8 +9,11 @@
 #include <atomic>
 #include <cerrno>
 #include <cstring>
+#include <map>
+#include <mutex>
 #include <random>
 #include <system_error>
+#include <utility>
 
 namespace backbend::validate {
 namespace {
@@ -30,8 +33,11 @@ class Descriptor {
   ~Descriptor() {
     if (number_ >= 0) ::close(number_);
   }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
   int number() const { return number_; }
   int close() {
     const int result = ::close(number_);
@@ -43,13 +49,15 @@ class Descriptor {
   int number_;
 };
 
-int open_retrying(const fs::path& path, int flags, mode_t mode = 0) {
+int open_retrying(int folder, const fs::path& path, int flags, mode_t mode = 0) {
   int number = -1;
   do {
-    number = ::open(path.c_str(), flags | O_CLOEXEC, mode);
+    number = ::openat(folder, path.c_str(), flags | O_CLOEXEC, mode);
   } while (number < 0 && errno == EINTR);
   return number;
 }
+
+int open_retrying(const fs::path& path, int flags) { return open_retrying(AT_FDCWD, path, flags); }
 
 void write_all(const Descriptor& file, const fs::path& path, std::span<const std::uint8_t> bytes) {
   while (!bytes.empty()) {
@@ -72,15 +80,9 @@ void flush(const Descriptor& file, const fs::path& path) {
   }
 }
 
-void flush_folder(const fs::path& folder) {
-  const Descriptor handle(open_retrying(folder, O_RDONLY | O_DIRECTORY));
-  if (handle.number() >= 0) flush(handle, folder);
-}
-
 /// Reads the file back and compares: writers have been seen to report success on a full disk.
-void verify(const fs::path& temporary, const fs::path& final_path,
+void verify(const Descriptor& file, const fs::path& final_path,
             std::span<const std::uint8_t> bytes) {
-  const Descriptor file(open_retrying(temporary, O_RDONLY | O_NOFOLLOW));
   if (file.number() < 0) fail(final_path, "cannot read back", errno);
   std::array<std::uint8_t, 65536> block;
   std::size_t offset = 0;
@@ -108,16 +110,86 @@ void make_folders(const fs::path& folder) {
   if (error && !fs::is_directory(folder)) fail(folder, "cannot make the folder", error.value());
 }
 
-void rename_into_place(const fs::path& temporary, const fs::path& path) {
-  if (::rename(temporary.c_str(), path.c_str()) != 0) {
-    const int error_number = errno;
-    ::unlink(temporary.c_str());
-    fail(path, "cannot give the file its name", error_number);
+/// Which folder a path was when this process first wrote to it.
+class KnownFolders {
+ public:
+  void remember(const fs::path& path, const Descriptor& folder) {
+    const std::lock_guard lock(mutex_);
+    known_[key(path)] = identity(folder);
   }
-  flush_folder(path.parent_path().empty() ? fs::path(".") : path.parent_path());
+  /// The same folder as ever; one that is not known yet is from now on.
+  bool is_still(const fs::path& path, const Descriptor& folder) {
+    const std::lock_guard lock(mutex_);
+    const Identity now = identity(folder);
+    return known_.emplace(key(path), now).first->second == now;
+  }
+
+ private:
+  using Identity = std::pair<dev_t, ino_t>;
+  static std::string key(const fs::path& path) {
+    return fs::absolute(path).lexically_normal().string();
+  }
+  static Identity identity(const Descriptor& folder) {
+    struct stat facts = {};
+    ::fstat(folder.number(), &facts);
+    return {facts.st_dev, facts.st_ino};
+  }
+  std::mutex mutex_;
+  std::map<std::string, Identity> known_;
+};
+
+KnownFolders& known_folders() {
+  static KnownFolders folders;
+  return folders;
+}
+
+/// A folder to write in, made where there is none.
+Descriptor open_folder(const fs::path& path) {
+  make_folders(path);
+  Descriptor folder(open_retrying(path, O_PATH | O_DIRECTORY));
+  if (folder.number() < 0) fail(path, "cannot open the folder", errno);
+  return folder;
+}
+
+/// The folder of that name in `parent`, made where there is none; never one behind a link.
+Descriptor open_below(const Descriptor& parent, const fs::path& name, const fs::path& path) {
+  constexpr int flags = O_PATH | O_DIRECTORY | O_NOFOLLOW;
+  int number = open_retrying(parent.number(), name, flags);
+  if (number < 0 && errno == ENOENT) {
+    if (::mkdirat(parent.number(), name.c_str(), 0777) != 0 && errno != EEXIST)
+      fail(path, "cannot make the folder", errno);
+    number = open_retrying(parent.number(), name, flags);
+  }
+  if (number >= 0) return Descriptor(number);
+  const int error_number = errno;
+  struct stat facts = {};
+  if (::fstatat(parent.number(), name.c_str(), &facts, AT_SYMLINK_NOFOLLOW) == 0 &&
+      S_ISLNK(facts.st_mode))
+    fail(path, "is a link where a folder of the run should be", ELOOP);
+  fail(path, "cannot open the folder", error_number);
 }
 
 }  // namespace
+
+/// The folder of a file to be, held open: what is put in its place meanwhile is not written to.
+struct OutputFolder::Temporary::Place {
+  Descriptor folder;
+  fs::path target;   // as the user knows it
+  std::string name;  // in its folder, until it is given its own
+  bool committed = false;
+
+  int open(int flags) const {
+    return open_retrying(folder.number(), name, flags | O_NOFOLLOW, 0666);
+  }
+
+  void rename() {
+    if (::renameat(folder.number(), name.c_str(), folder.number(), target.filename().c_str()) != 0)
+      fail(target, "cannot give the file its name", errno);
+    committed = true;
+    const Descriptor handle(open_retrying(folder.number(), ".", O_RDONLY | O_DIRECTORY));
+    if (handle.number() >= 0) flush(handle, target.parent_path());
+  }
+};
 
 bool WriteError::temporary() const {
   return error_number == ENOSPC || error_number == EDQUOT || error_number == EIO;
@@ -128,53 +200,68 @@ OutputFolder::OutputFolder(fs::path path) : path_(std::move(path)) {
 }
 
 void OutputFolder::prepare() const {
-  make_folders(path_);
+  known_folders().remember(path_, open_folder(path_));
   if (::access(path_.c_str(), W_OK | X_OK) != 0) fail(path_, "cannot write into the folder", errno);
 }
 
-fs::path OutputFolder::temporary_for(const fs::path& relative) const {
+OutputFolder::Temporary::Temporary(std::unique_ptr<Place> place) : place_(std::move(place)) {}
+
+OutputFolder::Temporary::~Temporary() {
+  if (!place_->committed) ::unlinkat(place_->folder.number(), place_->name.c_str(), 0);
+}
+
+OutputFolder::Temporary OutputFolder::temporary_for(const fs::path& relative) const {
   static std::atomic<unsigned> counter{0};
   // Process numbers repeat in containers and on machines that share a folder.
   static const std::string process =
       std::to_string(::getpid()) + "-" + std::to_string(std::random_device{}());
-  const fs::path target = path_ / relative;
-  make_folders(target.parent_path());
-  return target.parent_path() /
-         ("." + target.filename().string() + ".tmp-" + process + "-" + std::to_string(counter++));
+  Descriptor folder = open_folder(path_);
+  if (!known_folders().is_still(path_, folder))
+    fail(path_, "another folder was put in its place while this was written", ESTALE);
+  fs::path so_far = path_;
+  for (const fs::path& name : relative.parent_path()) {
+    so_far /= name;
+    if (name == ".." || name == "/") fail(so_far, "is not below the output folder", EXDEV);
+    if (!name.empty() && name != ".") folder = open_below(folder, name, so_far);
+  }
+  const std::string name =
+      "." + relative.filename().string() + ".tmp-" + process + "-" + std::to_string(counter++);
+  return Temporary(std::unique_ptr<Temporary::Place>(
+      new Temporary::Place{std::move(folder), path_ / relative, name}));
+}
+
+fs::path OutputFolder::Temporary::path() const {
+  fs::path held =
+      "/proc/" + std::to_string(::getpid()) + "/fd/" + std::to_string(place_->folder.number());
+  std::error_code error;
+  // Where no /proc is mounted, the name must do.
+  if (!fs::is_directory(held, error)) held = place_->target.parent_path();
+  return held / place_->name;
+}
+
+void OutputFolder::Temporary::commit() {
+  {
+    const Descriptor file(place_->open(O_RDONLY));
+    if (file.number() < 0) fail(place_->target, "cannot open what was written", errno);
+    flush(file, place_->target);
+  }
+  place_->rename();
 }
 
 void OutputFolder::write(const fs::path& relative, std::span<const std::uint8_t> bytes) const {
-  const fs::path target = path_ / relative;
-  const fs::path temporary = temporary_for(relative);
-  try {
-    Descriptor file(open_retrying(temporary, O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW, 0666));
-    if (file.number() < 0) fail(target, "cannot create", errno);
-    write_all(file, target, bytes);
-    flush(file, target);
-    if (file.close() != 0 && errno != EINTR) fail(target, "cannot close", errno);
-    verify(temporary, target, bytes);
-  } catch (...) {
-    ::unlink(temporary.c_str());
-    throw;
-  }
-  rename_into_place(temporary, target);
+  const Temporary temporary = temporary_for(relative);
+  Temporary::Place& place = *temporary.place_;
+  Descriptor file(place.open(O_WRONLY | O_CREAT | O_EXCL));
+  if (file.number() < 0) fail(place.target, "cannot create", errno);
+  write_all(file, place.target, bytes);
+  flush(file, place.target);
+  if (file.close() != 0 && errno != EINTR) fail(place.target, "cannot close", errno);
+  verify(Descriptor(place.open(O_RDONLY)), place.target, bytes);
+  place.rename();
 }
 
 void OutputFolder::write(const fs::path& relative, std::string_view text) const {
   write(relative, std::span(reinterpret_cast<const std::uint8_t*>(text.data()), text.size()));
-}
-
-void OutputFolder::commit(const fs::path& temporary, const fs::path& relative) const {
-  const fs::path target = path_ / relative;
-  try {
-    const Descriptor file(open_retrying(temporary, O_RDONLY | O_NOFOLLOW));
-    if (file.number() < 0) fail(target, "cannot open what was written", errno);
-    flush(file, target);
-  } catch (...) {
-    ::unlink(temporary.c_str());
-    throw;
-  }
-  rename_into_place(temporary, target);
 }
 
 std::vector<std::uint8_t> read_bytes(const fs::path& path, std::uintmax_t most_bytes) {

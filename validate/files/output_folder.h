@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -27,7 +28,9 @@ struct ReadError : std::runtime_error {
 ///
 /// Each file is written beside its place under a name of its own, flushed to the medium, read back
 /// and compared, and only then given its name: a full disk that a writer fails to report is caught
-/// here. Links planted at an output's name are replaced, never followed.
+/// here. Links planted at an output's name are replaced, never followed; links in the place of
+/// folders below this one are refused, and so is another folder that has been put in this one's
+/// place since this process first wrote to it. The folder itself may be named through links.
 class OutputFolder {
  public:
   /// Names the folder; nothing is made before prepare() or the first write.
@@ -36,14 +39,30 @@ class OutputFolder {
   /// Makes the folder and tries that it can be written: long jobs fail early. Throws WriteError.
   void prepare() const;
 
-  /// Writes one file at `relative` (folders are made as needed). Throws WriteError.
+  /// Writes one file at `relative`, which has no `..` in it (folders are made as needed). Throws
+  /// WriteError.
   void write(const std::filesystem::path& relative, std::span<const std::uint8_t> bytes) const;
   void write(const std::filesystem::path& relative, std::string_view text) const;
 
-  /// A name that no other process uses, in the folder of `relative`, for a program that must write
-  /// a file itself; commit() then checks and names it, or the caller removes it.
-  std::filesystem::path temporary_for(const std::filesystem::path& relative) const;
-  void commit(const std::filesystem::path& temporary, const std::filesystem::path& relative) const;
+  /// A file that another program writes, under a name that no other process uses. It is gone where
+  /// it was not committed.
+  class Temporary {
+   public:
+    ~Temporary();
+    Temporary(const Temporary&) = delete;
+    Temporary& operator=(const Temporary&) = delete;
+    /// For the other program, while this lives: the file in its folder, wherever that may be moved.
+    std::filesystem::path path() const;
+    /// Flushes the file and gives it its name. Throws WriteError.
+    void commit();
+
+   private:
+    friend class OutputFolder;
+    struct Place;
+    explicit Temporary(std::unique_ptr<Place> place);
+    std::unique_ptr<Place> place_;
+  };
+  Temporary temporary_for(const std::filesystem::path& relative) const;
 
   const std::filesystem::path& path() const { return path_; }
 

@@ -432,9 +432,11 @@ PictureBytes files_in(const std::filesystem::path& folder) {
 std::string RunRequest::character_text(const std::filesystem::path& file) const {
   if (!character.empty()) return character;
   if (suite.file.empty()) return file.string();
-  const std::filesystem::path relative =
-      file.lexically_proximate(std::filesystem::absolute(suite.file).parent_path().parent_path());
-  return relative.string();
+  const std::filesystem::path folder =
+      std::filesystem::absolute(suite.file).lexically_normal().parent_path();
+  // A project keeps its suites in `scenes`, and its commands are typed beside that.
+  return file.lexically_proximate(folder.filename() == "scenes" ? folder.parent_path() : folder)
+      .string();
 }
 
 Report run_suite(const RunRequest& request, Progress& progress) {

@@ -45,7 +45,9 @@ struct RunRequest {
   /// Called as soon as a character is read, before anything is measured.
   std::function<void(const CharacterFacts&)> on_character;
 
-  /// A character's file as reproduce lines name it: never an absolute path that nobody typed.
+  /// A character's file as reproduce lines name it: as it was typed, or from the folder of the
+  /// suite that names it (the one above, where that is called `scenes`). The working folder has no
+  /// say in it, nor is it an absolute path that nobody typed.
   std::string character_text(const std::filesystem::path& file) const;
 };
 
