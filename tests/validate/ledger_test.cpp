@@ -48,6 +48,11 @@ TEST_F(LedgerTest, FindsWhatItKeptAndNothingElse) {
   EXPECT_EQ(ledger("run", Mode::alone, "other inputs").find("unit one"), std::nullopt);
 }
 
+TEST_F(LedgerTest, AFileThatIsGoneBeforeItIsKeptIsAFaultOfTheDiskNotOfTheInput) {
+  EXPECT_THROW(ledger("run").keep("unit", {}, {"frames/a.png"}), WriteError);
+  EXPECT_FALSE(fs::exists(root_ / "run" / kPartsFolder));
+}
+
 TEST_F(LedgerTest, TakesNoDamagedPart) {
   const Ledger run = ledger("run");
   run.keep("unit", kResult);

@@ -172,8 +172,12 @@ void Ledger::keep(const std::string& unit, std::span<const std::uint8_t> result,
                   const std::vector<std::string>& files) const {
   if (!is_on()) return;
   Part part{stamp_, unit, {}, {result.begin(), result.end()}};
-  for (const std::string& name : files)
-    part.files.emplace_back(name, content_hash(read_bytes(folder_ / name)));
+  try {
+    for (const std::string& name : files)
+      part.files.emplace_back(name, content_hash(read_bytes(folder_ / name)));
+  } catch (const ReadError& error) {  // what this run has just written is no input of the user's
+    throw WriteError(error.what(), EIO);
+  }
   OutputFolder(folder_).write(part_name(unit), part_text(part));
 }
 
