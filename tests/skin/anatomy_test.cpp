@@ -284,6 +284,58 @@ TEST(Anatomy, TurnsWithTheCharacter) {
   EXPECT_EQ(anatomy.left, glm::dvec3(1, 0, 0));
 }
 
+/// The stick figure on feet of four vertices each, that reach further forward than back.
+Character on_feet(const std::map<std::string, std::string>& names) {
+  Character character = renamed(names);
+  const Character plain = stick_figure();
+  for (const char* foot : {"foot.L", "foot.R"}) {
+    const int node = stick_node(plain, foot);
+    glm::dvec4& ankle = character.nodes[static_cast<std::size_t>(node)].world_from_node[3];
+    for (const double z : {-0.06, 0.0, 0.1, 0.18}) {
+      const std::size_t first = character.vertex_count();
+      stick_vertex(character, node);
+      for (std::size_t v = first; v < first + 3; ++v)
+        character.bind_position[v] = glm::vec3(ankle.x, 0.0, z);
+    }
+    ankle.y = 0.09;  // above the soles; their vertices are bound to where it stood
+    for (SkinJoint& joint : character.joints)
+      if (joint.node == node)
+        joint.joint_from_mesh =
+            glm::affineInverse(character.nodes[static_cast<std::size_t>(node)].world_from_node);
+  }
+  return character;
+}
+
+TEST(Anatomy, SeesWhereAFigureFacesByItsSolesOrNamesHoweverItStands) {
+  const Anatomy expected = find_anatomy(stick_figure());
+  for (int a = 0; a < 6; ++a)
+    for (int b = 0; b < 6; ++b) {
+      if (a % 3 == b % 3) continue;
+      glm::dvec3 up(0.0), forward(0.0);
+      up[a % 3] = a < 3 ? 1.0 : -1.0;
+      forward[b % 3] = b < 3 ? 1.0 : -1.0;
+      const glm::dvec3 left = glm::cross(up, forward);
+      for (const double aside : {0.0, 0.3, 0.75}) {  // turned about up; more than 30 deg is oblique
+        const glm::dvec3 ahead = std::cos(aside) * forward + std::sin(aside) * left;
+        const glm::dvec3 beside = glm::cross(up, ahead);
+        const bool oblique = aside > 0.53;
+        // Without names limbs are pairs only across one of the world's axes.
+        const auto& nameless = kConventions[std::size(kConventions) - 1].names;
+        Character character = on_feet(oblique ? kConventions[0].names : nameless);
+        const glm::dmat4 turn(glm::dvec4(beside, 0), glm::dvec4(up, 0), glm::dvec4(ahead, 0),
+                              glm::dvec4(0.3, -2, 5, 1));
+        for (Node& node : character.nodes) node.world_from_node = turn * node.world_from_node;
+        const Anatomy anatomy = find_anatomy(character);
+        EXPECT_LT(glm::distance(anatomy.up, up), 1e-12) << a << b << aside;
+        EXPECT_LT(glm::distance(anatomy.forward, oblique ? ahead : forward), 1e-12)
+            << a << b << aside;
+        EXPECT_LT(glm::distance(anatomy.left, oblique ? beside : left), 1e-12) << a << b << aside;
+        EXPECT_EQ(anatomy.left_arm, expected.left_arm);
+        EXPECT_EQ(anatomy.right_leg, expected.right_leg);
+      }
+    }
+}
+
 TEST(Anatomy, KnowsSomeoneWhoSitsFromSomeoneWhoLies) {
   Character character = stick_figure();
   for (Node& node : character.nodes)
@@ -350,6 +402,16 @@ TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
   EXPECT_NE(refusal(character, between("hip", ""))
                 .find("no joint is called 'hip'; the nearest is 'hips'"),
             std::string::npos);
+  const struct {
+    const char *wrong, *meant;
+  } slips[] = {{"spin_1", "spine_1"},       {"spinee_2", "spine_2"}, {"sceme", "scene"},
+               {"clavicl.L", "clavicle.L"}, {"hin.R", "shin.R"},     {"xthighy.L", "thigh.L"},
+               {"fo.L", "foot.L"}};
+  for (const auto& slip : slips)
+    EXPECT_NE(refusal(character, between(slip.wrong, ""))
+                  .find("the nearest is '" + std::string(slip.meant) + "'"),
+              std::string::npos)
+        << slip.wrong << ": " << refusal(character, between(slip.wrong, ""));
   EXPECT_NE(refusal(character, along({"hips", "foot.L", "hand.L"})).find("does not hang from"),
             std::string::npos);
   EXPECT_NE(refusal(character, along({"neck"})).find("no chain"), std::string::npos);

@@ -113,6 +113,69 @@ TEST(FrameDifference, LetsNoiseDecideWhereTheVarianceIsKnown) {
   EXPECT_EQ(measure(brighter, "within_noise").verdict, Verdict::fail);
 }
 
+/// A backdrop that covers all, and a matte whose figure is the disc: number 7, half covered rim.
+render::Frame before_a_backdrop(double centre_x) {
+  render::Frame frame = disc(centre_x);
+  render::Layer matte{{"CryptoAsset00.r", "CryptoAsset00.g"}, false, {}};
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const double away = std::hypot(x - centre_x, y - 24.0);
+      frame.layers[0].data[4 * (static_cast<std::size_t>(y) * kSize + x) + 3] = 1.0f;
+      // Beyond the rim a little of the figure, and around that another number: none.
+      matte.data.insert(matte.data.end(), {away < 14.0 ? 7.0f : 0.0f, away < 12.0   ? 1.0f
+                                                                      : away < 13.0 ? 0.5f
+                                                                                    : 0.49f});
+    }
+  frame.layers.push_back(matte);
+  return frame;
+}
+
+TEST(FrameDifference, TakesTheFigureFromItsMatteWhereABackdropCoversAll) {
+  const FrameDifference d = frame_difference(before_a_backdrop(20), before_a_backdrop(24));
+  EXPECT_EQ(measure(d, "outline_largest").value, 4.0);
+  std::size_t both = 0, either = 0;
+  for (int y = 0; y < kSize; ++y)
+    for (int x = 0; x < kSize; ++x) {
+      const bool a = std::hypot(x - 20, y - 24) < 13.0, b = std::hypot(x - 24, y - 24) < 13.0;
+      both += a && b;
+      either += a || b;
+    }
+  EXPECT_DOUBLE_EQ(measure(d, "silhouette_overlap").value,
+                   static_cast<double>(both) / static_cast<double>(either));
+  EXPECT_EQ(measure(d, "silhouette_overlap").verdict, Verdict::fail);
+  EXPECT_EQ(measure(d, "outline_p95").verdict, Verdict::fail);
+}
+
+TEST(FrameDifference, AsksForNoSilhouetteWhereNeitherOrAllIsFigure) {
+  for (const float alpha : {0.0f, 1.0f}) {
+    render::Frame even = disc(24);
+    for (std::size_t i = 3; i < even.layers[0].data.size(); i += 4) even.layers[0].data[i] = alpha;
+    const FrameDifference d = frame_difference(even, even);
+    EXPECT_TRUE(std::isnan(measure(d, "silhouette_overlap").value));
+    EXPECT_EQ(measure(d, "silhouette_overlap").verdict, Verdict::not_applicable);
+    // One of them against a figure is a question, and its answer no.
+    const FrameDifference one = frame_difference(even, disc(24));
+    EXPECT_EQ(measure(one, "silhouette_overlap").verdict, Verdict::fail);
+  }
+}
+
+TEST(FrameDifference, GivesNoisyOutlinesAPixelAndNoMore) {
+  PictureLimits tight;
+  tight.outline_px = 0.25;
+  const auto outline = [&](double moved, double variance) {
+    return measure(
+        frame_difference(disc(24, 0.4, variance), disc(24 + moved, 0.4, variance), tight),
+        "outline_p95");
+  };
+  EXPECT_EQ(outline(1, -1).verdict, Verdict::fail);
+  EXPECT_EQ(outline(1, -1).limit, 0.25);
+  EXPECT_EQ(outline(1, 0.01).verdict, Verdict::pass);
+  EXPECT_EQ(outline(1, 0.01).limit, 1.0);
+  EXPECT_EQ(outline(2, 0.01).verdict, Verdict::fail);
+  tight.outline_px = 2.5;
+  EXPECT_EQ(outline(2, 0.01).verdict, Verdict::pass);
+}
+
 TEST(FrameDifference, WhatOneSideLacksIsNotMeasured) {
   render::Frame bare = disc(24);
   bare.layers.pop_back();

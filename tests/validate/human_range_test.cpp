@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <utility>
+
 namespace backbend::validate {
 namespace {
 
@@ -49,6 +51,83 @@ TEST(HumanRangeUse, NamesTheDirectionAndTheJointThatGoesFurthest) {
   EXPECT_EQ(twist.direction, "axial");
   EXPECT_LE(twist.joint, 4);  // the loins hardly twist
   EXPECT_EQ(human_range_use(bent({0, 0, 0.1}), rest, tenths(), left).direction, "lateral");
+}
+
+// The published levels (docs and source beside human_range), as a plain sum over a stretch.
+TEST(HumanRange, OfAnyStretchIsThatOfTheLevelsInIt) {
+  const MotionRange level[] = {
+      {10.0, 7.8, 5.5, 1.4}, {8.9, 5.8, 5.7, 2.2},   {7.5, 3.7, 5.7, 2.6},   {6.5, 4.3, 7.0, 2.6},
+      {5.8, 4.3, 4.9, 2.3},  {3.5, 3.5, 4.25, 3.75}, {3.5, 3.5, 4.25, 3.75}, {3.5, 3.5, 4.25, 3.75},
+      {3.5, 3.5, 4.25, 5.5}, {3.5, 3.5, 4.25, 5.5},  {3.5, 3.5, 4.25, 5.5},  {3.5, 3.5, 5.5, 5.5},
+      {3.5, 3.5, 5.5, 5.5},  {3.5, 3.5, 5.5, 5.5},   {3.5, 3.5, 5.5, 5.5},   {3.5, 3.5, 5.5, 5.5},
+      {7.0, 7.0, 5.5, 5.5}};
+  constexpr int kFine = 17000;
+  for (const auto& [from, to] : {std::pair(0.0, 0.076), std::pair(0.05, 0.31), std::pair(0.35, 0.5),
+                                 std::pair(0.6, 1.0), std::pair(0.2, 0.9)}) {
+    MotionRange sum{0, 0, 0, 0};
+    for (int i = 0; i < kFine; ++i) {  // 5 levels up to 0.38, twelve above
+      const double s = (i + 0.5) / kFine;
+      if (s < from || s > to) continue;
+      const int at = s < 0.38 ? static_cast<int>(s / 0.38 * 5.0)
+                              : 5 + static_cast<int>((s - 0.38) / 0.62 * 12.0);
+      const double share = (s < 0.38 ? 5.0 / 0.38 : 12.0 / 0.62) / kFine;
+      sum.flexion += share * level[at].flexion;
+      sum.extension += share * level[at].extension;
+      sum.lateral += share * level[at].lateral;
+      sum.axial += share * level[at].axial;
+    }
+    const MotionRange range = human_range(from, to);
+    EXPECT_NEAR(range.flexion, sum.flexion, 0.01) << from;
+    EXPECT_NEAR(range.extension, sum.extension, 0.01) << from;
+    EXPECT_NEAR(range.lateral, sum.lateral, 0.01) << from;
+    EXPECT_NEAR(range.axial, sum.axial, 0.01) << from;
+  }
+}
+
+TEST(HumanRangeUse, MeasuresEachDirectionInTheBodysOwnAxes) {
+  // The same chain lying on its side and somewhere else: up is +Z, left is +Y, forward is -X.
+  const glm::dquat lie = glm::quat_cast(glm::dmat3({0, 1, 0}, {0, 0, 1}, {1, 0, 0}));
+  for (const glm::dquat& world : {glm::dquat(1, 0, 0, 0), lie}) {
+    const glm::dvec3 left = world * glm::dvec3(1, 0, 0), up = world * glm::dvec3(0, 1, 0);
+    const glm::dvec3 forward = world * glm::dvec3(0, 0, 1);
+    solver::SpinePose rest = bent(glm::dvec3(0));
+    for (glm::dvec3& p : rest.position) p = world * p + glm::dvec3(3, -1, 2);
+    const MotionRange range = human_range(0.45, 0.55);
+    const struct {
+      glm::dvec3 axis;
+      double deg, range;
+      std::string_view direction;
+    } cases[] = {{left, 12, range.flexion, "flexion"},    {left, -12, range.extension, "extension"},
+                 {up, 12, range.axial, "axial"},          {up, -12, range.axial, "axial"},
+                 {forward, 12, range.lateral, "lateral"}, {forward, -12, range.lateral, "lateral"}};
+    for (const auto& c : cases) {
+      solver::SpinePose pose = rest;
+      // What lies below turns along, and counts for nothing.
+      const glm::dquat below = rotation(glm::dvec3(0.3, -0.8, 0.5));
+      for (std::size_t i = 0; i < pose.turn.size(); ++i)
+        pose.turn[i] =
+            below * (i < 5 ? glm::dquat(1, 0, 0, 0) : rotation(radians_from(c.deg) * c.axis));
+      // What is said to be left may lean: only its part across the spine counts.
+      const RangeUse use = human_range_use(pose, rest, tenths(), glm::normalize(left + 0.35 * up));
+      EXPECT_EQ(use.direction, c.direction);
+      EXPECT_EQ(use.joint, 5);
+      EXPECT_NEAR(use.ratio, 12.0 / c.range, 1e-9) << c.direction;
+    }
+  }
+}
+
+TEST(HumanRangeUse, PassesOverBonesWithoutLengthAndTheTip) {
+  solver::SpinePose rest = bent(glm::dvec3(0));
+  std::vector<double> at = tenths();
+  rest.position[6] = rest.position[5];
+  at[6] = at[5];
+  solver::SpinePose pose = rest;
+  for (std::size_t i = 5; i < pose.turn.size(); ++i) pose.turn[i] = rotation({0.2, 0, 0});
+  // The joint below the bone without length has the half bone below it and nothing above.
+  const RangeUse use = human_range_use(pose, rest, at, {1, 0, 0});
+  EXPECT_EQ(use.joint, 5);
+  EXPECT_NEAR(use.ratio, degrees(0.2) / human_range(0.45, 0.5).flexion, 1e-9);
+  EXPECT_EQ(human_range_use(rest, rest, at, {1, 0, 0}).joint, RangeUse{}.joint);
 }
 
 TEST(HumanRangeUse, IsTheAngleOverTheRangeOfTheStretch) {

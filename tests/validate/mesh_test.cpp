@@ -53,6 +53,45 @@ TEST(Mesh, MovedAsAWholeItMeasuresIdeal) {
   EXPECT_EQ(s.infeasible, 0.0);
 }
 
+TEST(Mesh, WithoutATorsoHasNoStrainToTell) {
+  const SlicedTube t(Tube(10));
+  RestMesh mesh = t.tube.mesh();
+  const std::vector<std::uint8_t> none(t.tube.torso.size(), 0);
+  mesh.torso = none;
+  const MeshRest rest = prepare_mesh(mesh, t.line, t.coordinate, t.slices);
+  EXPECT_EQ(rest.torso_area, 0.0);
+  EXPECT_EQ(rest.area, t.mesh_rest.area);
+  std::vector<glm::vec3> position = t.tube.position;
+  for (glm::vec3& p : position) p *= 1.25f;
+  const BendIntent intent = no_intent(t.slices, t.rest_slices);
+  const MeshMeasures m = measure_mesh(rest, position, t.tube.normal, intent, 0.1);
+  EXPECT_TRUE(std::isnan(m.strain_most));
+  EXPECT_EQ(m.strain_vertex, MeshMeasures{}.strain_vertex);
+  EXPECT_NEAR(m.stretch, 1.25, 1e-4);  // the whole surface has one, all the same
+  EXPECT_NEAR(m.volume_change, 1.25 * 1.25 * 1.25 - 1.0, 1e-4);
+  EXPECT_EQ(strain_map(rest, position, intent, 0.1), std::vector<float>(position.size(), 0.0f));
+}
+
+TEST(Mesh, CountsEachVertexThatIsNotANumberOnce) {
+  const SlicedTube t(Tube(10));
+  const BendIntent intent = no_intent(t.slices, t.rest_slices);
+  std::vector<glm::vec3> position = t.tube.position, normal = t.tube.normal;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  position.front().x = position.back().z = position[7].y = kInfinity;
+  normal.front().z = normal[9].y = -kInfinity;
+  normal.back() = glm::vec3(std::numeric_limits<float>::quiet_NaN());
+  const MeshMeasures m = surface(t, position, normal, intent);
+  EXPECT_EQ(m.not_finite, 4u);
+  EXPECT_TRUE(std::isnan(m.stretch) || m.stretch == MeshMeasures{}.stretch);
+  // Each component by itself, in lanes of eight and in what is left over after them.
+  for (const std::size_t v : {std::size_t{0}, position.size() / 2, position.size() - 1})
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<glm::vec3> one = t.tube.position;
+      one[v][axis] = kInfinity;
+      EXPECT_EQ(surface(t, one, t.tube.normal, intent).not_finite, 1u) << v << ' ' << axis;
+    }
+}
+
 TEST(Mesh, UniformScaleIsItsOwnStretch) {
   const SlicedTube t(Tube(10));
   std::vector<glm::vec3> position = t.tube.position;
