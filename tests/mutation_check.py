@@ -5,23 +5,29 @@
     tests/mutation_check.py metrics --only validate/metrics/flip.cpp
 
 Faults are a seeded sample of all places in a layer's sources (solver, skin, or metrics: validate/metrics) where one of
-the operators below applies. The broken file is compiled in a build folder of its own (-O1), linked before the layer's
-library into the layer's test program, and the tests are run until one fails: those of the file's own name first. No
-source is touched. A fault that does not compile, or that makes the same object code, counts for nothing. Suites that
-take minutes are run only for the files whose own they are, unless --slow; those and real characters, which are left
-out, could only notice more.
+the operators below applies. The broken file is compiled in a build folder of its own (-O1, with its assertions and the
+standard library's), linked before the layer's library into the layer's test program, and the tests are run until one
+fails: those of the file's own name and those that noticed a fault in it before, then the quick ones, then the others.
+The next fault is compiled meanwhile. No source is touched. A fault that does not compile, or that makes the same object code, counts for nothing.
+Suites that take minutes are run only for the files whose own they are, unless --slow; those and real characters, which
+are left out, could only notice more. Tests that take several times as long as without a fault count as failed.
 
 A survivor is a hole in the tests, or changes nothing that anybody could see: the latter stand with the reason in
 mutation_exceptions.txt and count for nothing. Ends with 1 where fewer than nine in ten were noticed.
 """
 
 import argparse
+import concurrent.futures
+import fnmatch
 import json
 import os
 import pathlib
 import random
 import re
+import resource
 import shlex
+import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -30,11 +36,10 @@ SOURCE = pathlib.Path(__file__).resolve().parents[1]
 EXCEPTIONS = pathlib.Path(__file__).with_name("mutation_exceptions.txt")
 LAYERS = {"solver": ("solver", "solver_tests"), "skin": ("skin", "skin_tests"),
           "metrics": ("validate/metrics", "validate_tests")}
-# Suites that take minutes: run only for the files whose own they are.
+# Suites that take minutes, or that ask about whole runs: run only for the files whose own they are.
 SLOW = {"solver": ("PropertyTable.*", "Even.*"),
-        "skin": ("BundledBody*", "BodyProxy*", "SharedCharacters*", "Body*"),
-        "metrics": ("Nightly*", "Calibrat*", "Artist*", "ProxyWeights*", "Run*", "Waivers*", "Import*", "Systems*", "Selftest*",
-                    "Judge*", "Sample*")}
+        "skin": ("BundledBody*", "BodyProxy*", "SharedCharacters*"),
+        "metrics": ("Nightly*", "Calibrate*", "Waivers*", "Pictures*", "Check.*", "Limits*", "HostileNames*", "LookingAtIsner*")}
 
 
 def swap(one, other):
@@ -94,9 +99,9 @@ def negated(code):
     return None if depth or ";" in condition else f"{code[:match.end()]}!({condition}){code[at - 1:]}"
 
 
-def faults_of(file):
+def faults_of(file, text):
     """Every fault that could be made: (file, line number, what, the line as it would be)."""
-    for number, code, begins in code_lines(file.read_text()):
+    for number, code, begins in code_lines(text):
         for pattern, change, what in OPERATORS:
             for match in pattern.finditer(code):
                 yield file, number, what, code[:match.start()] + change(match) + code[match.end():]
@@ -111,10 +116,11 @@ class Program:
     """The layer's test program, whole and with one object replaced."""
 
     def __init__(self, build, name, jobs):
-        self.build, self.path = build, build / "tests" / name
+        self.build = build
         if not (build / "build.ninja").exists():
-            subprocess.run(["cmake", "-S", SOURCE, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                            "-DCMAKE_CXX_FLAGS_RELEASE=-O1", "-DBACKBEND_WERROR=OFF"], check=True, stdout=subprocess.DEVNULL)
+            # As the preset builds it, so that a compiler cache has most of it.
+            subprocess.run(["cmake", "-S", SOURCE, "-B", build, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release"],
+                           check=True, stdout=subprocess.DEVNULL)
         subprocess.run(["ninja", "-C", build, f"-j{jobs}", name], check=True, stdout=subprocess.DEVNULL)
         self.compile = {each["file"]: shlex.split(each["command"])
                         for each in json.loads((build / "compile_commands.json").read_text())}
@@ -122,30 +128,99 @@ class Program:
         # CMake writes `: && LINKER ... && :`, and after it the discovery of the tests, which is not wanted here.
         link = re.search(r"^: && (.*? -o tests/" + name + r" .*?)(?= && )", told, re.M).group(1)
         self.link = shlex.split(link)
+        # Folders beside that of the tests, which look for other programs from where they stand.
+        self.folders = [build / f"{name}_fault_{side}" for side in (0, 1, 2)]
+        for folder in self.folders:
+            folder.mkdir(exist_ok=True)
+        self.whole = self.folders[0] / "whole"
+        shutil.copy(build / "tests" / name, self.whole)
+        self.same = {}
 
-    def objects(self, file, text):
+    def compiled(self, file, text, folder):
         """The object of `text` in the place of `file`; None where it does not compile."""
-        broken = self.build / "mutant" / file.name
-        broken.parent.mkdir(exist_ok=True)
-        broken.write_text(text)
-        made = broken.with_suffix(".o")
-        words = list(self.compile[str(file)])
+        made = folder / (file.stem + ".o")
+        (folder / file.name).write_text(text)
+        words = [word for word in self.compile[str(file)] if word not in ("-O3", "-DNDEBUG")]
         if os.path.basename(words[0]) == "ccache":
             words = words[1:]
-        words[words.index("-o") + 1] = str(made)
-        words[words.index("-c") + 1] = str(broken)
-        # Broken or not, the source has the same name here, so that like code makes like bytes.
-        done = subprocess.run([*words, "-w"], cwd=self.build, capture_output=True)
-        return made if done.returncode == 0 else None
+        words[words.index("-o") + 1] = made.name
+        words[words.index("-c") + 1] = file.name  # without its folder: like code makes like bytes
+        # The standard library's assertions see what goes past the end of an array.
+        words += ["-O1", "-w", "-D_GLIBCXX_ASSERTIONS"]
+        return made if subprocess.run(words, cwd=folder, capture_output=True).returncode == 0 else None
 
-    def with_object(self, made):
-        program = self.build / "mutant" / "tests"
+    def differs(self, file, text, folder):
+        """Whether the object with the fault in the folder is another than without it."""
+        if file not in self.same:
+            self.same[file] = self.compiled(file, text, self.folders[2]).read_bytes()
+        return (folder / (file.stem + ".o")).read_bytes() != self.same[file]
+
+    def with_fault(self, file, text, number, line, folder):
+        """The program with the fault; None where it does not compile."""
+        lines = text.split("\n")
+        lines[number] = line
+        made = self.compiled(file, "\n".join(lines), folder)
+        return self.linked(made, folder) if made else None
+
+    def without_fault(self, file, text):
+        """The program with the file compiled as a broken one is."""
+        return self.linked(self.compiled(file, text, self.folders[2]), self.folders[2])
+
+    def linked(self, made, folder):
+        program = folder / "tests"
         words = list(self.link)
         at = words.index("-o")
         words[at + 1] = str(program)
         words.insert(at, str(made))  # before the library, whose own object is then not asked for
         subprocess.run(words, cwd=self.build, check=True, capture_output=True)
         return program
+
+
+class Suites:
+    """The program's test suites, without those of SLOW, with the time that each takes without a fault."""
+
+    def __init__(self, program, slow, limit):
+        self.program, self.slow, self.limit = program, slow, limit
+        told = program.folders[0] / "times.json"
+        begun = time.monotonic()
+        done = self.run(program.whole, f"-{self.pattern(slow)}", limit, f"--gtest_output=json:{told}")
+        if done is None or done.returncode != 0:
+            sys.exit("the tests fail, or take too long, without any fault")
+        self.seconds = {}
+        for each in json.loads(told.read_text())["testsuites"]:
+            seconds = float(each["time"].rstrip("s"))
+            self.seconds[each["name"]] = seconds
+            if "/" in each["name"]:  # with parameters: as its test calls it, too
+                bare = each["name"].split("/")[-1]
+                self.seconds[bare] = self.seconds.get(bare, 0.0) + seconds
+        self.whole = time.monotonic() - begun
+
+    @staticmethod
+    def pattern(names):
+        return ":".join(pattern for each in sorted(names) for pattern in (each, f"*/{each}"))
+
+    def run(self, binary, wanted, limit, *more):
+        """Seconds of processor time: other work on the machine makes no fault."""
+        try:
+            return subprocess.run(["prlimit", f"--cpu={round(limit)}", binary, "--gtest_brief=1", f"--gtest_filter={wanted}", *more],
+                                  capture_output=True, text=True, errors="replace", cwd=self.program.build,
+                                  timeout=max(300, 5 * limit), env={**os.environ, "BACKBEND_CHARACTERS": "/nonexistent"})
+        except subprocess.TimeoutExpired:
+            return None
+
+    def noticed(self, binary, names):
+        """Which of these suites fails first; None: none; "crash": the program; "time": they take much longer than they should."""
+        if not names:
+            return None
+        wanted = self.pattern(name if "*" in name else name + ".*" for name in names)
+        usual = sum(self.seconds.get(name, self.limit) for name in names)
+        done = self.run(binary, wanted, 20 + min(5 * usual, self.limit), "--gtest_fail_fast")
+        if done is None or done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
+            return "time"
+        if done.returncode == 0:
+            return None
+        failed = re.search(r"^\[  FAILED  \] ([\w/]+)\.", done.stdout, re.M)
+        return failed.group(1) if failed else "crash"
 
 
 def own_suites(folder, file):
@@ -167,61 +242,77 @@ def main():
     parser.add_argument("--slow", action="store_true", help="try what the others let pass on the slow suites, too")
     parser.add_argument("--jobs", type=int, default=2, help="of the first build [2]")
     parser.add_argument("--build", type=pathlib.Path, default=SOURCE / "build/mutants")
-    parser.add_argument("--seconds", type=float, default=120, help="after which tests that hang count as failed [120]")
+    parser.add_argument("--seconds", type=float, default=900, help="of processor time that tests may take without a fault [900]")
     parser.add_argument("--minutes", type=float, default=1e9, help="after which no other fault is begun")
     options = parser.parse_args()
     folder, name = LAYERS[options.layer]
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+    resource.setrlimit(resource.RLIMIT_AS, (8 << 30, 8 << 30))  # a fault may ask for memory without end
     program = Program(options.build.resolve(), name, options.jobs)
     listed = set()
     if EXCEPTIONS.exists():
         for line in EXCEPTIONS.read_text().splitlines():
             if line.strip() and not line.startswith("#"):
                 listed.add(tuple(part.strip() for part in line.split(" :: ")[:2]))
+    suites = Suites(program, SLOW[options.layer], options.seconds)
+    print(f"the tests take {suites.whole:.1f} s without a fault", flush=True)
+    quick = {suite for suite, seconds in suites.seconds.items() if seconds < max(0.5, 0.01 * suites.whole)}
 
-    def passes(binary, names, but=()):
-        wanted = ":".join(pattern for each in sorted(names) for pattern in (f"{each}.*", f"*/{each}.*")) or "*"
-        unwanted = ":".join(pattern for each in but for pattern in (each, "*/" + each))
-        try:
-            return subprocess.run([binary, "--gtest_brief=1", "--gtest_fail_fast", f"--gtest_filter={wanted}-{unwanted}"],
-                                  capture_output=True, cwd=program.build, timeout=options.seconds,
-                                  env={**os.environ, "BACKBEND_CHARACTERS": "/nonexistent"}).returncode == 0
-        except subprocess.TimeoutExpired:
-            return False
+    def slow(names):
+        return {name for name in names if any(fnmatch.fnmatch(name, pattern.removesuffix(".*")) for pattern in SLOW[options.layer])}
 
-    slow = SLOW[options.layer]
-    begun = time.monotonic()
-    if not passes(program.path, (), slow):
-        parser.exit(3, "the tests fail, or take too long, without any fault\n")
-    print(f"the tests take {time.monotonic() - begun:.1f} s without a fault", flush=True)
-    faults = [fault for file in sorted((SOURCE / folder).rglob("*.cpp")) if options.only in str(file) and str(file) in program.compile
-              for fault in faults_of(file)]
+    texts = {file: file.read_text() for file in sorted((SOURCE / folder).rglob("*.cpp"))
+             if options.only in str(file) and str(file) in program.compile}
+    faults = [fault for file, text in texts.items() for fault in faults_of(file, text)]
     random.Random(options.seed).shuffle(faults)
-    same, killed, survivors, excepted = {}, 0, [], 0
-    for file, number, what, line in faults:
-        if killed + len(survivors) >= options.count or time.monotonic() - begun > 60 * options.minutes:
-            break
-        text = file.read_text()
-        if file not in same:
-            same[file] = program.objects(file, text).read_bytes()
-        lines = text.split("\n")
-        before, lines[number] = lines[number].strip(), line
-        place = str(file.relative_to(SOURCE))
-        if (place, line.strip()) in listed:
-            excepted += 1
-            continue
-        made = program.objects(file, "\n".join(lines))
-        if made is None or made.read_bytes() == same[file]:
-            continue
-        binary = program.with_object(made)
-        own = own_suites(folder, file)
-        noticed = (bool(own) and not passes(binary, own)) or not passes(binary, (), slow)
-        if options.slow and not noticed:
-            noticed = not passes(binary, [suite.rstrip(".*") for suite in slow])
-        killed += noticed
-        if not noticed:
-            survivors.append(place)
-        print(f"{'killed   ' if noticed else 'SURVIVED '} {place}:{number + 1} :: {what} :: {before}"
-              + ("" if what in ("condition negated", "statement dropped") else f"  =>  {line.strip()}"), flush=True)
+    begun = time.monotonic()
+    excepted = 0
+
+    def planted():
+        """Every fault that compiles, with its program. Two folders, for one is in use while the other is made."""
+        nonlocal excepted
+        made = 0
+        for file, number, what, line in faults:
+            if (str(file.relative_to(SOURCE)), line.strip()) in listed:
+                excepted += 1
+                continue
+            binary = program.with_fault(file, texts[file], number, line, program.folders[made % 2])
+            if binary is not None:
+                made += 1
+                yield file, number, what, line, binary
+
+    killed, survivors, seen_by, sound = 0, [], {}, set()
+    with concurrent.futures.ThreadPoolExecutor(1) as worker:
+        source = planted()
+        ahead = worker.submit(next, source, None)
+        while killed + len(survivors) < options.count and time.monotonic() - begun < 60 * options.minutes:
+            fault = ahead.result()
+            if fault is None:
+                break
+            ahead = worker.submit(next, source, None)
+            file, number, what, line, binary = fault
+            own = own_suites(folder, file)
+            first = own - slow(own) | seen_by.setdefault(file, set())
+            noticed = (suites.noticed(binary, first) or suites.noticed(binary, quick - first)
+                       or suites.noticed(binary, suites.seconds.keys() - quick - first)
+                       or suites.noticed(binary, set(SLOW[options.layer]) if options.slow else slow(own)))
+            place = str(file.relative_to(SOURCE))
+            if not noticed and not program.differs(file, texts[file], binary.parent):
+                continue
+            if noticed == "crash" and file not in sound:
+                if suites.noticed(program.without_fault(file, texts[file]), first | quick):
+                    sys.exit(f"{place} fails its assertions, or the tests, without any fault")
+                sound.add(file)
+            if noticed:
+                killed += 1
+                if noticed in suites.seconds:
+                    seen_by[file].add(noticed)
+            else:
+                survivors.append(place)
+            print(f"{'killed   ' if noticed else 'SURVIVED '} {place}:{number + 1} :: {what} :: "
+                  f"{texts[file].splitlines()[number].strip()}"
+                  + ("" if what in ("condition negated", "statement dropped") else f"  =>  {line.strip()}")
+                  + (f"  [{noticed}]" if noticed else ""), flush=True)
     tried = killed + len(survivors)
     print(f"{options.layer}: {killed} of {tried} noticed ({100 * killed / max(tried, 1):.0f} %), {excepted} listed as seen by nobody; "
           f"{len(faults)} places, seed {options.seed}")
