@@ -224,13 +224,13 @@ class Suites:
 
 
 def own_suites(folder, file):
-    """A filter for the suites of the tests that bear the file's name, or its first word; empty: there is none."""
+    """The suites of the tests that bear the file's name, and those that bear its first word."""
     tests = SOURCE / "tests" / folder.split("/")[0]
-    names = set()
-    for test in [tests / f"{file.stem}_test.cpp", *tests.glob(f"{file.stem.split('_')[0]}*_test.cpp")]:
-        if test.exists():
-            names |= set(re.findall(r"^TEST(?:_F|_P)?\((\w+),", test.read_text(), re.M))
-    return names
+
+    def suites(found):
+        return {name for test in found for name in re.findall(r"^TEST(?:_F|_P)?\((\w+),", test.read_text(), re.M)}
+
+    return suites(tests.glob(f"{file.stem}_test.cpp")), suites(tests.glob(f"{file.stem.split('_')[0]}*_test.cpp"))
 
 
 def main():
@@ -291,8 +291,8 @@ def main():
                 break
             ahead = worker.submit(next, source, None)
             file, number, what, line, binary = fault
-            own = own_suites(folder, file)
-            first = own - slow(own) | seen_by.setdefault(file, set())
+            own, near = own_suites(folder, file)
+            first = (own | near) - slow(own | near) | seen_by.setdefault(file, set())
             noticed = (suites.noticed(binary, first) or suites.noticed(binary, quick - first)
                        or suites.noticed(binary, suites.seconds.keys() - quick - first)
                        or suites.noticed(binary, set(SLOW[options.layer]) if options.slow else slow(own)))
