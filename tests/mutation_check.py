@@ -37,7 +37,7 @@ EXCEPTIONS = pathlib.Path(__file__).with_name("mutation_exceptions.txt")
 LAYERS = {"solver": ("solver", "solver_tests"), "skin": ("skin", "skin_tests"),
           "metrics": ("validate/metrics", "validate_tests")}
 # Suites that take minutes, or that ask about whole runs: run only for the files whose own they are.
-SLOW = {"solver": ("PropertyTable.*", "Even.*"),
+SLOW = {"solver": ("PropertyTable*",),
         "skin": ("BundledBody*", "BodyProxy*", "SharedCharacters*"),
         "metrics": ("Nightly*", "Calibrate*", "Waivers*", "Pictures*", "Check.*", "Limits*", "HostileNames*", "LookingAtIsner*")}
 

@@ -46,9 +46,9 @@ TEST(AssetFolder, StaysInsideItself) {
   EXPECT_EQ(path_inside(folder, "./textures/skin.png"), target);
   EXPECT_EQ(path_inside(folder, "inside"), target);
   for (const std::string& uri : {std::string(), std::string("outside"), std::string("beside"),
-                                std::string("../secret"), std::string("textures/../../secret"),
-                                (outer / "secret").string(), std::string("file:textures/skin.png"),
-                                std::string("missing"), std::string("inside\0.png", 11)})
+                                 std::string("../secret"), std::string("textures/../../secret"),
+                                 (outer / "secret").string(), std::string("file:textures/skin.png"),
+                                 std::string("missing"), std::string("inside\0.png", 11)})
     EXPECT_THROW(path_inside(folder, uri), CharacterError) << uri;
   write_file(folder / "textures" / "a:b", {1});  // a colon after a slash is no scheme
   EXPECT_NO_THROW(path_inside(folder, "textures/a:b"));
