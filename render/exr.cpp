@@ -21,6 +21,7 @@
 #include <cstring>
 #include <map>
 #include <set>
+#include <string_view>
 
 namespace backbend::render {
 namespace {
@@ -247,39 +248,83 @@ void write_parts(std::vector<PartPlan>& parts, int height, Imf::OStream& out) {
   }
 }
 
+std::uint32_t word_at(std::span<const std::uint8_t> bytes, std::size_t at) {
+  return std::uint32_t{bytes[at]} | std::uint32_t{bytes[at + 1]} << 8 |
+         std::uint32_t{bytes[at + 2]} << 16 | std::uint32_t{bytes[at + 3]} << 24;
+}
+
+/// How many bytes the library reads of an attribute that is said to have `size` of them: types with
+/// a length of their own are read to their end, whatever is said. `value`: from there to the file's
+/// end; the result is larger where it ends before the attribute.
+std::size_t length_read(std::string_view type, std::size_t size,
+                        std::span<const std::uint8_t> value) {
+  static const std::map<std::string_view, std::size_t> fixed = {
+      {"box2f", 16},      {"box2i", 16},   {"chromaticities", 32},
+      {"compression", 1}, {"double", 8},   {"envmap", 1},
+      {"float", 4},       {"int", 4},      {"keycode", 28},
+      {"lineOrder", 1},   {"m33f", 36},    {"m33d", 72},
+      {"m44f", 64},       {"m44d", 128},   {"rational", 8},
+      {"tiledesc", 9},    {"timecode", 8}, {"v2i", 8},
+      {"v2f", 8},         {"v2d", 16},     {"v3i", 12},
+      {"v3f", 12},        {"v3d", 24},     {"deepImageState", 1}};
+  if (const auto found = fixed.find(type); found != fixed.end()) return found->second;
+  const std::size_t beyond = value.size() + 1;
+  std::size_t at = 0;
+  if (type == "preview") {  // width, height and four bytes a pixel
+    constexpr std::uint32_t kMost = 1 << 16;
+    if (value.size() < 8 || word_at(value, 0) > kMost || word_at(value, 4) > kMost) return beyond;
+    return 8 + std::size_t{4} * word_at(value, 0) * word_at(value, 4);
+  }
+  if (type == "chlist") {  // names and what is said of them, up to an empty name
+    constexpr std::size_t kChannelBytes = 16;
+    while (at < value.size() && value[at] != 0) {
+      while (at < value.size() && value[at] != 0) ++at;
+      at += 1 + kChannelBytes;
+    }
+    return at + 1;
+  }
+  if (type == "stringvector") {  // each text's length and the text
+    while (at < size) {
+      if (at + 4 > value.size()) return beyond;
+      at += 4 + std::size_t{word_at(value, at)};
+    }
+    return at;
+  }
+  return type == "floatvector" ? size / 4 * 4 : size;
+}
+
 /// The library makes room for an attribute before it looks whether the file goes on that long, up
 /// to two gigabytes for a file of a few bytes. What is no header at all is left for it to refuse.
 void check_attribute_sizes(std::span<const std::uint8_t> bytes) {
-  const auto word = [&](std::size_t at) {
-    return std::uint32_t{bytes[at]} | std::uint32_t{bytes[at + 1]} << 8 |
-           std::uint32_t{bytes[at + 2]} << 16 | std::uint32_t{bytes[at + 3]} << 24;
-  };
   constexpr std::uint32_t kManyParts = 0x1000;
   if (bytes.size() < 8) return;
-  const bool many = (word(4) & kManyParts) != 0;
+  const bool many = (word_at(bytes, 4) & kManyParts) != 0;
   std::size_t at = 8;
-  // The length of the text at `at`, its final zero not counted; past the file's end where it has
-  // none.
-  const auto text_length = [&] {
-    std::size_t length = 0;
-    while (at + length < bytes.size() && bytes[at + length] != 0) ++length;
-    return length;
+  // The text at `at`; up to the file's end where it has no final zero.
+  const auto text = [&] {
+    const auto* first = reinterpret_cast<const char*>(bytes.data() + at);
+    return std::string_view(first, ::strnlen(first, bytes.size() - at));
   };
   for (bool first = true;; first = false) {  // an empty name ends a header, two the headers
-    const std::size_t name = text_length();
-    at += name + 1;
-    if (at >= bytes.size() || (name == 0 && (!many || first))) return;
-    if (name == 0) {
+    const std::string_view name = text();
+    at += name.size() + 1;
+    if (at >= bytes.size() || (name.empty() && (!many || first))) return;
+    if (name.empty()) {
       if (bytes[at] == 0) return;
       continue;
     }
-    at += text_length() + 1;  // its type
+    const std::string_view type = text();
+    at += type.size() + 1;
     if (at + 4 > bytes.size()) return;
-    const std::uint32_t size = word(at);
+    const std::uint32_t size = word_at(bytes, at);
     at += 4;
     if (size > bytes.size() - at)
       throw RenderError("exr: an attribute of " + std::to_string(size) +
                         " bytes does not fit the file");
+    // Else the library would take what comes next for a name and a size.
+    if (length_read(type, size, bytes.subspan(at)) != size)
+      throw RenderError("exr: an attribute of the type '" + std::string(type) + "' does not have " +
+                        std::to_string(size) + " bytes");
     at += size;
   }
 }

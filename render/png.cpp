@@ -34,21 +34,22 @@ std::vector<std::uint8_t> without_notes(const std::vector<std::uint8_t>& png) {
   return kept;
 }
 
-// A name with the right ending so that the library tries the right reader first.
-const char* name_for(std::span<const std::uint8_t> bytes) {
+// The library's name of the format. It is asked for by that, never by a file's name: the library
+// would look for a file of the name, in whatever folder the program was started.
+const char* format_of(std::span<const std::uint8_t> bytes) {
   const auto starts = [&](std::string_view magic) {
     return bytes.size() >= magic.size() &&
            std::memcmp(bytes.data(), magic.data(), magic.size()) == 0;
   };
-  if (starts("\x89PNG")) return "memory.png";
-  if (starts("\xff\xd8")) return "memory.jpg";
-  if (starts("#?")) return "memory.hdr";
-  if (starts("\x76\x2f\x31\x01")) return "memory.exr";
-  if (starts("RIFF")) return "memory.webp";
-  if (starts("DDS ")) return "memory.dds";
-  if (starts("BM")) return "memory.bmp";
-  if (starts("II") || starts("MM")) return "memory.tif";
-  return "memory.tga";
+  if (starts("\x89PNG")) return "png";
+  if (starts("\xff\xd8")) return "jpeg";
+  if (starts("#?")) return "hdr";
+  if (starts("\x76\x2f\x31\x01")) return "openexr";
+  if (starts("RIFF")) return "webp";
+  if (starts("DDS ")) return "dds";
+  if (starts("BM")) return "bmp";
+  if (starts("II") || starts("MM")) return "tiff";
+  return "targa";
 }
 
 // The library puts one complaint a line; a refusal is one line.
@@ -65,8 +66,8 @@ std::vector<T> read(std::span<const std::uint8_t> bytes, OIIO::TypeDesc format,
   OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(bytes.data()), bytes.size());
   OIIO::ImageSpec as_stored;  // without this the library multiplies colours by alpha
   as_stored.attribute("oiio:UnassociatedAlpha", 1);
-  const auto input = OIIO::ImageInput::create(name_for(bytes), false, nullptr, &memory);
-  if (!input || !input->set_ioproxy(&memory) || !input->open(name_for(bytes), spec, as_stored))
+  const auto input = OIIO::ImageInput::create(format_of(bytes), false, nullptr, &memory);
+  if (!input || !input->set_ioproxy(&memory) || !input->open("", spec, as_stored))
     throw RenderError("picture: not a readable picture: " +
                       one_line(input ? input->geterror() : OIIO::geterror()));
   if (spec.width < 1 || spec.height < 1 || spec.width > kMaxEdge || spec.height > kMaxEdge ||

@@ -10,12 +10,16 @@ foreach(file ${cli_tests})
   if(NOT classes)
     message(FATAL_ERROR "${file} holds no class of tests")
   endif()
+  set(most_seconds 900)
+  if(stem MATCHES "^(kills|failing_calls)_test$")
+    set(most_seconds 10800)  # as the presets `kills` and `faults` run them
+  endif()
   foreach(class ${classes})
     string(REGEX REPLACE "^class ([A-Za-z]+)\\(.*" "\\1" class "${class}")
     add_test(NAME cli/${stem}.${class}
       COMMAND ${Python3_EXECUTABLE} -B ${CMAKE_CURRENT_LIST_DIR}/run.py ${file} ${class})
     set_tests_properties(cli/${stem}.${class} PROPERTIES
-      LABELS "cli;${stem}" SKIP_RETURN_CODE 77 TIMEOUT 900
+      LABELS "cli;${stem}" SKIP_RETURN_CODE 77 TIMEOUT ${most_seconds}
       ENVIRONMENT "BACKBEND=$<TARGET_FILE:backbend>;BACKBEND_BUILD=${CMAKE_BINARY_DIR}")
   endforeach()
 endforeach()

@@ -27,7 +27,7 @@ bool is_large(Input input) {
 
 /// Compared with itself and shown, as `diff` and the page do.
 bool run(Input input) {
-  if (is_large(input) && !one_in(64, input)) return false;
+  if (is_large(input) && !one_in(1024, input)) return false;
   try {
     const render::Frame frame = render::decode_exr(input);
     require(frame.width > 0 && frame.height > 0, "a picture has pixels");

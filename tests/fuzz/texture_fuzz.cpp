@@ -53,7 +53,7 @@ bool is_large(Input input) {
 }
 
 bool run(Input input) {
-  if (is_large(input) && !one_in(64, input)) return false;
+  if (is_large(input) && !one_in(1024, input)) return false;
   return read(input) || read(with_checksums(input));
 }
 

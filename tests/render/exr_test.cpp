@@ -159,5 +159,27 @@ TEST(Exr, MakesNoRoomForMoreThanTheFileCanHold) {
   EXPECT_EQ(refusal_of(window, 0, {}), "read");
 }
 
+TEST(Exr, RefusesAnAttributeThatEndsElsewhereThanItsSizeSays) {
+  // The library reads these to their own end, and would take what follows for names and sizes.
+  using namespace std::string_literals;
+  EXPECT_EQ(refusal_of("channels\0chlist\0"s, 0, {0x48}),
+            "exr: an attribute of the type 'chlist' does not have 72 bytes");
+  EXPECT_EQ(refusal_of("dataWindow\0box2i\0"s, 0, {0x0C}),
+            "exr: an attribute of the type 'box2i' does not have 12 bytes");
+  // `lineOrder` made a list of texts, of floats and a picture.
+  const auto made = [&](const std::string& type, std::vector<std::uint8_t> rest) {
+    std::vector<std::uint8_t> bytes(type.begin(), type.end());
+    bytes.push_back(0);
+    bytes.insert(bytes.end(), rest.begin(), rest.end());
+    return refusal_of("lineOrder\0"s, 0, bytes);
+  };
+  EXPECT_EQ(made("stringvector", {8, 0, 0, 0, 3, 0, 0, 0}),
+            "exr: an attribute of the type 'stringvector' does not have 8 bytes");
+  EXPECT_EQ(made("floatvector", {6, 0, 0, 0}),
+            "exr: an attribute of the type 'floatvector' does not have 6 bytes");
+  EXPECT_EQ(made("preview", {12, 0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255}),
+            "exr: an attribute of the type 'preview' does not have 12 bytes");
+}
+
 }  // namespace
 }  // namespace backbend::render

@@ -1,9 +1,15 @@
 #include "render/picture.h"
 
+#include <OpenImageIO/imageio.h>
 #include <gtest/gtest.h>
+#include <sys/inotify.h>
+#include <unistd.h>
 
+#include <array>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <fstream>
 
 #include "render/png.h"
 #include "render/sheet.h"
@@ -48,6 +54,51 @@ TEST(Png, RefusesBytesThatAreNoPicture) {
   bytes.resize(bytes.size() / 3);
   EXPECT_THROW(decode_png(bytes), RenderError);
   EXPECT_THROW(encode_png(Picture{}), RenderError);
+}
+
+TEST(Png, ReadsTheOtherFormatsThatCharactersAndEnvironmentsComeIn) {
+  const Picture picture(16, 8, {200, 100, 50, 255});
+  const std::string file = testing::TempDir() + "backbend_format_" + std::to_string(::getpid());
+  for (const char* ending : {"png", "jpg", "tif", "bmp", "tga", "webp", "hdr", "exr"}) {
+    const std::string name = file + "." + ending;
+    const auto out = OIIO::ImageOutput::create(name);
+    ASSERT_TRUE(out) << ending;
+    ASSERT_TRUE(out->open(name, OIIO::ImageSpec(16, 8, 3, OIIO::TypeDesc::UINT8))) << ending;
+    ASSERT_TRUE(out->write_image(OIIO::TypeDesc::UINT8, picture.rgba.data(), 4)) << ending;
+    ASSERT_TRUE(out->close());
+    std::ifstream in(name, std::ios::binary);
+    const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
+    std::filesystem::remove(name);
+    const Texture texture = decode_texture(bytes, Encoding::data);
+    ASSERT_EQ(texture.texel.size(), 16u * 8) << ending;
+    EXPECT_NEAR(texture.texel[20].x, 200 / 255.0, 0.02) << ending;
+    EXPECT_NEAR(texture.texel[20].z, 50 / 255.0, 0.03) << ending;
+  }
+}
+
+TEST(Png, LooksForNoFileInTheWorkingFolder) {
+  namespace fs = std::filesystem;
+  const fs::path before = fs::current_path();
+  const fs::path folder = testing::TempDir() + "backbend_cwd_" + std::to_string(::getpid());
+  fs::create_directories(folder);
+  const auto png = encode_png(gradient(4, 4, true));
+  for (const char* ending : {"png", "jpg", "hdr", "exr", "webp", "dds", "bmp", "tif", "tga"})
+    std::ofstream(folder / (std::string("memory.") + ending)) << "a file of the user's";
+  fs::current_path(folder);
+  const int opened = ::inotify_init1(IN_NONBLOCK);
+  ASSERT_GE(::inotify_add_watch(opened, folder.c_str(), IN_OPEN), 0);
+  for (const std::string magic :
+       {"", "\x89PNG", "\xff\xd8", "#?", "RIFF", "DDS ", "BM", "II", "\x76\x2f\x31\x01"}) {
+    std::vector<std::uint8_t> bytes(magic.begin(), magic.end());
+    bytes.resize(200, 7);
+    EXPECT_THROW(decode_png(bytes), RenderError) << magic;
+  }
+  EXPECT_NO_THROW(decode_png(png));
+  std::array<char, 4096> events;
+  EXPECT_EQ(::read(opened, events.data(), events.size()), -1) << "a file there was opened";
+  ::close(opened);
+  fs::current_path(before);
+  fs::remove_all(folder);
 }
 
 TEST(Png, RefusesAPictureOfMorePixelsThanItsBytesCanHold) {
