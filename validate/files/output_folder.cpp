@@ -110,32 +110,34 @@ void make_folders(const fs::path& folder) {
   if (error && !fs::is_directory(folder)) fail(folder, "cannot make the folder", error.value());
 }
 
-/// Which folder a path was when this process first wrote to it.
+/// Which folder a path was when this process first wrote to it. They are held open: file systems in
+/// user space may give a folder that nobody holds another number, and automounters another device.
 class KnownFolders {
  public:
-  void remember(const fs::path& path, const Descriptor& folder) {
+  void remember(const fs::path& path, Descriptor folder) {
     const std::lock_guard lock(mutex_);
-    known_[key(path)] = identity(folder);
+    known_.insert_or_assign(key(path), std::move(folder));
   }
   /// The same folder as ever; one that is not known yet is from now on.
   bool is_still(const fs::path& path, const Descriptor& folder) {
     const std::lock_guard lock(mutex_);
-    const Identity now = identity(folder);
-    return known_.emplace(key(path), now).first->second == now;
+    const auto known = known_.find(key(path));
+    if (known != known_.end()) return identity(known->second) == identity(folder);
+    known_.emplace(key(path), Descriptor(::fcntl(folder.number(), F_DUPFD_CLOEXEC, 0)));
+    return true;
   }
 
  private:
-  using Identity = std::pair<dev_t, ino_t>;
   static std::string key(const fs::path& path) {
     return fs::absolute(path).lexically_normal().string();
   }
-  static Identity identity(const Descriptor& folder) {
+  static std::pair<dev_t, ino_t> identity(const Descriptor& folder) {
     struct stat facts = {};
     ::fstat(folder.number(), &facts);
     return {facts.st_dev, facts.st_ino};
   }
   std::mutex mutex_;
-  std::map<std::string, Identity> known_;
+  std::map<std::string, Descriptor> known_;
 };
 
 KnownFolders& known_folders() {
