@@ -48,11 +48,15 @@ bool runs_on(const skin::Character& character, const skin::Anatomy& anatomy,
   return std::abs(glm::dot(spine, along)) > kAlong * glm::length(spine) * glm::length(along);
 }
 
-/// Nodes at or below the marked ones. Parents stand before their children.
-void mark_below(const skin::Character& character, std::vector<char>& marked) {
+/// Nodes at or below the marked ones, but for those of `own` and what hangs from them: where a body
+/// is built from its head, all of it stands below. Parents stand before their children.
+void mark_below(const skin::Character& character, std::vector<char>& marked,
+                std::span<const int> own = {}) {
+  std::vector<char> is_own(marked.size(), 0);
+  for (const int node : own) is_own[static_cast<std::size_t>(node)] = 1;
   for (std::size_t n = 0; n < marked.size(); ++n) {
     const int parent = character.nodes[n].parent;
-    if (parent >= 0 && marked[static_cast<std::size_t>(parent)]) marked[n] = 1;
+    if (parent >= 0 && marked[static_cast<std::size_t>(parent)] && !is_own[n]) marked[n] = 1;
   }
 }
 
@@ -100,7 +104,7 @@ std::vector<std::uint8_t> torso_mask(const skin::Character& character, const ski
   if (!anatomy.tail.empty()) off[static_cast<std::size_t>(anatomy.tail.front())] = 1;
   for (const skin::Follower& follower : anatomy.followers)  // feet, jaws: never of the torso
     off[static_cast<std::size_t>(follower.node)] = 1;
-  mark_below(character, off);
+  mark_below(character, off, anatomy.spine);
 
   std::vector<std::uint8_t> torso;
   torso.reserve(character.vertex_count());
