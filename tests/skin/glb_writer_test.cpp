@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <glm/geometric.hpp>
@@ -242,6 +243,26 @@ TEST(GlbWriter, KeepsEveryWorldMatrixOfTheMotion) {
       // Floats of size 1 through three levels of scale 2.
       EXPECT_LT(worst(world[i], a.world_from_node[f][i]), 2e-6) << f << " " << i;
     }
+  }
+}
+
+TEST(GlbWriter, KeepsMovesAndScalesByThemselves) {
+  const Character c = strip();
+  for (const std::string& path : {std::string("translation"), std::string("scale")}) {
+    GlbAnimation a = spin(c, 0.0, 5);
+    for (std::size_t f = 0; f < a.time.size(); ++f) {
+      const double by = 0.25 * static_cast<double>(f);
+      const dmat4 change = path == "scale" ? glm::scale(kOne, dvec3(1.0 + by, 1.0, 1.0 - 0.5 * by))
+                                           : glm::translate(kOne, dvec3(0.0, by, 0.0));
+      a.world_from_node[f][2] = c.nodes[2].world_from_node * change;
+    }
+    const std::vector<std::uint8_t> glb = encode_glb(c, &a);
+    const json channels = header_of(glb)["animations"][0]["channels"];
+    EXPECT_TRUE(std::any_of(channels.begin(), channels.end(), [&](const json& channel) {
+      return channel["target"]["path"] == path && channel["target"]["node"] == 2;
+    }));
+    for (std::size_t f = 0; f < a.time.size(); ++f)
+      EXPECT_LT(worst(world_at(glb, f)[2], a.world_from_node[f][2]), 2e-6) << path << f;
   }
 }
 

@@ -260,6 +260,19 @@ TEST(Neck, BadVertebraeAreRefused) {  // R89
   RestChain chain = straight_neck();
   chain.frame[3].rig_from_joint[0] *= 1.1;
   EXPECT_THROW(build("neck", {}, chain), RigError);
+  for (const int axis : {0, 1, 2})
+    for (const double off : {5e-4, 2e-3}) {  // six digits in a file are taken, a shear is not
+      RestChain slanted = straight_neck(), scaled = straight_neck();
+      slanted.frame[3].rig_from_joint[axis][(axis + 1) % 3] = off;
+      scaled.frame[3].rig_from_joint[axis] *= 1.0 + off;
+      if (off < 1e-3) {
+        EXPECT_NO_THROW(build("neck", {}, slanted)) << axis;
+        EXPECT_NO_THROW(build("neck", {}, scaled)) << axis;
+      } else {
+        EXPECT_THROW(build("neck", {}, slanted), RigError) << axis;
+        EXPECT_THROW(build("neck", {}, scaled), RigError) << axis;
+      }
+    }
   chain = straight_neck();
   chain.frame[3].rig_from_joint[0] *= -1.0;
   EXPECT_THROW(build("neck", {}, chain), RigError);

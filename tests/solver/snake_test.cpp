@@ -56,6 +56,18 @@ Pose with(Pose pose, const std::string& name, double value) {
   return pose;
 }
 
+TEST(Snake, StandsUprightWhereItsChainRunsAlongItsLeft) {
+  RestChain chain;  // up by the cross of both would be nowhere
+  for (int i = 0; i <= 10; ++i) chain.joint.push_back({0.1 * i, 0.0, 0.0});
+  chain.left = {1.0, 0.0, 0.0};
+  const auto snake = build("snake", {{"joints", 10.0}}, chain);
+  const SpinePose pose = solved(*snake, {{"slide", 0.25}});
+  for (std::size_t i = 0; i < pose.joint_count(); ++i) {
+    EXPECT_NEAR(glm::length(pose.position[i] - dvec3(pose.position[i].x, 0, 0)), 0.0, 1e-9) << i;
+    EXPECT_LT(angle_between(pose.turn[i], glm::dquat(1, 0, 0, 0)), 1e-9) << i;
+  }
+}
+
 TEST(Snake, OneChannelMovesTheWholeBodyAlongThePath) {  // R123, R140, R154
   const auto snake = build("snake", {}, straight_path());
   for (const auto& [slide, tail] : {std::pair{0.0, 0.0}, {0.5, 45.0}, {1.0, 90.0}}) {

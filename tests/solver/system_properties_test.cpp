@@ -122,6 +122,37 @@ TEST(EverySystem,
   });
 }
 
+TEST(EverySystem, MeansOneCurveHoweverFinelyItIsAskedFor) {
+  std::mt19937 rng(11);
+  for_every_rig([&](const Rig& rig, const RestChain& chain) {
+    const auto system = build(rig.system, rig.options, chain);
+    for (const std::vector<double>& control : some_controls(*system, rng, 2)) {
+      const auto coarse = system->intended_curve(control, 5);
+      const auto fine = system->intended_curve(control, 129);
+      ASSERT_EQ(coarse.size(), 5u);
+      ASSERT_EQ(fine.size(), 129u);
+      // Rigify's is its own chain, cut as finely as it is asked for.
+      const auto style = rig.options.find("style");
+      if (style != rig.options.end() && style->second == OptionValue("rigify")) continue;
+      for (std::size_t i = 0; i < 5; ++i) expect_near(coarse[i], fine[32 * i], 1e-7);
+      const auto ends = system->intended_curve(control, 2);
+      expect_near(ends.front(), fine.front(), 1e-12);
+      expect_near(ends.back(), fine.back(), 1e-7);
+      if (rig.system == "snake") continue;  // at equal steps of its path, which its ribbon leaves
+      // At equal steps of arc: chords differ by a corner that is cut at most.
+      double shortest = 1e300, longest = 0.0, sum = 0.0;
+      for (std::size_t i = 1; i < fine.size(); ++i) {
+        const double step = glm::length(fine[i] - fine[i - 1]);
+        shortest = std::min(shortest, step);
+        longest = std::max(longest, step);
+        sum += step;
+      }
+      EXPECT_LT(longest, 1.02 * sum / 128);
+      EXPECT_GT(shortest, 0.5 * sum / 128);
+    }
+  });
+}
+
 TEST(EverySystem, FillsItsShape) {
   for_every_rig([](const Rig& rig, const RestChain& chain) {
     const auto system = build(rig.system, rig.options, chain);
