@@ -246,6 +246,12 @@ TEST(BodyDescription, RefusesWhatIsOutOfItsRange) {
           << c.instead << " gave: " << error.what();
     }
   }
+  // An axis that runs along `front` in its middle alone.
+  std::string middle = kEveryKey;
+  const std::string axis = "axis = [[0, 0, 0], [1, 0, 0]]";
+  middle.replace(middle.find(axis), axis.size(),
+                 "axis = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 1, 2], [0, 1, 3], [0, 2, 3]]");
+  EXPECT_THROW(read_text(middle), CharacterError);
   // The ends of the ranges themselves are taken.
   std::string text = kEveryKey;
   for (const auto& [what, instead] :

@@ -90,6 +90,18 @@ TEST(GltfClip, LinearRotationsTakeTheShorterWayWhateverTheSignOfTheirKeys) {
     EXPECT_NEAR(angle(clip, f, "chest"), -30.0 + 60.0 * static_cast<double>(f) / last, 1e-4) << f;
 }
 
+TEST(GltfClip, PutsMoveTurnAndScaleTogetherInThatOrder) {
+  GltfFixture file = strip();
+  animate(file, 0, "translation", "LINEAR", {0.0f, 0.05f}, {0, 0, 0, 1, 2, 3});
+  animate(file, 0, "rotation", "LINEAR", {0.0f, 0.05f}, joined({about_z(0), about_z(90)}));
+  animate(file, 0, "scale", "LINEAR", {0.0f, 0.05f}, {1, 1, 1, 2, 3, 4});
+  const Clip clip = read(file);
+  const glm::dmat4 hip =
+      clip.world[(clip.frame_count() - 1) * clip.joint_count() + joint(clip, "hip")];
+  const glm::dvec3 expected[] = {{0, 2, 0}, {-3, 0, 0}, {0, 0, 4}, {1, 2, 3}};
+  for (int c = 0; c < 4; ++c) EXPECT_LT(glm::distance(glm::dvec3(hip[c]), expected[c]), 1e-5) << c;
+}
+
 TEST(GltfClip, StepsHoldTheirValueUntilTheNextKey) {
   GltfFixture file = strip();
   animate(file, 1, "rotation", "STEP", {0.0f, 0.05f}, joined({about_z(0), about_z(90)}));

@@ -269,6 +269,11 @@ TEST(ArmDrift, ALostTwistIsToldFromTheOtherCauses) {
   EXPECT_NEAR(explain_arm_drift(drift, controls, true).lost_twist_deg, -40.0, 1e-9);
   EXPECT_NEAR(explain_arm_drift(drift, controls, true).holonomy_deg, 0.0, 1e-9);
   EXPECT_NEAR(explain_arm_drift(drift, controls, false).holonomy_deg, -40.0, 1e-9);
+  // What the last control rolls is what the arms do follow; all before it is lost.
+  const double a = radians_from(40.0), b = radians_from(7.0), c = radians_from(-15.0);
+  const std::array<EulerChannels, 3> rolls{{{a, 0, 0}, {b, 0, 0}, {c, 0, 0}}};
+  EXPECT_NEAR(explain_arm_drift(drift, rolls, true).lost_twist_deg, -47.0, 1e-9);
+  EXPECT_EQ(explain_arm_drift(drift, rolls, false).lost_twist_deg, 0.0);
 }
 
 TEST(ArmDrift, AimTwistAndShiftAreSeparate) {
