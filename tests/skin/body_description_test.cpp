@@ -250,7 +250,7 @@ TEST(BodyDescription, RefusesWhatIsOutOfItsRange) {
   std::string middle = kEveryKey;
   const std::string axis = "axis = [[0, 0, 0], [1, 0, 0]]";
   middle.replace(middle.find(axis), axis.size(),
-                 "axis = [[0, 0, 0], [0, 1, 0], [0, 1, 1], [0, 1, 2], [0, 1, 3], [0, 2, 3]]");
+                 "axis = [[0, 0, 0], [0, 3, 0], [0, 3, 0.5], [0, 3, 1], [0, 3, 1.5], [0, 6, 1.5]]");
   EXPECT_THROW(read_text(middle), CharacterError);
   // The ends of the ranges themselves are taken.
   std::string text = kEveryKey;

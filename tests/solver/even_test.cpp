@@ -434,7 +434,7 @@ TEST(Even, ReachBringsTheChestBackAndKeepsItsTurn) {
       for (std::size_t k = 0; k + 1 < pose.joint_count(); ++k)
         EXPECT_LT(
             degrees(angle_between(pose.turn[k] * kAxisY, pose.position[k + 1] - pose.position[k])),
-            1.5)
+            2.0)
             << reach << ' ' << k;
     }
     EXPECT_LT(before, 0.45 * measure(build("even")->solve(control), "reach_gap")) << deg;
