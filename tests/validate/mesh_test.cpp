@@ -72,6 +72,14 @@ TEST(Mesh, WithoutATorsoHasNoStrainToTell) {
   EXPECT_EQ(strain_map(rest, position, intent, 0.1), std::vector<float>(position.size(), 0.0f));
 }
 
+TEST(Mesh, IsMeantToTwistByWhatIsAskedOverTheSpinesLength) {
+  const SlicedTube t(Tube(10));
+  for (const double twist : {-2.5, 0.4, 5.0}) {  // more than half a turn, too
+    const solver::SpinePose pose = t.tube.pose_of(even_bend(0.6), twist);
+    EXPECT_NEAR(t.intent(pose, even_bend(0.6), twist).twist, twist, 1e-6) << twist;
+  }
+}
+
 TEST(Mesh, CountsEachVertexThatIsNotANumberOnce) {
   const SlicedTube t(Tube(10));
   const BendIntent intent = no_intent(t.slices, t.rest_slices);
