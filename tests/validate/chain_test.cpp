@@ -318,6 +318,17 @@ TEST(Mirrored, TwiceIsTheSamePoseAndTurnsMirrorAsPicturesDo) {
   EXPECT_LT(angle_between(seen.turn[2], rotation(kZ * -0.4)), 1e-15);
   EXPECT_EQ(seen.position[0], -kX);
   EXPECT_EQ(seen.position[1], kY);
+  // Hips, chest and arms each go along, with their origins.
+  turned.hip = {rotation(kY * 0.1), kX, kX + kY};
+  turned.chest = {rotation(kY * 0.2), kX * 2.0, kX * 2.0 + kY};
+  turned.arms = {rotation(kY * 0.3), kX * 3.0, kX * 3.0 + kY};
+  const SpinePose whole = mirrored(turned, kX, glm::dvec3(0));
+  const solver::RigidMotion* const motions[] = {&whole.hip, &whole.chest, &whole.arms};
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_LT(angle_between(motions[i]->turn, rotation(kY * (-0.1 * (i + 1)))), 1e-15);
+    EXPECT_EQ(motions[i]->rest_origin, kX * (-1.0 - i));
+    EXPECT_EQ(motions[i]->posed_origin, kX * (-1.0 - i) + kY);
+  }
 }
 
 TEST(PoseDifference, NeverHidesWhatIsNotANumber) {
