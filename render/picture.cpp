@@ -35,7 +35,8 @@ Picture picture_from(const Frame& frame) {
   for (std::size_t p = 0; p < pixels; ++p) {
     const float* in = beauty->data.data() + p * channels;
     std::uint8_t* out = picture.rgba.data() + p * 4;
-    const float alpha = channels > 3 ? std::clamp(in[3], 0.0f, 1.0f) : 1.0f;
+    float alpha = channels > 3 ? in[3] : 1.0f;
+    alpha = alpha > 0.0f ? std::min(alpha, 1.0f) : 0.0f;  // no number: nothing there
     const float divide = alpha > 0.0f ? 1.0f / alpha : 1.0f;
     const float* color = shows_denoised ? denoised->data.data() + p * 3 : in;
     for (int c = 0; c < 3; ++c)

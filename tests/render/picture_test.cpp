@@ -10,6 +10,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 
 #include "render/png.h"
 #include "render/sheet.h"
@@ -145,6 +146,16 @@ TEST(Picture, DividesAssociatedAlphaOut) {
             (std::vector<std::uint8_t>{118, 118, 118, 128}));  // 18 % grey, half there
   frame.layers.clear();
   EXPECT_THROW(picture_from(frame), RenderError);
+}
+
+TEST(Picture, ShowsNothingWhereAFileHoldsNoNumbers) {
+  const float nan = std::numeric_limits<float>::quiet_NaN();
+  const float infinite = std::numeric_limits<float>::infinity();
+  Frame frame;
+  frame.width = 2;
+  frame.height = 1;
+  frame.layers = {{{"R", "G", "B", "A"}, false, {0, 1, 1, nan, nan, infinite, -infinite, 1e-40f}}};
+  EXPECT_EQ(picture_from(frame).rgba, (std::vector<std::uint8_t>{0, 255, 255, 0, 0, 255, 0, 0}));
 }
 
 TEST(Picture, BlendsAndClipsWhatIsPutOnIt) {
