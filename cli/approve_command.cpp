@@ -3,6 +3,7 @@
 #include <ctime>
 
 #include "cli/commands.h"
+#include "cli/settings.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/baseline.h"
@@ -77,10 +78,13 @@ void add_approve(const Registry& registry) {
   command->add_option("file", options->file,
                       "approvals written by the report's page [every failure of the run]");
   command->add_option("--run", options->run, "the run's folder or report.json [runs/latest]");
-  command->add_option("--baseline", options->baseline, "baseline to update [baseline.json]");
+  command->add_option("--baseline", options->baseline, "baseline to update [baseline.json]")
+      ->type_name(kFileType)
+      ->configurable();
   command->add_option("--reason", options->reason, "why; needed, unless the file says it");
   command->add_option("--until", options->until, "last day it holds, like 2026-12-15 [no end]");
-  command->add_option("--author", options->author, "who [the file's, or the user's name]");
+  command->add_option("--author", options->author, "who [the file's, or the user's name]")
+      ->configurable();
 }
 
 }  // namespace backbend::cli

@@ -34,11 +34,13 @@ void add_baked_options(CLI::App* command, BakedOptions& options) {
       ->add_option("--joint-map", options.joint_map,
                    "joints that --baked names otherwise: CHARACTER_JOINT=CLIP_JOINT,...")
       ->delimiter(',')
-      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->configurable();
   command
       ->add_option("--clip-fps", options.frames_per_second,
                    "frames a second of a --baked .pc2, 1 to 1000 [24]")
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(CLI::Range(1.0, 1000.0))
+      ->configurable();
 }
 
 Report baked_report(const BakedOptions& options, const std::string& character,

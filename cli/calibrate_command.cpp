@@ -3,6 +3,7 @@
 #include "cli/judging_commands.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/files/data_folder.h"
+#include "validate/files/folder_trace.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/escape.h"
 #include "validate/run/stage.h"
@@ -18,6 +19,7 @@ struct CalibrateOptions {
   std::vector<int> tubes{8, 24};
   CalibrationPlan plan;
   std::string output = ".";
+  bool dry_run = false;
 };
 
 std::vector<std::unique_ptr<CalibrationBody>> bodies_of(const CalibrateOptions& options) {
@@ -35,12 +37,35 @@ std::vector<std::unique_ptr<CalibrationBody>> bodies_of(const CalibrateOptions& 
   return bodies;
 }
 
+int print_plan(const CalibrateOptions& options, const std::vector<const CalibrationBody*>& bodies,
+               const Common& common) {
+  const CalibrationPlan& plan = options.plan;
+  const double minutes = estimate_minutes(plan, bodies, poll_interrupt);
+  if (common.json) {
+    std::printf(
+        "{\"bodies\": %zu, \"chains\": %zu, \"faults\": %zu, \"minutes\": %s, \"poses\": %zu}\n",
+        bodies.size(), plan.chain_bones.size(), plan.fault_poses, number_text(minutes, 2).c_str(),
+        plan.clean_poses);
+    return kExitOk;
+  }
+  std::printf("chains   %zu, bodies %zu\n", plan.chain_bones.size(), bodies.size());
+  std::printf(
+      "poses    %zu clean ones of each, as many that set the thresholds, and %zu of every size of "
+      "fault\n",
+      plan.clean_poses, plan.fault_poses);
+  std::printf("time     about %s minutes on this machine\n",
+              number_text(minutes, minutes < 10 ? 1 : 0).c_str());
+  return kExitOk;
+}
+
 int calibrate_and_print(const CalibrateOptions& options, const Common& common) {
+  const FolderTrace trace(options.output);
   const OutputFolder folder(options.output);
-  folder.prepare();  // a job of minutes fails early
+  if (!options.dry_run) folder.prepare();  // a job of minutes fails early
   const auto bodies = bodies_of(options);
   std::vector<const CalibrationBody*> tried;
   for (const auto& body : bodies) tried.push_back(body.get());
+  if (options.dry_run) return print_plan(options, tried, common);
   Progress progress(common.progress_style());
   CalibrationWatch watch;
   watch.on_stage = [&](const std::string& stage, std::size_t steps) {
@@ -97,6 +122,7 @@ void add_calibrate(const Registry& registry) {
       ->delimiter(',')
       ->check(CLI::Range(4, 64) | CLI::IsMember({0}));
   command->add_option("--seed", options->plan.seed, "seed of all poses and faults [20261121]");
+  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
   command->add_option("-o,--output", options->output,
                       "folder for calibration.json and calibration.md [.]");
 }

@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "cli/settings.h"
 #include "cli/sweep_named.h"
 #include "skin/body.h"
 #include "skin/body_proxy.h"
@@ -100,13 +101,18 @@ void add_bake(const Registry& registry) {
       ->add_option("character", options->character,
                    "character file: .glb, .gltf, .fbx, .dae, or a body description .toml")
       ->required();
-  command->add_option("--rig", options->rig,
-                      "rig: a system (backbend list rigs) or a rig file [curve]");
+  command
+      ->add_option("--rig", options->rig,
+                   "rig: a system (backbend list rigs) or a rig file [curve]")
+      ->type_name(kRigType)
+      ->configurable();
   command->add_option("--sweep", options->sweep, "sweep (backbend list sweeps) [extension]");
   command->add_option("--mapping", options->mapping, "chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}));
+      ->check(CLI::IsMember({"chest", "spread"}))
+      ->configurable();
   command->add_option("--fps", options->frames_per_second, "frames a second, 1 to 1000 [24]")
-      ->check(CLI::Range(1.0, 1000.0));
+      ->check(CLI::Range(1.0, 1000.0))
+      ->configurable();
   command->add_option("-o,--output", options->output, "the .glb to write")->required();
   add_anatomy_options(command, options->hints);
 }

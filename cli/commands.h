@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <functional>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -19,7 +20,8 @@ namespace backbend::cli {
 struct Common {
   bool quiet = false;
   bool json = false;
-  int threads = 0;  // 0: every core that the process may use
+  int threads = 0;                     // 0: every core that the process may use
+  std::set<std::string> from_project;  // options that a project file set, without dashes
   validate::Progress::Style progress_style() const {
     return quiet ? validate::Progress::Style::none : validate::Progress::Style::automatic;
   }
@@ -51,6 +53,8 @@ validate::DrivenChain driven_chain(const std::string& chain, const validate::Rig
 
 /// `640x480`. Throws CLI::ValidationError for anything else, or a side outside 16..16384.
 std::pair<int, int> parse_resolution(const std::string& text);
+/// Whether an option's value is such a size.
+CLI::Validator picture_size();
 
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.
 validate::TerminalStyle style_of_stdout();

@@ -2,6 +2,7 @@
 #include <cstdio>
 
 #include "cli/nightly.h"
+#include "cli/settings.h"
 #include "skin/character.h"
 #include "validate/compare/comparison.h"
 #include "validate/files/data_folder.h"
@@ -19,7 +20,7 @@ enum class SideKind { rig, character, clip, run };
 
 struct Options : RunOptions {
   std::string first, second, character, rig = "even", mapping = "chest", sweeps = "stress";
-  bool baked = false;
+  bool baked = false, dry_run = false;
 };
 
 std::string word_of(SideKind kind) {
@@ -74,6 +75,7 @@ int compare_rigs(const Options& options, const Common& common) {
   request.compare = RunRequest::Compare::rigs;
   request.character =
       options.character.empty() ? "scenes/characters/human.toml" : options.character;
+  if (options.dry_run) return print_estimate(request, common);
   return run_and_print(std::move(request), common, options);
 }
 
@@ -95,6 +97,7 @@ int compare_characters(const Options& options, const Common& common) {
   suite.judges_weights = true;
   options.apply_to(request);
   request.compare = RunRequest::Compare::characters;
+  if (options.dry_run) return print_estimate(request, common);
   return run_and_print(std::move(request), common, options);
 }
 
@@ -157,6 +160,8 @@ int run_compare(const Options& options, const Common& common) {
     throw CLI::ValidationError("'" + options.first + "' is " + word_of(kind) + " and '" +
                                options.second + "' is " + word_of(other) +
                                ": two of one kind can be compared");
+  if (options.dry_run && (kind == SideKind::clip || kind == SideKind::run))
+    throw CLI::ValidationError("--dry-run: two of a kind that is only read have nothing to plan");
   switch (kind) {
     case SideKind::rig:
       return compare_rigs(options, common);
@@ -185,14 +190,19 @@ void add_compare(const Registry& registry) {
       ->required();
   command->add_option("--character", options->character,
                       "character file, for rigs and clips [rigs: the bundled human]");
-  command->add_option("--rig", options->rig, "rig that two characters are compared under [even]");
+  command->add_option("--rig", options->rig, "rig that two characters are compared under [even]")
+      ->type_name(kRigType)
+      ->configurable();
   command->add_flag(
       "--baked", options->baked,
       "compare the animations in two .glb, .gltf, .fbx or .dae files, not the bodies");
   command->add_option("--mapping", options->mapping, "chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}));
+      ->check(CLI::IsMember({"chest", "spread"}))
+      ->configurable();
   command->add_option("--sweeps", options->sweeps, "standard or stress [stress]")
-      ->check(CLI::IsMember({"standard", "stress"}));
+      ->check(CLI::IsMember({"standard", "stress"}))
+      ->configurable();
+  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
   options->add_to(command);
 }
 

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cstdio>
+#include <map>
 
 #include "cli/commands.h"
+#include "cli/settings.h"
 #include "validate/report/shell_word.h"
 
 namespace backbend::cli {
@@ -15,6 +17,7 @@ struct Word {
   std::string help;
   std::vector<std::string> choices;
   bool takes_value = false;
+  std::string variable;  // of the environment; empty: none
 };
 
 struct Command {
@@ -53,6 +56,7 @@ Word word_of(const CLI::Option& option) {
   word.help = option.get_description();
   word.choices = choices_of(option);
   word.takes_value = option.get_items_expected_max() > 0;
+  if (option.get_configurable()) word.variable = variable_of(option);
   return word;
 }
 
@@ -255,6 +259,28 @@ std::string man_options(const Command& command) {
   return text;
 }
 
+/// Every variable with the options that it sets, by the commands that have them.
+std::string man_environment(const std::vector<Command>& commands) {
+  std::map<std::string, std::string> options;  // by variable
+  for (const Command& command : commands) {
+    for (const std::vector<Word>* words : {&command.positionals, &command.options}) {
+      for (const Word& word : *words) {
+        if (word.variable.empty()) continue;
+        std::string& text = options[word.variable];
+        if (text.empty())
+          text = (word.names.back().starts_with("-") ? "" : "the ") + word.names.back() + " of ";
+        else
+          text += ", ";
+        text += &command == &commands.front() ? "every command" : command.name;
+      }
+    }
+  }
+  std::string text;
+  for (const auto& [variable, what] : options)
+    text += ".TP\n\\fB" + roff(variable) + "\\fR\n" + roff(what) + "\n";
+  return text;
+}
+
 std::string man_text(const std::vector<Command>& commands) {
   std::string text = ".TH BACKBEND 1 \"\" \"backbend " BACKBEND_VERSION
                      "\" \"User Commands\"\n"
@@ -277,6 +303,18 @@ std::string man_text(const std::vector<Command>& commands) {
     text += man_options(command);
   }
   return text +
+         ".SH FILES\n"
+         ".TP\n\\fIbackbend.toml\\fR\n"
+         "A project's defaults for options: the nearest one in the folder of the judged file or "
+         "above it. Keys are options' names without dashes, tables are commands; paths are "
+         "relative to it. The command line counts before the environment, that before the project, "
+         "that before defaults; \\fBbackbend config \\-\\-show\\-origin\\fR shows where "
+         "each value comes from.\n"
+         ".SH ENVIRONMENT\n"
+         "An empty variable counts as none; a flag's is true or false.\n"
+         ".TP\n\\fBBACKBEND_PROJECT\\fR\nthe project file to take, as \\-\\-project\n"
+         ".TP\n\\fBNO_COLOR\\fR\nno colours on a terminal\n" +
+         man_environment(commands) +
          ".SH EXIT STATUS\n"
          "0 everything measured and within limits; 1 findings over a limit; 2 usage; 3 bad input; "
          "4 incomplete: parts are missing; 5 something was not measured; 6 no baseline where one "

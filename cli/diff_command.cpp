@@ -29,19 +29,23 @@ void add_diff(const Registry& registry) {
   command
       ->add_option("--flip", options->limits.perceptual,
                    "largest mean perceptual difference (FLIP, HDR), 0 to 1 [0.01]")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(CLI::Range(0.0, 1.0))
+      ->configurable();
   command
       ->add_option("--normal-deg", options->limits.normal_deg,
                    "largest mean angle between normals, degrees [0.05]")
-      ->check(CLI::Range(0.0, 180.0));
+      ->check(CLI::Range(0.0, 180.0))
+      ->configurable();
   command
       ->add_option("--outline-px", options->limits.outline_px,
                    "largest distance that 95 % of the outline may keep, pixels [0.5]")
-      ->check(CLI::Range(0.0, 100000.0));
+      ->check(CLI::Range(0.0, 100000.0))
+      ->configurable();
   command
       ->add_option("--overlap", options->limits.overlap,
                    "least overlap of the silhouettes, 0 to 1 [0.995]")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(CLI::Range(0.0, 1.0))
+      ->configurable();
 }
 
 }  // namespace backbend::cli

@@ -77,7 +77,8 @@ void add_farm(const Registry& registry) {
       ->check(CLI::IsMember({"slurm", "parallel", "openjd"}));
   options->add_to(command);
   command->add_option("--shards", options->shards, "into how many shares the job is cut [8]")
-      ->check(CLI::Range(1, 100000));
+      ->check(CLI::Range(1, 100000))
+      ->configurable();
   command->add_flag("--submit", options->submit, "start it, too (slurm and parallel)");
 }
 

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/settings.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/history_index.h"
 #include "validate/history/history_text.h"
@@ -107,7 +108,9 @@ void add_history(const Registry& registry) {
                      if (!options->first_bad.empty()) return print_first_bad(*options, history);
                      return print_history(*options, common, history);
                    });
-  command->add_option("--file", options->file, "the history [runs/history.jsonl]");
+  command->add_option("--history,--file", options->file, "the history [runs/history.jsonl]")
+      ->type_name(kFileType)
+      ->configurable();
   command->add_option("--add", options->add, "add a run folder or report.json as a night");
   command->add_option("--date", options->date, "the night of --add, like 2026-11-22 [today]");
   command->add_option("--label", options->label, "what --add calls this version, like v013");
@@ -116,7 +119,8 @@ void add_history(const Registry& registry) {
   command->add_option("--rig", options->rig, "show this rig alone");
   command->add_option("--metric", options->metric, "show this metric alone");
   command->add_option("--nights", options->nights, "how many nights to show [90]")
-      ->check(CLI::Range(1, 3660));
+      ->check(CLI::Range(1, 3660))
+      ->configurable();
   command
       ->add_option("--first-bad", options->first_bad,
                    "CHARACTER CODE: the version where the check began to fail")

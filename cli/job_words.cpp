@@ -35,7 +35,8 @@ std::vector<std::string> job_arguments(const CLI::App& command, const std::strin
     const std::string name = option->get_name();
     if (option->count() == 0 || option->get_positional() || is_one_of(name, kHow)) continue;
     if (option->get_items_expected_max() == 0) {
-      words.push_back(name);
+      // `--quick=false` overrules a project, and says no more than silence does without one.
+      if (option->reduced_results().back() != "false") words.push_back(name);
       continue;
     }
     for (const std::string& value : option->results())

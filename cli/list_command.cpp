@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/settings.h"
 #include "render/cameras.h"
 #include "solver/spine_system.h"
 #include "validate/report/escape.h"
@@ -181,8 +182,11 @@ void add_explain(const Registry& registry) {
       });
   command->add_option("code", options->code, "a code such as BB001")->required();
   CLI::Option* suite =
-      command->add_option("--suite", options->suite,
-                          "suite file whose limits are in force: shows where the limit comes from");
+      command
+          ->add_option("--suite", options->suite,
+                       "suite file whose limits are in force: shows where the limit comes from")
+          ->type_name(kFileType)
+          ->configurable();
   command->add_option("--for", options->character, "with --suite: the character's name")
       ->needs(suite);
 }

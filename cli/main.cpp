@@ -7,7 +7,8 @@
 #include <exception>
 #include <thread>
 
-#include "cli/judging_commands.h"
+#include "cli/program.h"
+#include "cli/settings.h"
 #include "render/scene.h"
 #include "skin/character.h"
 #include "skin/rig_templates.h"
@@ -90,6 +91,21 @@ int run_guarded(const Run& run) {
   }
 }
 
+/// What the command line leaves open, from the environment and the project; says what a result
+/// depends on.
+int take_surroundings(Program& program) {
+  CLI::App& command = program.command();
+  if (!takes_settings(command)) return kExitOk;
+  const std::optional<Project> project = project_for(program.app, command);
+  const std::vector<Setting> settings =
+      take_settings(program.app, command, project ? &*project : nullptr);
+  for (const Setting& each : settings)
+    if (each.origin == Origin::project) program.common.from_project.insert(each.option);
+  const std::string note = note_of(settings);
+  if (!note.empty() && !program.common.quiet) std::fprintf(stderr, "%s\n", visible(note).c_str());
+  return kExitOk;
+}
+
 /// A whole number that makes up all of `text`, or -1.
 int whole_number(std::string_view text) {
   int value = -1;
@@ -110,6 +126,19 @@ std::pair<int, int> parse_resolution(const std::string& text) {
                                "' is no picture size: WIDTHxHEIGHT, each 16 to 16384 pixels");
   }
   return {width, height};
+}
+
+CLI::Validator picture_size() {
+  return CLI::Validator(
+      [](const std::string& text) {
+        try {
+          parse_resolution(text);
+          return std::string();
+        } catch (const CLI::ValidationError& error) {
+          return std::string(error.what());
+        }
+      },
+      "");
 }
 
 void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
@@ -156,57 +185,23 @@ int main(int argument_count, char** arguments) {
   fill_standard_streams();
   watch_signals();
 
-  Common common;
-  Run chosen;
-  CLI::App app("backbend finds out whether a character's spine rig can be trusted, and shows it.",
-               "backbend");
-  app.set_version_flag("--version", "backbend " BACKBEND_VERSION);
-  app.require_subcommand(1);
-  // Said twice, the last one counts, so that a script's defaults can be overruled.
-  app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast);
-  app.fallthrough();
-  app.add_flag("-q,--quiet", common.quiet, "no progress on standard error");
-  app.add_flag("--json", common.json, "one JSON object on standard output");
-  app.add_option("--threads", common.threads, "threads to use, 0 for all cores [0]")
-      ->check(CLI::Range(0, 1024));
-
-  const Registry registry{app, common, chosen};
-  add_nightly(registry);
-  add_check(registry);
-  add_compare(registry);
-  add_render(registry);
-  add_turntable(registry);
-  add_solve(registry);
-  add_inspect(registry);
-  add_bake(registry);
-  add_body(registry);
-  add_calibrate(registry);
-  add_diff(registry);
-  add_report(registry);
-  add_history(registry);
-  add_approve(registry);
-  add_prune(registry);
-  add_list(registry);
-  add_explain(registry);
-  add_bench(registry);
-  add_selftest(registry);
-  add_merge(registry);
-  add_farm(registry);
-  add_completions(registry);
-
+  Program program;
   try {
-    app.parse(argument_count, arguments);
+    program.app.parse(argument_count, arguments);
   } catch (const CLI::CallForHelp& call) {
-    return app.exit(call);
+    return program.app.exit(call);
   } catch (const CLI::CallForVersion& call) {
-    return app.exit(call);
+    return program.app.exit(call);
   } catch (const CLI::ParseError& error) {
     return complain(std::string(error.what()) + "; backbend --help shows what there is",
                     kExitUsage);
   }
+  const Common& common = program.common;
+  if (const int code = run_guarded([&program] { return take_surroundings(program); }); code != 0)
+    return code;
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                           common.threads > 0
                                               ? static_cast<std::size_t>(common.threads)
                                               : std::max(1u, std::thread::hardware_concurrency()));
-  return run_guarded(chosen);
+  return run_guarded(program.chosen);
 }

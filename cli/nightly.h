@@ -35,6 +35,9 @@ struct NightlyOptions : RunOptions {
 /// history that was asked for; gives the exit code.
 int run_and_print(validate::RunRequest request, const Common& common, const RunOptions& options);
 
+/// `--dry-run`: what a request comes to, and about how long it takes here.
+int print_estimate(const validate::RunRequest& request, const Common& common);
+
 /// The rig of a run that must be caught (specification 8, canaries).
 validate::RigPlan isner_canary();
 /// `standard`; `stress`: with the grid of poses.

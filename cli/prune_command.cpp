@@ -78,7 +78,8 @@ void add_prune(const Registry& registry) {
       });
   command->add_option("runs", options->runs, "folder of runs [runs]");
   command->add_option("--keep", options->keep, "how many of the newest runs stay whole [14]")
-      ->check(CLI::Range(0, 100000));
+      ->check(CLI::Range(0, 100000))
+      ->configurable();
   command->add_flag("--dry-run", options->dry_run, "say what would go, remove nothing");
 }
 

@@ -3,11 +3,13 @@
 #include <optional>
 
 #include "cli/commands.h"
+#include "cli/settings.h"
 #include "cli/sweep_named.h"
 #include "render/cameras.h"
 #include "render/open_image_denoise.h"
 #include "validate/evidence/frame_choice.h"
 #include "validate/evidence/render_job.h"
+#include "validate/files/folder_trace.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::cli {
@@ -43,10 +45,11 @@ constexpr Preset kPresets[] = {
 struct PictureOptions {
   RenderRequest request;
   std::string rig = "curve", pose, mapping = "chest", chain, resolution, layers, output = ".";
-  std::string preset_name = kPresets[0].name;
+  std::string preset_name = kPresets[0].name, mode = "clay";
   std::optional<int> samples;
   std::optional<double> noise;
   std::optional<bool> denoise;
+  bool dry_run = false;
 
   const Preset& preset() const {
     return *std::find_if(std::begin(kPresets), std::end(kPresets),
@@ -58,57 +61,79 @@ struct PictureOptions {
         ->add_option("character", request.character,
                      "character file: .glb, .gltf, or a body description .toml")
         ->required();
-    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [curve]");
+    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [curve]")
+        ->type_name(kRigType)
+        ->configurable();
     command->add_option("--pose", pose,
                         "channel=degrees, separated by commas: extension=90,side=10 [rest]");
     command
         ->add_option("--mapping", mapping,
                      "how the pose reaches the controls: chest or spread [chest]")
-        ->check(CLI::IsMember({"chest", "spread"}));
+        ->check(CLI::IsMember({"chest", "spread"}))
+        ->configurable();
     command
         ->add_option("--preset", preset_name,
                      "review: 640x360, 16 samples; quick: 320x180, 8 samples, denoised; final: "
                      "1920x1080, up to 512 samples by noise, all layers [review]")
-        ->check(CLI::IsMember({"review", "quick", "final"}));
-    command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [the preset's]");
+        ->check(CLI::IsMember({"review", "quick", "final"}))
+        ->configurable();
+    command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [the preset's]")
+        ->check(picture_size())
+        ->configurable();
     command
         ->add_option("--spp", samples,
                      "samples a pixel, with --noise the most of them, 1 to 65535 [the preset's]")
-        ->check(CLI::Range(1, 65535));
+        ->check(CLI::Range(1, 65535))
+        ->configurable();
     command
         ->add_option("--noise", noise,
                      "stop sampling where the error over the square root of the light is below "
                      "this; 0: never [the preset's]")
-        ->check(CLI::Range(0.0, 1.0));
-    command->add_flag_function(
-        "--denoise,!--no-denoise", [this](std::int64_t count) { denoise = count > 0; },
-        "add a denoised layer, which PNG and video show [the preset's]");
+        ->check(CLI::Range(0.0, 1.0))
+        ->configurable();
+    command
+        ->add_flag_function(
+            "--denoise,!--no-denoise", [this](std::int64_t count) { denoise = count > 0; },
+            "add a denoised layer, which PNG and video show [the preset's]")
+        ->configurable();
     if (render::has_open_image_denoise())
       command->add_flag("--open-image-denoise", request.settings.open_image_denoise,
                         "have Open Image Denoise make that layer in place of our own denoiser");
     command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
     command
         ->add_option(
-            "--mode", request.settings.mode,
+            "--mode", mode,
             "beauty, clay, ao, matcap, wireframe, heat (strain), xray, contour, primary [clay]")
-        ->transform(CLI::CheckedTransformer(kModes, CLI::ignore_case));
+        ->transform(CLI::IsMember(kModes, CLI::ignore_case))
+        ->configurable();
     command
         ->add_option("--aovs", layers,
                      "default (RGBA, Z, N, P, albedo, mattes) or all [the preset's]")
-        ->check(CLI::IsMember({"default", "all"}));
-    command->add_option("--environment", request.settings.environment_file,
-                        "HDR picture to light with [the built-in studio]");
-    command->add_flag("--transparent", request.settings.transparent,
-                      "no backdrop: alpha holds the character and its shadow");
+        ->check(CLI::IsMember({"default", "all"}))
+        ->configurable();
+    command
+        ->add_option("--environment", request.settings.environment_file,
+                     "HDR picture to light with [the built-in studio]")
+        ->type_name(kFileType)
+        ->configurable();
+    command
+        ->add_flag("--transparent", request.settings.transparent,
+                   "no backdrop: alpha holds the character and its shadow")
+        ->configurable();
     command->add_option("--name", request.name, "name of the files [CHARACTER_RIG]");
     command->add_option("--export-obj", request.export_obj, "write the posed mesh as OBJ too");
-    command->add_flag_callback(
-        "--multipart", [this] { request.parts = render::ExrParts::by_layer; },
-        "one EXR part for every layer instead of one for all");
-    command->add_flag("--burn-in", request.burn_in,
-                      "name rig, pose and worst metric in PNG and video; EXRs stay clean");
+    command
+        ->add_flag_callback(
+            "--multipart", [this] { request.parts = render::ExrParts::by_layer; },
+            "one EXR part for every layer instead of one for all")
+        ->configurable();
+    command
+        ->add_flag("--burn-in", request.burn_in,
+                   "name rig, pose and worst metric in PNG and video; EXRs stay clean")
+        ->configurable();
     command->add_flag("--resume", request.resume,
                       "keep frames that are there, whole and of the same inputs");
+    command->add_flag("--dry-run", dry_run, "only say what there is to do, and how long");
     command->add_option("-o,--output", output, "folder for the files [.]");
     add_anatomy_options(command, request.hints);
     add_chain_option(command, chain);
@@ -124,6 +149,7 @@ struct PictureOptions {
     } catch (const solver::RigError& error) {
       throw CLI::ValidationError(error.what());
     }
+    result.settings.mode = kModes.at(mode);
     const Preset& base = preset();
     result.settings.width = base.width;
     result.settings.height = base.height;
@@ -168,6 +194,58 @@ struct FrameOptions {
   }
 };
 
+/// What a picture is, as a plan says it.
+std::string picture_text(const RenderRequest& request) {
+  const render::Settings& s = request.settings;
+  return std::to_string(s.width) + "x" + std::to_string(s.height) + ", " +
+         (s.noise > 0.0 ? "up to " : "") + std::to_string(s.samples) + " samples a pixel";
+}
+
+std::string minutes_text(double minutes) {
+  return minutes < 0.001 ? "0.001" : number_text(minutes, minutes < 0.1 ? 3 : minutes < 10 ? 1 : 0);
+}
+
+/// `frames` of a sequence of `all`, each of another pose where it `moves`.
+int print_plan(const RenderRequest& request, std::size_t frames, std::size_t all, bool moves,
+               const Common& common) {
+  const RenderEstimate told = estimate_frames(request, frames, moves);
+  const render::Settings& s = request.settings;
+  const double samples = static_cast<double>(frames) * s.width * s.height * s.samples;
+  if (common.json) {
+    std::printf(
+        "{\"frames\": %zu, \"height\": %d, \"minutes\": %s, \"samples\": %.0f, "
+        "\"samples_a_pixel\": %d, \"sequence\": %zu, \"width\": %d}\n",
+        frames, s.height, number_text(told.minutes, 4).c_str(), samples, s.samples, all, s.width);
+    return 0;
+  }
+  std::printf("frames   %zu of %zu, %s\n", frames, all, picture_text(request).c_str());
+  std::printf("samples  %s%s million\n", s.noise > 0.0 ? "up to " : "",
+              number_text(samples * 1e-6, 3).c_str());
+  std::printf("time     about %s minutes on this machine\n", minutes_text(told.minutes).c_str());
+  return 0;
+}
+
+int print_extreme_plan(const RenderRequest& request, const std::vector<Sweep>& sweeps,
+                       const Common& common) {
+  const RenderEstimate told = estimate_extremes(request, sweeps, *find_envelope("sweep"));
+  std::size_t poses = 0;
+  for (const Sweep& sweep : sweeps) poses += sweep.pose_count();
+  const render::Settings& s = request.settings;
+  if (common.json) {
+    std::printf(
+        "{\"height\": %d, \"minutes\": %s, \"minutes_a_frame\": %s, \"poses\": %zu, "
+        "\"samples_a_pixel\": %d, \"sweeps\": %zu, \"width\": %d}\n",
+        s.height, number_text(told.minutes, 4).c_str(),
+        number_text(told.minutes_a_frame, 4).c_str(), poses, s.samples, sweeps.size(), s.width);
+    return 0;
+  }
+  std::printf("poses    %zu to measure, in %zu sweeps\n", poses, sweeps.size());
+  std::printf("frames   of the worst, which measuring finds; %s\n", picture_text(request).c_str());
+  std::printf("time     about %s minutes to measure, and %s for each frame, on this machine\n",
+              minutes_text(told.minutes).c_str(), minutes_text(told.minutes_a_frame).c_str());
+  return 0;
+}
+
 int print_files(const RenderedFiles& files, const std::filesystem::path& folder) {
   for (const auto& frame : files.frames) std::printf("%s\n", (folder / frame).c_str());
   for (const auto& extra : {files.sheet, files.video}) {
@@ -207,16 +285,25 @@ void add_render(const Registry& registry) {
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
         Progress progress(common.progress_style());
+        const FolderTrace trace(options->output);
         const OutputFolder folder(options->output);
         if (!options->sweep.empty()) {
           const Sweep sweep = sweep_named(options->sweep);
-          request.frames = options->frames.chosen_of(sweep.pose_count());
+          const std::size_t count = sweep.pose_count();
+          request.frames = options->frames.chosen_of(count);
+          if (options->dry_run) {
+            request.pose = sweep.pose_at(sweep.control_at(count / 2));
+            return print_plan(request, request.frames ? request.frames->size() : count, count, true,
+                              common);
+          }
           return print_files(render_sweep(request, sweep, folder, progress), folder.path());
         }
+        if (!options->extreme && options->dry_run) return print_plan(request, 1, 1, false, common);
         if (!options->extreme)
           return print_files(render_pose(request, folder, progress), folder.path());
         const std::vector<Sweep> sweeps =
             options->sweeps == "stress" ? stress_sweeps() : standard_sweeps();
+        if (options->dry_run) return print_extreme_plan(request, sweeps, common);
         return print_files(
             render_extremes(request, sweeps, *find_envelope("sweep"), folder, progress),
             folder.path());
@@ -225,7 +312,8 @@ void add_render(const Registry& registry) {
   command
       ->add_option("--view", options->request.view,
                    "camera: profile, front, back or three_quarter [profile]")
-      ->check(CLI::IsMember(known_views()));
+      ->check(CLI::IsMember(known_views()))
+      ->configurable();
   CLI::Option* extreme = command->add_flag("--extreme", options->extreme,
                                            "the worst frames of every sweep instead of one pose");
   CLI::Option* sweep =
@@ -235,7 +323,8 @@ void add_render(const Registry& registry) {
           ->excludes(extreme);
   options->frames.add_to(command, sweep);
   command->add_option("--sweeps", options->sweeps, "with --extreme: standard or stress [stress]")
-      ->check(CLI::IsMember({"standard", "stress"}));
+      ->check(CLI::IsMember({"standard", "stress"}))
+      ->configurable();
 }
 
 void add_turntable(const Registry& registry) {
@@ -249,11 +338,16 @@ void add_turntable(const Registry& registry) {
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
         Progress progress(common.progress_style());
+        const FolderTrace trace(options->output);
         const OutputFolder folder(options->output);
         const Preset& base = options->preset();
         const int views = options->views.value_or(base.views);
         const int light_views = options->light_views.value_or(base.light_views);
-        request.frames = options->frames.chosen_of(static_cast<std::size_t>(views) + light_views);
+        const std::size_t count = static_cast<std::size_t>(views) + light_views;
+        request.frames = options->frames.chosen_of(count);
+        if (options->dry_run)
+          return print_plan(request, request.frames ? request.frames->size() : count, count, false,
+                            common);
         return print_files(render_turntable(request, views, light_views, folder, progress),
                            folder.path());
       });
@@ -261,11 +355,13 @@ void add_turntable(const Registry& registry) {
   command
       ->add_option("--views", options->views,
                    "pictures around the character, 1 to 1440 [72, quick 36]")
-      ->check(CLI::Range(1, 1440));
+      ->check(CLI::Range(1, 1440))
+      ->configurable();
   command
       ->add_option("--light-views", options->light_views,
                    "further pictures while the light turns around it, 0 to 1440 [0, final 36]")
-      ->check(CLI::Range(0, 1440));
+      ->check(CLI::Range(0, 1440))
+      ->configurable();
   options->frames.add_to(command);
 }
 

@@ -28,7 +28,8 @@ void add_report(const Registry& registry) {
       });
   command->add_option("file", options->file, "report.json of a run")->required();
   command->add_option("-o,--output", options->output, "folder for the files [that of report.json]");
-  command->add_flag("--single-file", options->single_file, "every picture inside the page");
+  command->add_flag("--single-file", options->single_file, "every picture inside the page")
+      ->configurable();
 }
 
 }  // namespace backbend::cli

@@ -7,9 +7,11 @@
 
 #include "cli/commands.h"
 #include "cli/nightly.h"
+#include "cli/settings.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/farm/job.h"
 #include "validate/files/data_folder.h"
+#include "validate/files/folder_trace.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/escape.h"
@@ -27,19 +29,24 @@ void RunOptions::add_to(CLI::App* command) {
   const CLI::Validator named(
       [](const std::string& file) { return file.empty() ? "expected a file's name" : ""; }, "");
   command->add_option("-o,--output", output, "run folder [runs/DATE_TIME with a link 'latest']");
-  command->add_flag("--quick", quick, "measure only: no pictures");
-  command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]");
+  command->add_flag("--quick", quick, "measure only: no pictures")->configurable();
+  command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]")
+      ->check(picture_size())
+      ->configurable();
   command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
-      ->check(CLI::Range(1, 65536));
-  command->add_flag("--single-file", single_file, "every picture inside the page");
+      ->check(CLI::Range(1, 65536))
+      ->configurable();
+  command->add_flag("--single-file", single_file, "every picture inside the page")->configurable();
   command
       ->add_option("--baseline", baseline,
                    "approved failures (backbend approve): only new or worse ones fail")
-      ->check(named);
+      ->check(named)
+      ->type_name(kFileType);
   command
       ->add_option("--history", history,
                    "history to add this night to, for trends [nightly: runs/history.jsonl]")
-      ->check(named);
+      ->check(named)
+      ->type_name(kFileType);
   command->add_option("--label", label, "what this version is called in the history, like v013");
   add_anatomy_options(command, hints);
 }
@@ -75,9 +82,15 @@ void RunOptions::apply_to(RunRequest& request) const {
 }
 
 void NightlyOptions::add_to(CLI::App* command) {
-  command->add_option("suite", suite, "suite file [the bundled scenes/nightly.toml]");
-  command->add_option("--character", character, "character file in place of the suite's own");
+  command->add_option("suite", suite, "suite file [the bundled scenes/nightly.toml]")
+      ->type_name(kFileType)
+      ->configurable();
+  command->add_option("--character", character, "character file in place of the suite's own")
+      ->type_name(kFileType);
   RunOptions::add_to(command);
+  // A night is what a house keeps record of; a check in between is not held to it.
+  command->get_option("--baseline")->configurable();
+  command->get_option("--history")->configurable();
 }
 
 RunRequest NightlyOptions::request() const {
@@ -175,26 +188,6 @@ void leave_out_this_night(RunRequest& request) {
   std::erase_if(*request.history, [&](const Night& night) { return night.report == hash; });
 }
 
-/// Makes a run's folder, and takes away what it made if nothing was written there: a character that
-/// is refused leaves no trace.
-class RunFolder {
- public:
-  explicit RunFolder(const fs::path& folder) {
-    for (fs::path p = fs::absolute(folder).lexically_normal(); !fs::exists(p); p = p.parent_path())
-      made_.push_back(p);
-    OutputFolder(folder).prepare();
-  }
-  ~RunFolder() {
-    std::error_code none;
-    for (const fs::path& p : made_) fs::remove(p, none);  // only where it is empty
-  }
-  RunFolder(const RunFolder&) = delete;
-  RunFolder& operator=(const RunFolder&) = delete;
-
- private:
-  std::vector<fs::path> made_;  // the deepest first
-};
-
 }  // namespace
 
 int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
@@ -205,7 +198,8 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
     };
   }
   if (request.folder.empty()) request.folder = new_run_folder(options.output);
-  const RunFolder folder(request.folder);
+  const FolderTrace trace(request.folder);
+  OutputFolder(request.folder).prepare();
   const FolderLock lock(request.folder, FolderLock::Kind::exclusive);
   if (request.ledger) {
     // The folder's own files, and those of ours below it; what else a user keeps there is not
@@ -284,6 +278,8 @@ int run_shard(RunRequest request, const Common& common, const Shard& shard, cons
   return kExitOk;
 }
 
+}  // namespace
+
 int print_estimate(const RunRequest& request, const Common& common) {
   const JobEstimate job = estimate(request);
   if (common.json) {
@@ -304,8 +300,6 @@ int print_estimate(const RunRequest& request, const Common& common) {
               number_text(job.minutes, job.minutes < 10 ? 1 : 0).c_str());
   return kExitOk;
 }
-
-}  // namespace
 
 int merge_runs(const std::vector<std::string>& runs, const std::string& output,
                const Common& common) {
@@ -390,11 +384,14 @@ void add_check(const Registry& registry) {
     std::string character, rig = "even", mapping = "chest", envelope = "human", sweeps = "standard",
                            chain;
     BakedOptions baked;
+    bool dry_run = false;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "check", "judge one character under a rig, or the motion of its own rig",
       [options, &common = registry.common] {
+        if (!options->baked.clip.empty() && options->dry_run)
+          throw CLI::ValidationError("--dry-run: a clip is judged as it is read");
         if (!options->baked.clip.empty())
           return check_baked(options->baked, options->character, options->hints, options->output,
                              common);
@@ -408,6 +405,7 @@ void add_check(const Registry& registry) {
         suite.mappings = {*find_mapping(options->mapping)};
         suite.sweeps = sweeps_named(options->sweeps);
         suite.envelope = *find_envelope(options->envelope);
+        request.envelope_yields = common.from_project.contains("envelope");
         suite.pictures.sheet_columns = 0;
         options->apply_to(request);
         request.chain = driven_chain(options->chain, suite.rigs.front(), options->hints);
@@ -419,24 +417,33 @@ void add_check(const Registry& registry) {
                         suite.rigs.front().name + "'";
         request.character = options->character;
         suite.judges_weights = true;
+        if (options->dry_run) return print_estimate(request, common);
         return run_and_print(std::move(request), common, *options);
       });
-  command->add_option("character", options->character,
-                      "character file: .glb, .gltf, or a body description .toml");
+  command
+      ->add_option("character", options->character,
+                   "character file: .glb, .gltf, or a body description .toml")
+      ->type_name(kFileType);
   add_baked_options(command, options->baked);
-  command->add_option("--rig", options->rig,
-                      "rig: a system (backbend list rigs) or a rig file [even]");
+  command
+      ->add_option("--rig", options->rig, "rig: a system (backbend list rigs) or a rig file [even]")
+      ->type_name(kRigType)
+      ->configurable();
   command
       ->add_option("--mapping", options->mapping,
                    "how a body pose reaches the controls: chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}));
+      ->check(CLI::IsMember({"chest", "spread"}))
+      ->configurable();
   command
       ->add_option("--envelope", options->envelope,
                    "what the character must do: human, cartoon, creature or sweep [human]")
-      ->check(CLI::IsMember(envelope_names()));
+      ->check(CLI::IsMember(envelope_names()))
+      ->configurable();
   add_chain_option(command, options->chain);
   command->add_option("--sweeps", options->sweeps, "standard or stress [standard]")
-      ->check(CLI::IsMember({"standard", "stress"}));
+      ->check(CLI::IsMember({"standard", "stress"}))
+      ->configurable();
+  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
   options->add_to(command);
 }
 

@@ -41,6 +41,8 @@ class Readme(CommandTest):
                     continue
                 self.assertIn(command, table)
                 options = table[""] | table[command]
+                if command == "config":  # what follows may be another command's line
+                    options |= table.get(words[0] if words else "", {})
                 for word, after in zip(words, [*words[1:], ""]):
                     if word.startswith("-"):
                         self.assertIn(word.rstrip(".,"), options)

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -96,6 +97,25 @@ CalibrationReport calibrate(const CalibrationPlan& plan,
     take(try_weight_detectors(plan, *body, watch));
   }
   return report;
+}
+
+double estimate_minutes(const CalibrationPlan& plan, std::span<const CalibrationBody* const> bodies,
+                        const std::function<void()>& poll) {
+  constexpr std::size_t kFew = 8;
+  const auto seconds_with = [&](std::size_t poses) {
+    CalibrationPlan small = plan;
+    small.clean_poses = poses;
+    small.fault_poses = std::max<std::size_t>(1, plan.fault_poses * poses / plan.clean_poses);
+    CalibrationWatch watch;
+    watch.on_step = poll;
+    const auto start = std::chrono::steady_clock::now();
+    calibrate(small, bodies, watch);
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  };
+  const double few = seconds_with(kFew), twice = seconds_with(2 * kFew);
+  const double a_pose = std::max(0.0, twice - few) / kFew;
+  const double more = static_cast<double>(plan.clean_poses) - 2.0 * kFew;
+  return std::max(0.0, twice + a_pose * more) / 60.0;
 }
 
 std::vector<std::string> detector_lines(const CalibrationReport& report) {

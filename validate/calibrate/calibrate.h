@@ -54,6 +54,12 @@ CalibrationReport calibrate(const CalibrationPlan& plan,
                             std::span<const CalibrationBody* const> bodies,
                             const CalibrationWatch& watch = {});
 
+/// How many minutes calibrate() would take here, judged by two small calibrations of the same
+/// bodies: what does not grow with the poses is counted once. `poll` is asked between their steps
+/// and may throw.
+double estimate_minutes(const CalibrationPlan& plan, std::span<const CalibrationBody* const> bodies,
+                        const std::function<void()>& poll);
+
 /// One line a detector: `chain kink  24 bones: from 0.5 deg, 0 of 2000 clean poses flagged`.
 std::vector<std::string> detector_lines(const CalibrationReport& report);
 

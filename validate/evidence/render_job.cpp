@@ -1,6 +1,7 @@
 #include "validate/evidence/render_job.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <functional>
 #include <future>
@@ -311,7 +312,67 @@ std::vector<TurntableView> turntable_views(int views, int light_views,
   return all;
 }
 
+double seconds_of(const std::function<void()>& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Seconds for one frame, tracing and encoding, judged by a smaller one of at most about so many.
+double frame_seconds(const Studio& studio, const RenderRequest& request,
+                     const Photographer& photographer) {
+  constexpr double kFirstSamples = 2e5, kLookSeconds = 1.0;
+  const render::Settings whole = studio.settings(request);
+  const double pixels = static_cast<double>(whole.width) * whole.height;
+  const auto looked = [&](double share) {
+    render::Settings part = whole;
+    const double side = std::sqrt(std::min(1.0, share));
+    part.width = std::max(16, static_cast<int>(whole.width * side));
+    part.height = std::max(16, static_cast<int>(whole.height * side));
+    const double seconds = seconds_of([&] {
+      render::encode_exr(photographer.shoot(request.view, part), request.parts);
+      poll_interrupt();
+    });
+    return seconds * pixels / (static_cast<double>(part.width) * part.height);
+  };
+  const double first = looked(kFirstSamples / (pixels * whole.samples));
+  return looked(kLookSeconds / std::max(first, 1e-9));
+}
+
 }  // namespace
+
+RenderEstimate estimate_frames(const RenderRequest& request, std::size_t frames, bool moves) {
+  const Studio studio(request);
+  PosedCharacter posed;
+  const auto pose = [&] { posed = studio.posed(request.pose, request.mapping); };
+  pose();
+  Photographer photographer(studio.stage, framing_box(studio, posed));
+  const Heat heat(studio, request);
+  std::vector<float> strain;
+  const double pose_s = seconds_of([&] {
+    pose();
+    strain = heat.of(request.pose, posed);
+    photographer.pose(posed, strain, nullptr, studio.controllers(request, request.pose));
+  });
+  RenderEstimate out;
+  out.minutes_a_frame = (frame_seconds(studio, request, photographer) + moves * pose_s) / 60.0;
+  out.minutes = static_cast<double>(frames) * out.minutes_a_frame;
+  return out;
+}
+
+RenderEstimate estimate_extremes(const RenderRequest& request, const std::vector<Sweep>& sweeps,
+                                 const Envelope& envelope) {
+  RenderEstimate out = estimate_frames(request, 0, true);
+  const Studio studio(request);
+  Progress silent(Progress::Style::none);
+  const double first_s = seconds_of([&] {
+    find_extremes(studio.stage, request.rig, request.mapping, {sweeps.front()}, envelope, silent);
+  });
+  double poses = 0.0;
+  for (const Sweep& sweep : sweeps) poses += static_cast<double>(sweep.pose_count());
+  out.minutes = first_s / 60.0 * poses / static_cast<double>(sweeps.front().pose_count());
+  return out;
+}
 
 RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
                           Progress& progress) {

@@ -61,4 +61,18 @@ RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sw
                               const Envelope& envelope, const OutputFolder& folder,
                               Progress& progress);
 
+/// How long a job of pictures would take here.
+struct RenderEstimate {
+  double minutes = 0;          // all of it; of extremes the measuring alone
+  double minutes_a_frame = 0;  // of extremes, whose number measuring tells
+};
+
+/// `frames` pictures of the request, judged by part of one, in its pose and by its settings;
+/// `moves`: each is of another pose. Reads the character and refuses what the job would. Writes
+/// nothing.
+RenderEstimate estimate_frames(const RenderRequest& request, std::size_t frames, bool moves);
+/// The worst poses of the sweeps: measuring is judged by the first of them.
+RenderEstimate estimate_extremes(const RenderRequest& request, const std::vector<Sweep>& sweeps,
+                                 const Envelope& envelope);
+
 }  // namespace backbend::validate

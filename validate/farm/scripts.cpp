@@ -17,7 +17,7 @@ std::string shard_script(const FarmJob& job) {
       "set -euo pipefail\n"
       "cd -- " +
       shell_quoted(job.folder.string()) + "\nshare() {\n  exec " + shell_quoted(job.program) +
-      " --quiet --threads " + "\"${SLURM_CPUS_PER_TASK:-0}\" nightly";
+      " --quiet --no-project --threads " + "\"${SLURM_CPUS_PER_TASK:-0}\" nightly";
   for (const std::string& word : job.arguments) text += " " + shell_quoted(word);
   return text + " -o " + shell_quoted(job.run.string()) +
          " --shard \"$1\"\n}\n"

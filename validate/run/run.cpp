@@ -130,8 +130,9 @@ Finding input_finding(const std::filesystem::path& file, const std::string& why)
 
 /// A suite that asks for another envelope than the usual one means it; else the character's own
 /// counts.
-Envelope envelope_of(const Suite& suite, const ConfirmedCharacter& confirmed) {
-  const bool usual = suite.envelope.name == "human";
+Envelope envelope_of(const RunRequest& request, const ConfirmedCharacter& confirmed) {
+  const Suite& suite = request.suite;
+  const bool usual = suite.envelope.name == "human" || request.envelope_yields;
   if (!usual || !confirmed.sidecar || confirmed.sidecar->envelope.empty()) return suite.envelope;
   return find_envelope(confirmed.sidecar->envelope).value_or(suite.envelope);
 }
@@ -229,7 +230,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       request.character_text(file),
       {}};
   const Stage& stage = *run.stage;
-  const Envelope envelope = envelope_of(suite, confirmed);
+  const Envelope envelope = envelope_of(request, confirmed);
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), envelope.name));
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;

@@ -31,6 +31,7 @@ struct RunRequest {
   std::string today;       // `2026-11-22`; needed with either of the two, and for waivers to hold
   std::string calibrated;  // what the last whole calibration said; empty: not asked
   std::string title;       // first line of the report; empty: the suite's
+  bool envelope_yields = false;  // the suite's, to the one that stands beside a character
 
   /// Which comparison the run is made for: its worst poses are photographed. `rigs`: the proposed
   /// rig against the reference; `characters`: the second character against the first, which is a

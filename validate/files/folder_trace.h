@@ -1,0 +1,30 @@
+#pragma once
+#include <filesystem>
+#include <vector>
+
+namespace backbend::validate {
+
+/// Takes away, at its end, what of a folder's path was not there at its start and is empty: a job
+/// that is refused leaves no trace.
+class FolderTrace {
+ public:
+  explicit FolderTrace(const std::filesystem::path& folder) {
+    namespace fs = std::filesystem;
+    std::error_code none;
+    for (fs::path p = fs::absolute(folder, none).lexically_normal();
+         !p.empty() && !fs::exists(p, none); p = p.parent_path())
+      missing_.push_back(p);
+  }
+  ~FolderTrace() {
+    std::error_code none;
+    for (const std::filesystem::path& p : missing_)
+      std::filesystem::remove(p, none);  // only where it is empty
+  }
+  FolderTrace(const FolderTrace&) = delete;
+  FolderTrace& operator=(const FolderTrace&) = delete;
+
+ private:
+  std::vector<std::filesystem::path> missing_;  // the deepest first
+};
+
+}  // namespace backbend::validate
