@@ -67,8 +67,8 @@ class DescribingItself(CommandTest):
 
 class Packaging(CommandTest):
     def test_the_package_depends_on_what_it_runs_with_and_holds_what_it_needs(self):
-        if not BUILD or not shutil.which("cpack") or not shutil.which("dpkg-shlibdeps"):
-            self.skipTest("needs a build folder, cpack and dpkg-dev")
+        if not BUILD or not all(map(shutil.which, ("cpack", "dpkg-shlibdeps", "file"))):
+            self.skipTest("needs a build folder, cpack, dpkg-dev and file")
         out = self.folder / "out"
         done = subprocess.run(["cpack", "--config", f"{BUILD}/CPackConfig.cmake", "-B", out], capture_output=True,
                               text=True, cwd=self.folder)
