@@ -176,10 +176,19 @@ void add_tree(const Character& character, const Anatomy& anatomy, Lines& out) {
   const SkeletonShape shape = measure_skeleton(character);
   const auto mark = marks(character, anatomy);
   out.raw(character.vertex_count() == 0 ? "  skeleton" : "  skeleton (weight in vertices)");
+  // Depth first, whatever the nodes' order: each branch stands below its own parent.
+  std::vector<std::vector<Index>> children(character.nodes.size() + 1);
+  for (Index n = character.nodes.size(); n-- > 0;)
+    children[static_cast<Index>(character.nodes[n].parent + 1)].push_back(n);
   std::vector<int> depth(character.nodes.size(), 0);
-  for (Index n = 0; n < character.nodes.size(); ++n) {
-    const int parent = character.nodes[n].parent;
-    if (parent >= 0) depth[n] = depth[static_cast<Index>(parent)] + 1;
+  std::vector<Index> left = children.front();  // the next one last
+  while (!left.empty()) {
+    const Index n = left.back();
+    left.pop_back();
+    for (const Index child : children[n + 1]) {
+      depth[child] = depth[n] + 1;
+      left.push_back(child);
+    }
     const bool used = shape.is_joint[n] || shape.weight_below[n] > 0.0;
     if (!used) continue;
     std::string line(static_cast<Index>(4 + 2 * std::min(depth[n], 40)), ' ');

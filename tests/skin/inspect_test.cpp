@@ -164,17 +164,9 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
             clavicle.L  [arm L]  3
               arm.L  [arm L]  3.3
                 hand.L  [arm L]  2.8
-        thigh.L  [leg L]  3
-          shin.L  [leg L]  3
-            foot.L  [leg L]  3
             clavicle.R  [arm R]  3
               arm.R  [arm R]  2.5
                 hand.R  [arm R]  2.3
-        thigh.R  [leg R]  3
-          shin.R  [leg R]  3
-            foot.R  [leg R]  3
-        tail_1  [tail]  3
-          tail_2  [tail]  3
           fix_1  3.2
           fix_2  3.2
           fix_3  3.2
@@ -185,6 +177,14 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
           fix_8  3
           fix_9  3
           fix_10  3
+        thigh.L  [leg L]  3
+          shin.L  [leg L]  3
+            foot.L  [leg L]  3
+        thigh.R  [leg R]  3
+          shin.R  [leg R]  3
+            foot.R  [leg R]  3
+        tail_1  [tail]  3
+          tail_2  [tail]  3
       toe.L  3
       prop  3)");
   const json root = json::parse(inspect_json(character, anatomy));
