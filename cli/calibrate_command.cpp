@@ -2,8 +2,8 @@
 
 #include "cli/judging_commands.h"
 #include "validate/calibrate/calibrate.h"
+#include "validate/farm/folder_trace.h"
 #include "validate/files/data_folder.h"
-#include "validate/files/folder_trace.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/escape.h"
 #include "validate/run/stage.h"
@@ -53,8 +53,7 @@ int print_plan(const CalibrateOptions& options, const std::vector<const Calibrat
       "poses    %zu clean ones of each, as many that set the thresholds, and %zu of every size of "
       "fault\n",
       plan.clean_poses, plan.fault_poses);
-  std::printf("time     about %s minutes on this machine\n",
-              number_text(minutes, minutes < 10 ? 1 : 0).c_str());
+  std::printf("time     about %s minutes on this machine\n", minutes_text(minutes).c_str());
   return kExitOk;
 }
 

@@ -56,6 +56,9 @@ std::pair<int, int> parse_resolution(const std::string& text);
 /// Whether an option's value is such a size.
 CLI::Validator picture_size();
 
+/// An estimate as people are told it: `0.02`, `3.5`, `21`; never 0.
+std::string minutes_text(double minutes);
+
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.
 validate::TerminalStyle style_of_stdout();
 

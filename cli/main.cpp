@@ -128,6 +128,10 @@ std::pair<int, int> parse_resolution(const std::string& text) {
   return {width, height};
 }
 
+std::string minutes_text(double minutes) {
+  return minutes < 0.001 ? "0.001" : number_text(minutes, minutes < 0.1 ? 3 : minutes < 10 ? 1 : 0);
+}
+
 CLI::Validator picture_size() {
   return CLI::Validator(
       [](const std::string& text) {

@@ -9,7 +9,7 @@
 #include "render/open_image_denoise.h"
 #include "validate/evidence/frame_choice.h"
 #include "validate/evidence/render_job.h"
-#include "validate/files/folder_trace.h"
+#include "validate/farm/folder_trace.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::cli {
@@ -199,10 +199,6 @@ std::string picture_text(const RenderRequest& request) {
   const render::Settings& s = request.settings;
   return std::to_string(s.width) + "x" + std::to_string(s.height) + ", " +
          (s.noise > 0.0 ? "up to " : "") + std::to_string(s.samples) + " samples a pixel";
-}
-
-std::string minutes_text(double minutes) {
-  return minutes < 0.001 ? "0.001" : number_text(minutes, minutes < 0.1 ? 3 : minutes < 10 ? 1 : 0);
 }
 
 /// `frames` of a sequence of `all`, each of another pose where it `moves`.

@@ -9,9 +9,9 @@
 #include "cli/nightly.h"
 #include "cli/settings.h"
 #include "validate/calibrate/calibrate.h"
+#include "validate/farm/folder_trace.h"
 #include "validate/farm/job.h"
 #include "validate/files/data_folder.h"
-#include "validate/files/folder_trace.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/escape.h"
@@ -296,8 +296,7 @@ int print_estimate(const RunRequest& request, const Common& common) {
   std::printf("poses      %zu to measure\n", job.poses);
   std::printf("pictures   %zu small ones for image metrics, %zu rendered, and those of findings\n",
               job.small_pictures, job.pictures);
-  std::printf("time       about %s minutes on this machine\n",
-              number_text(job.minutes, job.minutes < 10 ? 1 : 0).c_str());
+  std::printf("time       about %s minutes on this machine\n", minutes_text(job.minutes).c_str());
   return kExitOk;
 }
 

@@ -147,14 +147,18 @@ int mkdirat(int folder, const char *name, mode_t mode) {
   return NEXT(mkdirat)(folder, name, mode);
 }
 
-int openat(int folder, const char *name, int flags, ...) {
-  mode_t mode = 0;
-  if (flags & (O_CREAT | __O_TMPFILE)) {
-    va_list more;
-    va_start(more, flags);
-    mode = va_arg(more, mode_t);
-    va_end(more);
+/* Declares `mode`: the argument that follows `flags` where a file may be made. */
+#define TAKE_MODE(flags)                      \
+  mode_t mode = 0;                            \
+  if ((flags) & (O_CREAT | __O_TMPFILE)) {    \
+    va_list more;                             \
+    va_start(more, flags);                    \
+    mode = va_arg(more, mode_t);              \
+    va_end(more);                             \
   }
+
+int openat(int folder, const char *name, int flags, ...) {
+  TAKE_MODE(flags)
   const int reads = (flags & O_ACCMODE) == O_RDONLY && !(flags & O_CREAT);
   if (at_below(folder, name) && !(reads && strcmp(setting("FAULT_KIND"), "any") == 0) && fails("open")) {
     errno = error_number();
@@ -164,13 +168,7 @@ int openat(int folder, const char *name, int flags, ...) {
 }
 
 int open(const char *path, int flags, ...) {
-  mode_t mode = 0;
-  if (flags & (O_CREAT | __O_TMPFILE)) {
-    va_list more;
-    va_start(more, flags);
-    mode = va_arg(more, mode_t);
-    va_end(more);
-  }
+  TAKE_MODE(flags)
   return openat(AT_FDCWD, path, flags, mode);
 }
 

@@ -168,6 +168,24 @@ class TakingUpANight(NightTest):
         self.assert_whole("busy")
 
 
+    def test_eight_runs_that_start_at_once_on_a_folder_do_each_other_no_harm(self):
+        # Whoever is sent away must not take the folder along that another has just made.
+        command = [str(harness.BACKBEND), "nightly", str(self.suite), "--quick", "--quiet", "-o", "at once"]
+        self.assertEqual(self.nightly("alone", "--quick").returncode, 1)
+        alone = night.results(self.folder / "alone")
+        for number in range(3):
+            with self.subTest(number=number):
+                shutil.rmtree(self.folder / "at once", ignore_errors=True)
+                runs = [subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+                                         stderr=subprocess.PIPE, text=True, env={"PATH": os.environ["PATH"]})
+                        for _ in range(8)]
+                told = [run.communicate(timeout=300)[1] for run in runs]
+                codes = [run.returncode for run in runs]
+                self.assertLessEqual(set(codes), {1, harness.RETRY}, told)
+                self.assertIn(1, codes)
+                self.assertEqual(night.results(self.folder / "at once"), alone)
+
+
 class WritingFarmScripts(NightTest):
     def farm(self, engine, run, *more):
         done = self.backbend("farm", engine, self.suite, "-o", run, "--shards", "3", *more)

@@ -5,7 +5,9 @@
 
 #include <bit>
 #include <limits>
+#include <memory>
 
+#include "validate/farm/folder_trace.h"
 #include "validate/farm/records.h"
 #include "validate/files/output_folder.h"
 
@@ -159,6 +161,20 @@ TEST_F(LedgerTest, LetsShardsShareAFolderAndNobodyElse) {
   }
   const FolderLock alone(root_, FolderLock::Kind::exclusive);
   EXPECT_THROW(FolderLock(root_, FolderLock::Kind::shared), BusyError);
+}
+
+TEST_F(LedgerTest, TakesAwayAnEmptyFolderThatItMadeButNotTheOneThatAnotherRunHolds) {
+  const fs::path run = root_ / "runs/tonight";
+  {
+    const FolderTrace refused(run);
+    fs::create_directories(run);
+  }
+  EXPECT_FALSE(fs::exists(root_ / "runs"));
+  auto sent_away = std::make_unique<FolderTrace>(run);
+  fs::create_directories(run);  // by the other, which began at the same time
+  const FolderLock other(run, FolderLock::Kind::exclusive);
+  sent_away.reset();
+  EXPECT_TRUE(fs::exists(run));
 }
 
 TEST(Records, ComeBackBitForBitNotANumberToo) {

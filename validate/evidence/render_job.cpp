@@ -339,10 +339,8 @@ double frame_seconds(const Studio& studio, const RenderRequest& request,
   return looked(kLookSeconds / std::max(first, 1e-9));
 }
 
-}  // namespace
-
-RenderEstimate estimate_frames(const RenderRequest& request, std::size_t frames, bool moves) {
-  const Studio studio(request);
+/// Seconds for one picture of the request; `moves`: with what a pose of its own costs.
+double picture_seconds(const Studio& studio, const RenderRequest& request, bool moves) {
   PosedCharacter posed;
   const auto pose = [&] { posed = studio.posed(request.pose, request.mapping); };
   pose();
@@ -354,16 +352,23 @@ RenderEstimate estimate_frames(const RenderRequest& request, std::size_t frames,
     strain = heat.of(request.pose, posed);
     photographer.pose(posed, strain, nullptr, studio.controllers(request, request.pose));
   });
+  return frame_seconds(studio, request, photographer) + (moves ? pose_s : 0.0);
+}
+
+}  // namespace
+
+RenderEstimate estimate_frames(const RenderRequest& request, std::size_t frames, bool moves) {
   RenderEstimate out;
-  out.minutes_a_frame = (frame_seconds(studio, request, photographer) + moves * pose_s) / 60.0;
+  out.minutes_a_frame = picture_seconds(Studio(request), request, moves) / 60.0;
   out.minutes = static_cast<double>(frames) * out.minutes_a_frame;
   return out;
 }
 
 RenderEstimate estimate_extremes(const RenderRequest& request, const std::vector<Sweep>& sweeps,
                                  const Envelope& envelope) {
-  RenderEstimate out = estimate_frames(request, 0, true);
   const Studio studio(request);
+  RenderEstimate out;
+  out.minutes_a_frame = picture_seconds(studio, request, true) / 60.0;
   Progress silent(Progress::Style::none);
   const double first_s = seconds_of([&] {
     find_extremes(studio.stage, request.rig, request.mapping, {sweeps.front()}, envelope, silent);

@@ -123,7 +123,8 @@ class KnownFolders {
     const std::lock_guard lock(mutex_);
     const auto known = known_.find(key(path));
     if (known != known_.end()) return identity(known->second) == identity(folder);
-    known_.emplace(key(path), Descriptor(::fcntl(folder.number(), F_DUPFD_CLOEXEC, 0)));
+    Descriptor held(::fcntl(folder.number(), F_DUPFD_CLOEXEC, 0));
+    if (held.number() >= 0) known_.emplace(key(path), std::move(held));
     return true;
   }
 

@@ -2,10 +2,13 @@
 #include <filesystem>
 #include <vector>
 
+#include "validate/farm/ledger.h"
+
 namespace backbend::validate {
 
 /// Takes away, at its end, what of a folder's path was not there at its start and is empty: a job
-/// that is refused leaves no trace.
+/// that is refused leaves no trace. What another run has locked is that run's, which may not have
+/// written to it yet.
 class FolderTrace {
  public:
   explicit FolderTrace(const std::filesystem::path& folder) {
@@ -17,8 +20,13 @@ class FolderTrace {
   }
   ~FolderTrace() {
     std::error_code none;
-    for (const std::filesystem::path& p : missing_)
-      std::filesystem::remove(p, none);  // only where it is empty
+    try {
+      for (const std::filesystem::path& p : missing_) {
+        const FolderLock lock(p, FolderLock::Kind::exclusive);
+        std::filesystem::remove(p, none);  // only where it is empty
+      }
+    } catch (const BusyError&) {
+    }
   }
   FolderTrace(const FolderTrace&) = delete;
   FolderTrace& operator=(const FolderTrace&) = delete;
