@@ -9,8 +9,10 @@ the operators below applies. The broken file is compiled in a build folder of it
 standard library's), linked before the layer's library into the layer's test program, and the tests are run until one
 fails: those of the file's own name and those that noticed a fault in it before, then the quick ones, then the others.
 The next fault is compiled meanwhile. No source is touched. A fault that does not compile, or that makes the same object code, counts for nothing.
-Suites that take minutes are run only for the files whose own they are, unless --slow; those and real characters, which
-are left out, could only notice more. Tests that take several times as long as without a fault count as failed.
+Suites that take minutes are run only for the files whose own they are, and real characters are left out: they could
+only notice more. With --whole, what none of these noticed is tried on every suite of the layer's program and of
+validate_tests, with real characters: minutes each. Tests that take several times as long as without a fault count as
+failed.
 
 A survivor is a hole in the tests, or changes nothing that anybody could see: the latter stand with the reason in
 mutation_exceptions.txt and count for nothing. Ends with 1 where fewer than nine in ten were noticed.
@@ -129,6 +131,7 @@ class Program:
         link = re.search(r"^: && (.*? -o tests/" + name + r" .*?)(?= && )", told, re.M).group(1)
         self.link = shlex.split(link)
         # Folders beside that of the tests, which look for other programs from where they stand.
+        self.name = name
         self.folders = [build / f"{name}_fault_{side}" for side in (0, 1, 2)]
         for folder in self.folders:
             folder.mkdir(exist_ok=True)
@@ -167,7 +170,7 @@ class Program:
         return self.linked(self.compiled(file, text, self.folders[2]), self.folders[2])
 
     def linked(self, made, folder):
-        program = folder / "tests"
+        program = folder / self.name
         words = list(self.link)
         at = words.index("-o")
         words[at + 1] = str(program)
@@ -199,12 +202,13 @@ class Suites:
     def pattern(names):
         return ":".join(pattern for each in sorted(names) for pattern in (each, f"*/{each}"))
 
-    def run(self, binary, wanted, limit, *more):
+    def run(self, binary, wanted, limit, *more, characters=False):
         """Seconds of processor time: other work on the machine makes no fault."""
+        environment = os.environ if characters else {**os.environ, "BACKBEND_CHARACTERS": "/nonexistent"}
         try:
             return subprocess.run(["prlimit", f"--cpu={round(limit)}", binary, "--gtest_brief=1", f"--gtest_filter={wanted}", *more],
                                   capture_output=True, text=True, errors="replace", cwd=self.program.build,
-                                  timeout=max(300, 5 * limit), env={**os.environ, "BACKBEND_CHARACTERS": "/nonexistent"})
+                                  timeout=max(300, 5 * limit), env=environment)
         except subprocess.TimeoutExpired:
             return None
 
@@ -214,13 +218,38 @@ class Suites:
             return None
         wanted = self.pattern(name if "*" in name else name + ".*" for name in names)
         usual = sum(self.seconds.get(name, self.limit) for name in names)
-        done = self.run(binary, wanted, 20 + min(5 * usual, self.limit), "--gtest_fail_fast")
+        return self.failed(self.run(binary, wanted, 20 + min(5 * usual, self.limit), "--gtest_fail_fast"))
+
+    @staticmethod
+    def failed(done):
         if done is None or done.returncode in (-signal.SIGXCPU, -signal.SIGKILL):
             return "time"
         if done.returncode == 0:
             return None
         failed = re.search(r"^\[  FAILED  \] ([\w/]+)\.", done.stdout, re.M)
         return failed.group(1) if failed else "crash"
+
+
+class Whole:
+    """All suites, with real characters, of the layer's program and of the one that joins the layers."""
+
+    def __init__(self, suites, joined, limit):
+        self.suites, self.joined, self.limit = suites, joined, limit
+        for program in {suites.program, joined}:
+            begun = time.monotonic()
+            if self.ends(program.whole) is not None:
+                sys.exit(f"{program.name} fails, or takes too long, without any fault")
+            print(f"all of {program.name} take {time.monotonic() - begun:.0f} s", flush=True)
+
+    def ends(self, binary):
+        return self.suites.failed(self.suites.run(binary, "*", self.limit, "--gtest_fail_fast", characters=True))
+
+    def noticed(self, binary, made):
+        """As Suites.noticed, of a program with a fault and of the object that has it."""
+        found = self.ends(binary)
+        if not found and self.joined is not self.suites.program:
+            found = self.ends(self.joined.linked(made, binary.parent))
+        return found
 
 
 def own_suites(folder, file):
@@ -239,7 +268,7 @@ def main():
     parser.add_argument("--count", type=int, default=40, help="faults that compile and change something [40]")
     parser.add_argument("--seed", type=int, default=1, help="of the sample [1]")
     parser.add_argument("--only", default="", help="files whose path holds this")
-    parser.add_argument("--slow", action="store_true", help="try what the others let pass on the slow suites, too")
+    parser.add_argument("--whole", action="store_true", help="try what the quick tests let pass on all of them, with real characters")
     parser.add_argument("--jobs", type=int, default=2, help="of the first build [2]")
     parser.add_argument("--build", type=pathlib.Path, default=SOURCE / "build/mutants")
     parser.add_argument("--seconds", type=float, default=900, help="of processor time that tests may take without a fault [900]")
@@ -255,6 +284,10 @@ def main():
             if line.strip() and not line.startswith("#"):
                 listed.add(tuple(part.strip() for part in line.split(" :: ")[:2]))
     suites = Suites(program, SLOW[options.layer], options.seconds)
+    whole = None
+    if options.whole:
+        joined = program if name == "validate_tests" else Program(program.build, "validate_tests", options.jobs)
+        whole = Whole(suites, joined, options.seconds)
     print(f"the tests take {suites.whole:.1f} s without a fault", flush=True)
     quick = {suite for suite, seconds in suites.seconds.items() if seconds < max(0.5, 0.01 * suites.whole)}
 
@@ -295,10 +328,12 @@ def main():
             first = (own | near) - slow(own | near) | seen_by.setdefault(file, set())
             noticed = (suites.noticed(binary, first) or suites.noticed(binary, quick - first)
                        or suites.noticed(binary, suites.seconds.keys() - quick - first)
-                       or suites.noticed(binary, set(SLOW[options.layer]) if options.slow else slow(own)))
+                       or suites.noticed(binary, slow(own)))
             place = str(file.relative_to(SOURCE))
             if not noticed and not program.differs(file, texts[file], binary.parent):
                 continue
+            if whole and not noticed:
+                noticed = whole.noticed(binary, binary.parent / (file.stem + ".o"))
             if noticed == "crash" and file not in sound:
                 if suites.noticed(program.without_fault(file, texts[file]), first | quick):
                     sys.exit(f"{place} fails its assertions, or the tests, without any fault")

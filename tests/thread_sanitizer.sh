@@ -4,8 +4,8 @@
 # TBB hands work from thread to thread inside its library, which the sanitizer must see to know that
 # one thing came after the other: without it every parallel loop looks like a race. So the
 # distribution's own version of TBB is taken as source, built with the sanitizer, and loaded in the
-# place of the installed one. Embree stays as it is: what a library without the sanitizer reads and
-# writes is not looked at.
+# place of the installed one. Embree and OpenImageIO stay as they are; what only their own threads
+# do is left out by thread_sanitizer.supp.
 #
 # Needs the network, apt, dpkg-dev and the build's packages. All is kept in build/tsan.
 set -euo pipefail

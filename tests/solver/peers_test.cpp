@@ -73,6 +73,13 @@ TEST(SplineIk, SpreadTwistIsEvenUpToHalfATurnAndJumpsThere) {
   }
 }
 
+TEST(SplineIk, OneBoneTakesAllOfTheChestsTwist) {
+  const auto ik = build("spline_ik", {{"twist", "spread"}, {"bones", 1.0}});
+  const SpinePose pose = ik->solve(chest(*ik, "rx", 40.0));
+  EXPECT_NEAR(turn_between_deg(pose, ik->rest(), 0), 40.0, 1e-9);
+  EXPECT_NEAR(measure(pose, "chest_gap_deg"), 0.0, 1e-9);
+}
+
 TEST(SplineIk, MarginIsTheWayLeftToTheJump) {
   const auto ik = build("spline_ik", {{"twist", "spread"}});
   for (const double deg : {30.0, 100.0, 179.0}) {
@@ -144,6 +151,15 @@ TEST(MatrixBlend, MgearRidesItsCurveWithExactEnds) {
     EXPECT_LE(angle_between(pose.turn.front(), pose.hip.turn), 1e-9);
     EXPECT_LE(angle_between(pose.turn.back(), pose.chest.turn), 1e-9);
     EXPECT_EQ(measure(pose, "tip_gap"), 0.0);
+  }
+}
+
+TEST(MatrixBlend, MgearsEndsDoNotJumpWhereTheBlendDoes) {
+  const auto blend = build("matrix_blend", {{"style", "mgear"}});
+  const SpinePose pose = blend->solve(chest(*blend, "rx", 170.0));  // the curve stays straight
+  for (std::size_t k = 0; k < pose.flip_margin.size(); ++k) {
+    const bool end = k == 0 || k + 1 == pose.flip_margin.size();
+    EXPECT_NEAR(degrees(pose.flip_margin[k]), end ? 90.0 : 10.0, 1e-9) << k;
   }
 }
 

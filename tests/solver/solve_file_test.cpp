@@ -143,6 +143,31 @@ TEST(SolveFile, RestFilesStayBesideTheRig) {
   EXPECT_EQ(refusal(neck + "\"mSaurus_neck.json\"\n"), "");
 }
 
+TEST(SolveFile, RestFilesHoldThreeNumbersARow) {
+  const auto folder = std::filesystem::temp_directory_path() / "backbend_rest_file_test";
+  std::filesystem::create_directory(folder);
+  const auto said = [&](const std::string& row) {
+    std::ofstream(folder / "rest.json")
+        << R"({"vertebrae": [{"name": "C1", "row1_x_axis": [1, 0, 0], "row2_y_axis": [0, 1, 0],)"
+        << R"("row3_z_axis": [0, 0, 1], "row4_position": )" << row << "}]}";
+    try {
+      parse_solve_file("[rig]\nsystem = \"neck\"\n[chain]\nrest = \"rest.json\"\n", "pose.toml",
+                       folder);
+    } catch (const RigError& trouble) {
+      return std::string(trouble.what());
+    }
+    return std::string();
+  };
+  for (const char* row :
+       {"[0, 1e300, 0]", "[0, 0, -2e9]", "[0, \"1\", 0]", "[0, 1]", "[0, 1, 2, 3]", "3", "null"}) {
+    const std::string message = said(row);
+    EXPECT_NE(message.find("('C1'): \"row4_position\" must be three numbers"), std::string::npos)
+        << row << ": " << message;
+  }
+  EXPECT_EQ(said("[0, 1, 0]").find("row4_position"), std::string::npos);
+  std::filesystem::remove_all(folder);
+}
+
 // ---- what is written ----
 
 TEST(PoseJson, HasTheSchemaEveryOptionAndNumbersThatReadBack) {

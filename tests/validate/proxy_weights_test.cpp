@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "skin/skinning.h"
 #include "validate/calibrate/calibration_body.h"
 
@@ -60,6 +62,31 @@ TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) 
     }
   }
   EXPECT_GT(arms, 100u);
+}
+
+TEST(ProxyWeights, KeepTheirSumWhereNotAllFit) {
+  const auto body = tube_body(6);
+  skin::Character crowded = body->character();
+  // Of a vertex half way between two joints, seven joints that are not the spine's take 0.7.
+  const auto half_way = std::ranges::find_if(crowded.bind_position, [](const glm::vec3& p) {
+    return std::abs(p.x) < 0.05f && std::abs(p.y - 1.15f) < 0.012f;
+  });
+  ASSERT_NE(half_way, crowded.bind_position.end());
+  const auto v = static_cast<std::size_t>(half_way - crowded.bind_position.begin());
+  ASSERT_GE(crowded.joints.size(), 14u);
+  skin::Influences& all = crowded.influences[v];
+  all = {};
+  all.joint[0] = 3;
+  all.weight[0] = 0.3f;
+  for (int k = 1; k < 8; ++k) {
+    all.joint[k] = static_cast<std::uint16_t>(6 + k);
+    all.weight[k] = 0.1f + 0.001f * static_cast<float>(k - 4);
+  }
+  const skin::Influences made = proxies(crowded, body->stage().anatomy())[v];
+  for (const float weight : made.weight) EXPECT_GT(weight, 0.0f);
+  EXPECT_NEAR(sum_of(made), 1.0, 1e-6);
+  EXPECT_EQ(std::ranges::count(made.joint, 7), 0) << "the lightest of the nine";
+  EXPECT_NEAR(made.weight[0] + made.weight[1], 0.3 / 0.903, 1e-5);
 }
 
 }  // namespace

@@ -85,6 +85,24 @@ TEST(TrianglesMeet, ToTheLastBitOfAFloat) {
   EXPECT_FALSE(met(table, leg(below)));
 }
 
+TEST(TrianglesMeet, FarAwayAlongAnyAxisAsAtHome) {
+  // A needle through a table, and one that stops short of it, thin across the axis that they are
+  // moved along; every number is exact, near and far.
+  const Triangle table{{{-1, -1, 0}, {1, -1, 0}, {0, 1, 0}}};
+  const Triangle through{{{0, 0, -0.25f}, {0.125f, 0, 1}, {-0.125f, 0, 1}}};
+  const Triangle above{{{0, 0, 0.25f}, {0.125f, 0, 1}, {-0.125f, 0, 1}}};
+  const auto moved = [](Triangle triangle, int axis, float way) {
+    for (glm::vec3& corner : triangle)
+      for (int c = 0; c < 3; ++c) corner[c] = c == axis ? corner[c] + way : corner[c] / 65536.0f;
+    return triangle;
+  };
+  for (int axis = 0; axis < 3; ++axis)
+    for (const float way : {0.0f, 64.0f, -64.0f, 4096.0f, -4096.0f}) {
+      EXPECT_TRUE(met(moved(table, axis, way), moved(through, axis, way))) << axis << " " << way;
+      EXPECT_FALSE(met(moved(table, axis, way), moved(above, axis, way))) << axis << " " << way;
+    }
+}
+
 /// A closed tube along y of `rings` rings of `around` corners, its ends fanned.
 struct Tube {
   std::vector<glm::vec3> position;

@@ -47,6 +47,27 @@ TEST(SpineLine, DeepInsideABendAFootIsNotSure) {
   EXPECT_FALSE(line.foot({0, 0.05, 0.95}).sure);
 }
 
+TEST(SpineCoordinate, WhereAFootIsNotSureIsTheMeanOfTheNeighbours) {
+  std::vector<glm::dvec3> joints;  // a half circle of radius 1 about (0, 0, 1)
+  for (int i = 0; i <= 12; ++i)
+    joints.push_back({0, std::sin(kPi * i / 12), 1.0 - std::cos(kPi * i / 12)});
+  const SpineLine line(joints);
+  // Two vertices near the centre, side by side, and a rim of five on the body around them.
+  std::vector<glm::vec3> position{{0, 0.05f, 0.95f}, {0, 0.02f, 1.04f}};
+  for (const double turn : {0.4, 0.9, 1.5, 2.2, 2.9})
+    position.emplace_back(0.05, 1.1 * std::sin(turn), 1.0 - 1.1 * std::cos(turn));
+  const std::vector<glm::uvec3> triangle{{0, 2, 3}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 6}};
+  const std::vector<glm::vec3> normal(7, glm::vec3(1, 0, 0));
+  const std::vector<std::uint32_t> place{0, 1, 2, 3, 4, 5, 6};
+  const std::vector<std::uint8_t> torso(7, 1);
+  const std::vector<float> s =
+      spine_coordinate({position, normal, triangle, place, 7, torso, {}, joints}, line);
+  for (int v = 2; v < 7; ++v) EXPECT_NEAR(s[v], line.foot(glm::dvec3(position[v])).s, 1e-6) << v;
+  EXPECT_NEAR(s[0], (s[1] + s[2] + s[3] + s[4]) / 4.0, 1e-5);
+  EXPECT_NEAR(s[1], (s[0] + s[4] + s[5] + s[6]) / 4.0, 1e-5);
+  EXPECT_GT(std::abs(s[0] - line.foot(glm::dvec3(position[0])).s), 0.02) << "nothing was relaxed";
+}
+
 TEST(CutSlices, OfATubeAreItsCrossSections) {
   const SlicedTube t(Tube(10));
   EXPECT_EQ(t.slices.measured(), 64u);
@@ -77,6 +98,18 @@ TEST(CutSlices, PosedAreTheSameMaterial) {
         glm::distance(pose.centre[r], turn * (2.0 * t.rest_slices.centre[r]) + glm::dvec3(3, 4, 5)),
         1e-5);
     EXPECT_LT(glm::distance(pose.direction[r], turn * t.rest_slices.direction[r]), 1e-4);
+  }
+}
+
+TEST(CutSlices, DirectionLiesInTheSliceHoweverItIsBent) {
+  const SlicedTube t(Tube(10));
+  std::vector<glm::vec3> moved;  // rings lean, and are bent out of their planes
+  for (const glm::vec3& p : t.tube.position)
+    moved.emplace_back(p.x, p.y + 0.6f * p.x - 0.3f * p.z + 40.0f * p.x * p.x * p.x, p.z);
+  const SlicePose pose = pose_slices(t.slices, moved);
+  for (int r = 0; r < 64; ++r) {
+    EXPECT_NEAR(glm::length(pose.direction[r]), 1.0, 1e-9);
+    EXPECT_NEAR(glm::dot(pose.direction[r], glm::normalize(pose.area[r])), 0.0, 1e-9);
   }
 }
 
