@@ -92,7 +92,7 @@ bool Connectivity::may_collapse(int a, int b) const {
                         std::back_inserter(common_));
   if (static_cast<int>(common_.size()) != faces_lost) return false;
   for (const int n : common_) {
-    // A vertex inside keeps three neighbours or more, one on the border keeps an inner face.
+    // Every vertex keeps four neighbours or more, those beyond the plane counted.
     if (valence(n) <= (mesh_.on_plane(n) ? 3 : 4)) return false;
     if (a_border && mesh_.on_plane(n)) return false;
   }
