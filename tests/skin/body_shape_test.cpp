@@ -46,6 +46,30 @@ TEST(BodyShape, OfABallIsTheDistanceFromItsSkin) {
   EXPECT_EQ(shape.high(), glm::dvec3(3.4, 0.1 + 0.4, -0.2 + 0.4));
 }
 
+TEST(BodyShape, StandsInABoxThatIsTheSameOnBothSides) {
+  BodySolid cone, loft;
+  cone.shape = BodySolid::Shape::cone;
+  cone.axis = {{-0.1, 0.5, 0.2}, {0.1, 0.9, 0.3}};
+  cone.radius = {0.3, 0.1};
+  EXPECT_EQ(BodyShape(body_of({cone})).low(), glm::dvec3(-0.4, 0.5 - 0.3, 0.2 - 0.3));
+  EXPECT_EQ(BodyShape(body_of({cone})).high(), glm::dvec3(0.4, 0.9 + 0.1, 0.2 + 0.3));
+  // A loft's holds its corners and its domes, and not much more.
+  loft.axis = {{1, 0, 0}, {1, 2, 0}};
+  loft.sections = {{0.25, 0.3, 0.1, 0.2, 0.4, 8}, {1.5, 0.2, 0.25, 0.15, 0.1, 8}};
+  loft.cap = {0.6, 0.7};
+  const BodyDescription body = body_of({loft});
+  const BodyShape shape(body);
+  EXPECT_LT(shape.low().y, 0.25 - 0.6 + 1e-12);
+  EXPECT_GT(shape.low().y, 0.25 - 0.65);
+  EXPECT_GT(shape.high().y, 1.5 + 0.7 - 1e-12);
+  EXPECT_LT(shape.high().y, 1.5 + 0.75);
+  EXPECT_GT(shape.high().x, 1.3);
+  EXPECT_LT(shape.high().x, 1.0 + 1.03 * 0.5);
+  EXPECT_EQ(shape.low().x, -shape.high().x);
+  EXPECT_LT(shape.low().z, -0.4);
+  EXPECT_GT(shape.low().z, -1.03 * 0.5);
+}
+
 TEST(BodyShape, OfARoundConeIsThatOfAllItsBalls) {
   const struct {
     glm::dvec3 a, b;

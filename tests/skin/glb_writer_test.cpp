@@ -408,6 +408,13 @@ TEST(GlbWriter, WritesAPoseWithAColourForEachVertex) {
             json({1.0, 1.0, 1.0, 1.0}));
   color.pop_back();
   EXPECT_THROW(encode_posed_glb(c, posed, color), CharacterError);
+  EXPECT_NO_THROW(encode_posed_glb(c, posed, {}));
+  PosedMesh fewer = posed;
+  fewer.normal.pop_back();
+  EXPECT_THROW(encode_posed_glb(c, fewer, {}), CharacterError);
+  fewer = posed;
+  fewer.position.pop_back();
+  EXPECT_THROW(encode_posed_glb(c, fewer, {}), CharacterError);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "skin/clip.h"
 #include "skin/skinning.h"
 #include "skin/weight_suggestions.h"
 #include "tests/skin/stick_figure.h"
@@ -85,6 +86,10 @@ TEST(Sidecar, RefusesWhatItDoesNotKnowNamingFileLineAndKey) {
   says("[space]\nup = \"up\"", "expected one of +X, -X");
   says("[space]\nmetres_per_unit = nan", "metres_per_unit");
   says("[space]\nmetres_per_unit = 0", "metres_per_unit");
+  says("[space]\nmetres_per_unit = 0.99e-6", "is no number from 1e-6 to 1e6");
+  says("[space]\nmetres_per_unit = 1.01e6", "is no number from 1e-6 to 1e6");
+  EXPECT_EQ(refusal(head + "[space]\nmetres_per_unit = 1e-6\n"), "");
+  EXPECT_EQ(refusal(head + "[space]\nmetres_per_unit = 1e6\n"), "");
   says("envelope = \"giant\"", "expected one of human");
   says("skeleton = 3", "no table");
   says("[[control]]\nchannel = \"twist\"", "needs");
@@ -182,6 +187,49 @@ TEST(Sidecar, TakesNamespacesAwayAndBringsMetres) {
   for (std::size_t v = 0; v < rest.position.size(); ++v)
     EXPECT_LT(glm::distance(2.0f * half.position[v], rest.position[v]), 1e-6f);
   EXPECT_NE(figure.content_hash_low, before.content_hash_low);
+}
+
+TEST(Sidecar, BringsMetresToAClipThatIsNotInMetresYet) {
+  Clip clip;
+  clip.joint = {"hero:hips", "hero:chest"};
+  clip.spine = {"hero:hips"};
+  clip.left_arm = {"hero:arm_l"};
+  clip.right_arm = {"hero:arm_r"};
+  for (const double x : {1.0, 3.0}) {
+    glm::dmat4 at(1.0);
+    at[3] = glm::dvec4(x, 2.0 * x, -x, 1.0);
+    clip.rest.push_back(at);
+    clip.world.push_back(2.0 * at);
+    clip.point.emplace_back(static_cast<float>(x), 5.0f, 7.0f);
+  }
+  Sidecar sidecar;
+  sidecar.namespaces = {"hero:"};
+  sidecar.metres_per_unit = 0.25;
+  for (const bool in_metres : {false, true}) {
+    Clip told = clip;
+    told.in_metres = in_metres;
+    apply_sidecar(sidecar, told);
+    EXPECT_TRUE(told.in_metres);
+    EXPECT_EQ(told.joint, (std::vector<std::string>{"hips", "chest"}));
+    EXPECT_EQ(told.spine, std::vector<std::string>{"hips"});
+    EXPECT_EQ(told.left_arm, std::vector<std::string>{"arm_l"});
+    EXPECT_EQ(told.right_arm, std::vector<std::string>{"arm_r"});
+    const double factor = in_metres ? 1.0 : 0.25;
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_EQ(glm::dvec3(told.rest[k][3]), factor * glm::dvec3(clip.rest[k][3]));
+      EXPECT_EQ(glm::dvec3(told.world[k][3]), factor * glm::dvec3(clip.world[k][3]));
+      EXPECT_EQ(told.point[k], static_cast<float>(factor) * clip.point[k]);
+    }
+    EXPECT_NE(told.content_hash_low, clip.content_hash_low);
+    EXPECT_NE(told.content_hash_high, clip.content_hash_high);
+    apply_sidecar(sidecar, told);  // a second time it is in metres already
+    EXPECT_EQ(glm::dvec3(told.rest[1][3]), factor * glm::dvec3(clip.rest[1][3]));
+  }
+  // Nothing is said of units: what they are stays open.
+  Clip open = clip;
+  apply_sidecar({}, open);
+  EXPECT_FALSE(open.in_metres);
+  EXPECT_EQ(open.world, clip.world);
 }
 
 TEST(Sidecar, LeavesPartsOutAndKeepsTheOthersAsTheyWere) {

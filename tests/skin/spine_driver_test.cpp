@@ -102,6 +102,25 @@ TEST(SpineDriver, HandsTheChainFromTheHipsToTheBaseOfTheNeck) {
   EXPECT_EQ(chain.left, glm::dvec3(1.0, 0.0, 0.0));
 }
 
+TEST(SpineDriver, TakesJointsInOnePlaceForOneWhateverTheUnit) {
+  for (const double unit : {1.0, 1e-5, 1e5}) {
+    for (const double step : {0.0, 1e-7, 1e-5}) {  // of the chain's length, between two joints
+      Character character = stick_figure();
+      const Anatomy found = find_anatomy(character);
+      Node& second = character.nodes[static_cast<std::size_t>(found.spine[2])];
+      second.world_from_node[3] =
+          character.nodes[static_cast<std::size_t>(found.spine[1])].world_from_node[3] +
+          glm::dvec4(0, 0.5 * step, 0, 0);
+      for (Node& node : character.nodes)
+        node.world_from_node[3] *= glm::dvec4(unit, unit, unit, 1.0);
+      Anatomy anatomy = found;
+      anatomy.spine_length *= unit;
+      const SpineDriver driver(character, anatomy);
+      EXPECT_EQ(driver.rest_chain().joint.size(), step == 1e-5 ? 4u : 3u) << unit << " " << step;
+    }
+  }
+}
+
 TEST(SpineDriver, SetsAJointBetweenTwoOfTheSystemsByArcFraction) {
   // spine_1 stands at a third of the chain (see stick_figure.h); ten bones of `even` have joints at
   // 0.3 and 0.4, so it is a third of the way from the one to the other.
