@@ -146,6 +146,30 @@ TEST(MeasureChain, TwistInOneJointIsAsUnevenAsThereAreJoints) {
   EXPECT_TRUE(std::isnan(m.lost_twist_deg));  // nothing was expected, so nothing is said
 }
 
+TEST(MeasureChain, TwistInProportionToBonesOfAnyLengthIsEven) {
+  Chain c;
+  double place = 0.0;
+  std::vector<double> at;
+  for (const double length : {0.05, 0.3, 0.1, 0.1, 0.35, 0.1}) {
+    at.push_back(place);
+    place += length;
+  }
+  at.push_back(place);
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    c.rest.position.push_back(kY * at[i]);
+    c.rest.turn.emplace_back(1, 0, 0, 0);
+    const std::size_t bone = std::min(i, at.size() - 2);
+    c.pose.turn.push_back(rotation(kY * (1.2 * 0.5 * (at[bone] + at[bone + 1]))));
+  }
+  c.pose.position = c.rest.position;
+  c.intended = c.intended_rest = c.rest.position;
+  c.rest.chest = {{1, 0, 0, 0}, c.rest.position.back(), c.rest.position.back()};
+  c.rest.arms = c.rest.chest;
+  c.pose.chest = {rotation(kY * 1.2), c.rest.position.back(), c.pose.position.back()};
+  c.pose.arms = c.pose.chest;
+  EXPECT_NEAR(c.measure().uneven_twist, 1.0, 1e-9);
+}
+
 TEST(MeasureChain, OneJointRolledAgainstItsNeighboursIsFoundAndSizedUnderAnySmoothTwist) {
   for (int bones : {5, 6, 7, 10, 24})
     for (double twist : {0.0, 0.8, 1.6})

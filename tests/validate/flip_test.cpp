@@ -139,6 +139,18 @@ TEST(FindFlips, MeasuresTheGainOfAJointThatTurnsTwiceAsFastAsItsControl) {
   EXPECT_TRUE(report.steep.empty());
 }
 
+TEST(FindFlips, GainIsTheFastestWhicheverEndOfTheSweepItIsAt) {
+  const FlipRig rig = [](double t,
+                         FlipSample& sample) {  // one slows down to rest, one is its mirror
+    sample.turn = {rotation(kX * radians_from(120.0 * (2.0 * t - t * t))),
+                   rotation(kX * radians_from(120.0 * t * t))};
+  };
+  const FlipReport report = find_flips(rig, {.intervals = 60, .control_deg = 120.0});
+  EXPECT_NEAR(report.gain[0], report.gain[1], 1e-9);
+  EXPECT_LT(report.gain[0], 2.0);
+  EXPECT_GT(report.gain[0], 2.0 - 0.5 / 60.0);
+}
+
 TEST(FindFlips, WithoutControlTheGainIsNotMeasuredButJumpsAreFound) {
   const FlipRig rig = [](double t, FlipSample& sample) {
     sample.turn = {t > 0.3 ? rotation(kX * 0.5) : glm::dquat(1, 0, 0, 0)};

@@ -45,6 +45,16 @@ TEST(FrameDifference, OfAFrameAndItselfIsNothingAtAll) {
   EXPECT_EQ(measure(d, "normal_largest").value, 0.0);
 }
 
+TEST(FrameDifference, ComparesNoiseOnlyWhereBothFramesTellTheirs) {
+  EXPECT_TRUE(frame_difference(disc(24, 0.4, 1e-4), disc(24, 0.4, 1e-4)).noise.has_value());
+  const render::Frame plain = disc(24), told = disc(24, 0.4, 1e-4);
+  for (const auto& [a, b] : {std::pair(plain, told), std::pair(told, plain)}) {
+    const FrameDifference d = frame_difference(a, b);
+    EXPECT_FALSE(d.noise.has_value());
+    EXPECT_EQ(measure(d, "perceptual_hdr_mean").verdict, Verdict::pass);
+  }
+}
+
 TEST(FrameDifference, MeasuresAMoveInPixels) {
   const FrameDifference d = frame_difference(disc(24), disc(27));
   EXPECT_FALSE(d.identical);

@@ -8,6 +8,7 @@
 #include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/report_json.h"
+#include "validate/run/judge.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {
@@ -194,6 +195,33 @@ TEST(Reproducing, NamesACharacterFromTheFolderOfItsSuite) {
   EXPECT_EQ(request.character_text("/show/scenes/hero.glb"), "scenes/hero.glb");
   request.character = "../my hero.glb";
   EXPECT_EQ(request.character_text("/show/my hero.glb"), "../my hero.glb") << "as it was typed";
+}
+
+TEST(Reproducing, NamesTheJointsAndTheChainThatWereChosen) {
+  RunRequest request;
+  request.character = "my hero.glb";
+  EXPECT_EQ(request.character_words("my hero.glb"), "'my hero.glb'");
+  request.hints = {.hip = "hero:Hips",
+                   .chest = "#12",
+                   .spine = {"a", "b c"},
+                   .left_arm = {"l1", "l2"},
+                   .right_arm = {"r1"},
+                   .rig_template = "mgear"};
+  const std::string words = request.character_words("my hero.glb");
+  EXPECT_EQ(words,
+            "'my hero.glb' --template mgear --hip hero:Hips --chest '#12' --spine 'a,b c' "
+            "--left-arm l1,l2 --right-arm r1");
+  RigRecord rig;
+  rig.plan = read_rig("even");
+  PoseDegrees pose;
+  *pose.find("extension") = 30.0;
+  EXPECT_EQ(command_for(rig, "a.glb", DrivenChain::spine, pose),
+            "backbend render a.glb --rig even --mapping chest --pose extension=30");
+  EXPECT_EQ(command_for(rig, "a.glb", DrivenChain::neck, pose),
+            "backbend render a.glb --chain neck --rig even --mapping chest --pose extension=30");
+  rig.plan = read_rig("neck");  // alone, it would drive the neck
+  EXPECT_EQ(command_for(rig, "a.glb", DrivenChain::spine, PoseDegrees()),
+            "backbend render a.glb --chain spine --rig neck --mapping chest");
 }
 
 TEST(Pictures, OfARunAreWrittenAndNamedInTheReport) {

@@ -44,8 +44,8 @@ void show_worst(Comparison& comparison, const ComparedSide& a, const ComparedSid
     for (std::size_t i = 0; i < poses.size(); ++i) {
       ComparedPose& pose = poses[i];
       const PoseDegrees degrees = pose_of(a.rig, pose);
-      pose.a_command = command_for(a.rig, a.character, degrees);
-      pose.b_command = command_for(b.rig, b.character, degrees);
+      pose.a_command = command_for(a.rig, a.character, a.stage.chain(), degrees);
+      pose.b_command = command_for(b.rig, b.character, b.stage.chain(), degrees);
       if (!plan.enabled) continue;
       const std::string name = std::string("compare/against_") + (against_a ? "a" : "b") + "_" +
                                std::to_string(i + 1) + "_" + pose.code;

@@ -13,7 +13,7 @@ namespace backbend::validate {
 struct ComparedSide {
   const Stage& stage;
   const RigRecord& rig;
-  std::string character;  // its file as commands name it
+  std::string character;  // the words that name it and its joints in commands
 };
 
 /// Adds to every pose that speaks against a side the commands that show it on both and, where

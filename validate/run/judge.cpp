@@ -9,7 +9,7 @@
 
 namespace backbend::validate {
 
-std::string command_for(const RigRecord& rig, const std::string& character,
+std::string command_for(const RigRecord& rig, const std::string& character, DrivenChain chain,
                         const PoseDegrees& pose) {
   std::string channels;
   for (const std::string_view channel : kChannels) {
@@ -17,9 +17,13 @@ std::string command_for(const RigRecord& rig, const std::string& character,
     if (value == 0.0) continue;
     channels += (channels.empty() ? "" : ",") + std::string(channel) + "=" + number_text(value, 6);
   }
-  return "backbend render " + shell_word(character) + " --rig " +
-         shell_word(rig_text(rig.plan.spec)) + " --mapping " +
-         std::string(mapping_name(rig.mapping)) + (channels.empty() ? "" : " --pose " + channels);
+  // The rig `neck` drives the neck by itself, unless joints were named.
+  const bool neck = chain == DrivenChain::neck;
+  const std::string driven =
+      neck || rig.plan.spec.system == "neck" ? neck ? " --chain neck" : " --chain spine" : "";
+  return "backbend render " + character + driven + " --rig " + shell_word(rig_text(rig.plan.spec)) +
+         " --mapping " + std::string(mapping_name(rig.mapping)) +
+         (channels.empty() ? "" : " --pose " + channels);
 }
 
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
@@ -38,7 +42,7 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   finding.owner = check.owner;
   finding.inside_envelope = context.envelope.contains(pose);
   finding.verdict = finding.inside_envelope ? Verdict::fail : Verdict::stress;
-  finding.reproduce = command_for(rig, context.character, pose);
+  finding.reproduce = command_for(rig, context.character, context.stage.chain(), pose);
   return finding;
 }
 
@@ -251,7 +255,7 @@ std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& conte
     finding.verdict = judges_weights ? Verdict::fail : Verdict::stress;
     finding.detail = std::string(check.name) + ": " + fact.detail;
     finding.image.note = "no picture metric looks at this";
-    finding.reproduce = "backbend inspect " + shell_word(context.character);
+    finding.reproduce = "backbend inspect " + context.character;
     findings.push_back(std::move(finding));
   }
   return findings;

@@ -14,7 +14,7 @@ struct JudgeContext {
   const Stage& stage;
   const LimitSet& limits;
   const Envelope& envelope;
-  std::string character;  // the file as the user named it, for reproduce lines
+  std::string character;  // the words that name it and its joints in reproduce lines
 };
 
 /// Every finding of one rig: flips one by one, for the other checks the worst pose of each sweep
@@ -25,8 +25,9 @@ std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg);
 
-/// The command that renders a character (its file as the user named it) under a rig at a pose.
-std::string command_for(const RigRecord& rig, const std::string& character,
+/// The command that renders a character (the words that name it and its joints), the chain of it
+/// that was driven, under a rig at a pose.
+std::string command_for(const RigRecord& rig, const std::string& character, DrivenChain chain,
                         const PoseDegrees& pose);
 
 /// Puts the place of a metric into the finding: a joint by its name, a slice or a vertex by its

@@ -21,6 +21,7 @@
 #include "validate/report/libraries.h"
 #include "validate/report/markdown.h"
 #include "validate/report/report_json.h"
+#include "validate/report/shell_word.h"
 #include "validate/run/canary.h"
 #include "validate/run/confirmed.h"
 #include "validate/run/image_pass.h"
@@ -198,7 +199,8 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord&
 struct CharacterRun {
   std::unique_ptr<Stage> stage;
   std::vector<RigRecord> records;
-  std::string character;  // its file as commands name it
+  std::string character;  // its file as the user named it
+  std::string words;      // that and its joints as commands name them
   render::Bounds box;     // of every pose
 };
 
@@ -228,13 +230,14 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints, request.chain),
       {},
       request.character_text(file),
+      request.character_words(file),
       {}};
   const Stage& stage = *run.stage;
   const Envelope envelope = envelope_of(request, confirmed);
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), envelope.name));
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
-  const JudgeContext context{stage, limits, envelope, run.character};
+  const JudgeContext context{stage, limits, envelope, run.words};
   // No limit of a studio's makes a canary deaf.
   const JudgeContext by_the_table{stage, table, envelope, context.character};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
@@ -316,7 +319,7 @@ void compare(const RunRequest& request, const OutputFolder& folder, std::vector<
     box.add(runs.back().box);
     for (std::size_t i = 0; i < report.comparisons.size(); ++i) {
       const auto side = [&](const CharacterRun& run) {
-        return ComparedSide{*run.stage, run.records[i], run.character};
+        return ComparedSide{*run.stage, run.records[i], run.words};
       };
       show_worst(report.comparisons[i], side(runs.back()), side(runs.front()), box,
                  request.suite.pictures, folder, progress);
@@ -329,7 +332,7 @@ void compare(const RunRequest& request, const OutputFolder& folder, std::vector<
   const auto side = [&](Role role) {
     const auto record = std::find_if(run.records.begin(), run.records.end(),
                                      [&](const RigRecord& each) { return each.plan.role == role; });
-    return ComparedSide{*run.stage, *record, run.character};
+    return ComparedSide{*run.stage, *record, run.words};
   };
   show_worst(report.comparisons.front(), side(Role::proposed), side(Role::reference), run.box,
              request.suite.pictures, folder, progress);
@@ -438,6 +441,22 @@ std::string RunRequest::character_text(const std::filesystem::path& file) const 
   // A project keeps its suites in `scenes`, and its commands are typed beside that.
   return file.lexically_proximate(folder.filename() == "scenes" ? folder.parent_path() : folder)
       .string();
+}
+
+std::string RunRequest::character_words(const std::filesystem::path& file) const {
+  std::string words = shell_word(character_text(file));
+  const auto add = [&](const char* option, const std::vector<std::string>& joints) {
+    std::string list;
+    for (const std::string& joint : joints) list += (list.empty() ? "" : ",") + joint;
+    if (!list.empty()) words += " " + std::string(option) + " " + shell_word(list);
+  };
+  add("--template", {hints.rig_template});
+  add("--hip", {hints.hip});
+  add("--chest", {hints.chest});
+  add("--spine", hints.spine);
+  add("--left-arm", hints.left_arm);
+  add("--right-arm", hints.right_arm);
+  return words;
 }
 
 Report run_suite(const RunRequest& request, Progress& progress) {

@@ -50,6 +50,8 @@ struct RunRequest {
   /// suite that names it (the one above, where that is called `scenes`). The working folder has no
   /// say in it, nor is it an absolute path that nobody typed.
   std::string character_text(const std::filesystem::path& file) const;
+  /// That as a word of a shell, with the options that name the joints as they were named here.
+  std::string character_words(const std::filesystem::path& file) const;
 };
 
 /// Measures every rig of the suite on every character, judges it, and renders the evidence.

@@ -72,6 +72,7 @@ skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy
 
 Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenChain chain)
     : character_(std::move(character)),
+      chain_(chain),
       anatomy_(chain == DrivenChain::spine
                    ? skin::find_anatomy(character_, hints)
                    : neck_anatomy(character_, skin::find_anatomy(character_, hints))),

@@ -41,6 +41,7 @@ class Stage {
 
   const skin::Character& character() const { return character_; }
   const skin::Anatomy& anatomy() const { return anatomy_; }
+  DrivenChain chain() const { return chain_; }
   const std::vector<skin::Region>& regions() const { return regions_; }
   const skin::PosedMesh& rest() const { return rest_; }
   const skin::SpineDriver& driver() const { return driver_; }
@@ -61,6 +62,7 @@ class Stage {
 
  private:
   skin::Character character_;
+  DrivenChain chain_ = DrivenChain::spine;
   skin::Anatomy anatomy_;
   skin::SpineDriver driver_;
   std::vector<skin::Region> regions_;
