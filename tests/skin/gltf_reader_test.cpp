@@ -488,5 +488,45 @@ TEST(GltfReader, ReadsMaterialsAndKeepsPicturesEncoded) {
   EXPECT_TRUE(warning(character, "image_missing"));
 }
 
+TEST(GltfReader, KeepsMaterialsWithinTheirRangesAndPicturesWithinTheFile) {
+  GltfFixture file = strip();
+  const int picture = file.add_view(std::vector<std::uint8_t>{0x89, 'P', 'N', 'G', 1, 2, 3, 4});
+  const json image = {{"bufferView", picture}, {"mimeType", "image/png"}};
+  file.root["images"] = {image, image};
+  const json webp = {{"extensions", {{"EXT_texture_webp", {{"source", 1}}}}}};
+  file.root["textures"] = {{{"source", 1}}, {{"source", 2}}, webp};
+  file.root["materials"] = {{{"emissiveFactor", {0.25, 2.0, -1.0}},
+                             {"normalTexture", {{"index", 3}}},
+                             {"pbrMetallicRoughness",
+                              {{"baseColorFactor", {-0.5, 0.75, 1.5, 0.125}},
+                               {"roughnessFactor", -3},
+                               {"metallicFactor", 7.0},
+                               {"baseColorTexture", {{"index", 2}}},
+                               {"metallicRoughnessTexture", {{"index", 0}}}}}},
+                            {{"normalTexture", {{"index", 1}}}}};
+  const Character character = read(file);
+  ASSERT_EQ(character.materials.size(), 3u);
+  const Material& first = character.materials[0];
+  EXPECT_EQ(first.name, "material_0");
+  EXPECT_EQ(first.base_color, glm::vec4(0.0f, 0.75f, 1.0f, 0.125f));
+  EXPECT_EQ(first.emissive, glm::vec3(0.25f, 1.0f, 0.0f));
+  EXPECT_EQ(first.roughness, 0.0f);
+  EXPECT_EQ(first.metallic, 1.0f);
+  EXPECT_EQ(first.base_color_image, 1);
+  EXPECT_EQ(first.metallic_roughness_image, 1);
+  EXPECT_EQ(first.normal_image, -1);  // the file has three textures
+  EXPECT_FALSE(first.double_sided);
+  const Material& second = character.materials[1];  // the standard's defaults
+  EXPECT_EQ(second.name, "material_1");
+  EXPECT_EQ(second.base_color, glm::vec4(1.0f));
+  EXPECT_EQ(second.emissive, glm::vec3(0.0f));
+  EXPECT_EQ(second.roughness, 1.0f);
+  EXPECT_EQ(second.metallic, 1.0f);
+  EXPECT_EQ(second.base_color_image, -1);
+  EXPECT_EQ(second.normal_image, -1);         // and two pictures
+  EXPECT_EQ(character.parts[0].material, 2);  // it names none: ours
+  EXPECT_EQ(character.materials[2].name, "default");
+}
+
 }  // namespace
 }  // namespace backbend::skin

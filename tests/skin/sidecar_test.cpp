@@ -257,8 +257,24 @@ TEST(Sidecar, LeavesPartsOutAndKeepsTheOthersAsTheyWere) {
   }
   three.place_count = 3 * one.place_count;
   Sidecar sidecar;
+  for (std::uint32_t v = 0; v < 3 * vertices; ++v)
+    three.uv.emplace_back(static_cast<float>(v), 0.5f * static_cast<float>(v));
+  three.unweighted = {1, vertices + 2, 2 * vertices, 2 * vertices + 4};
+  three.worst_weight_vertex = static_cast<int>(2 * vertices + 5);
+  Character worst_in_hair = three;
+  worst_in_hair.worst_weight_vertex = static_cast<int>(vertices + 3);
   sidecar.leave_out = {"hair"};
+  apply_sidecar(sidecar, worst_in_hair);
+  EXPECT_EQ(worst_in_hair.worst_weight_vertex, -1);
   apply_sidecar(sidecar, three);
+  EXPECT_EQ(three.worst_weight_vertex, static_cast<int>(vertices + 5));
+  EXPECT_EQ(three.unweighted, (std::vector<std::uint32_t>{1, vertices, vertices + 4}));
+  ASSERT_EQ(three.uv.size(), 2 * vertices);
+  EXPECT_EQ(three.uv[vertices + 1].x, static_cast<float>(2 * vertices + 1));
+  EXPECT_EQ(three.parts[1].first_vertex, vertices);
+  EXPECT_EQ(three.parts[1].first_triangle, triangles);
+  for (std::uint32_t v = 0; v < vertices; ++v)
+    EXPECT_EQ(three.place[vertices + v], one.place[v] + one.place_count);
   ASSERT_EQ(three.parts.size(), 2u);
   EXPECT_EQ(three.parts[1].name, "coat");
   EXPECT_EQ(three.vertex_count(), 2 * one.vertex_count());

@@ -3,7 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
 #include <glm/gtc/matrix_inverse.hpp>
+#include <random>
 
 #include "skin/driver_coverage.h"
 #include "tests/skin/stick_figure.h"
@@ -120,6 +125,144 @@ TEST(WeightHygiene, CountsTinyWeightsAndLongLists) {
   EXPECT_EQ(weights.most_influences(), 5);
   EXPECT_EQ(weights.unweighted, 1u);
   EXPECT_EQ(weights.with_influences[0], 1u);
+}
+
+/// The curtain with weights of any kind: patches of joints at random, its middle moved aside, its
+/// places a little off their columns so that not each has an image.
+Character painted(unsigned seed) {
+  Character character = curtain();
+  std::mt19937 rng(seed);
+  std::uniform_real_distribution<float> unit(0.0f, 1.0f);
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    if (rng() % 4 == 0) character.bind_position[v].x += 0.02f * unit(rng);
+    if (rng() % 2 == 0) continue;
+    Influences w;
+    std::array<float, 4> share = {unit(rng), 0.2f * unit(rng), 0.1f * unit(rng), 0.03f * unit(rng)};
+    std::sort(share.begin(), share.end(), std::greater<>());
+    const float sum = share[0] + share[1] + share[2] + share[3];
+    const std::size_t first = rng() % 5;
+    for (std::size_t k = 0; k < 4; ++k) {
+      w.joint[k] = static_cast<std::uint16_t>(first + 2 * k);
+      w.weight[k] = share[k] / sum;
+    }
+    character.influences[v] = w;
+  }
+  return character;
+}
+
+double weight_on(const Character& character, std::size_t v, int node) {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < kMaxInfluences; ++k)
+    if (character.joints[character.influences[v].joint[k]].node == node)
+      sum += character.influences[v].weight[k];
+  return sum;
+}
+
+TEST(WeightHygiene, FindsTheIslandsThatAFloodFillFinds) {
+  for (unsigned seed = 1; seed <= 5; ++seed) {
+    const Character character = painted(seed);
+    const WeightHygiene weights = judge(character);
+    std::vector<Bleed> expected;
+    for (int node = 0; node < static_cast<int>(character.nodes.size()); ++node) {
+      std::vector<int> island(character.vertex_count(), -1);
+      std::vector<double> sum;
+      const auto on = [&](std::size_t v) { return weight_on(character, v, node) > 0.01f; };
+      for (std::size_t v = 0; v < island.size(); ++v) {
+        if (!on(v) || island[v] >= 0) continue;
+        std::vector<std::size_t> pending{v};
+        island[v] = static_cast<int>(sum.size());
+        sum.push_back(0.0);
+        while (!pending.empty()) {
+          const std::size_t at = pending.back();
+          pending.pop_back();
+          sum.back() += weight_on(character, at, node);
+          for (const glm::uvec3& t : character.triangles) {
+            if (t.x != at && t.y != at && t.z != at) continue;
+            for (int k = 0; k < 3; ++k)
+              if (on(t[k]) && island[t[k]] < 0) {
+                island[t[k]] = island[at];
+                pending.push_back(t[k]);
+              }
+          }
+        }
+      }
+      if (sum.empty()) continue;
+      const int main = static_cast<int>(std::max_element(sum.begin(), sum.end()) - sum.begin());
+      Bleed all{node};
+      for (int i = 0; i < static_cast<int>(sum.size()); ++i) {
+        if (i == main) continue;
+        std::size_t places = 0;
+        double largest = 0.0;
+        std::uint32_t vertex = 0;
+        for (std::size_t v = 0; v < island.size(); ++v) {
+          if (island[v] != i) continue;
+          ++places;
+          if (const double w = weight_on(character, v, node); w > largest)
+            largest = w, vertex = static_cast<std::uint32_t>(v);
+        }
+        if (largest < 0.05f) continue;
+        all.places += places;
+        if (largest > static_cast<double>(all.largest))
+          all.largest = static_cast<float>(largest), all.vertex = vertex;
+      }
+      if (all.places > 0) expected.push_back(all);
+    }
+    ASSERT_GT(expected.size(), 3u);
+    ASSERT_EQ(weights.bleed.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+      EXPECT_EQ(weights.bleed[i].node, expected[i].node);
+      EXPECT_EQ(weights.bleed[i].places, expected[i].places) << i;
+      EXPECT_EQ(weights.bleed[i].largest, expected[i].largest);
+      EXPECT_EQ(weights.bleed[i].vertex, expected[i].vertex);
+    }
+  }
+}
+
+TEST(WeightHygiene, ComparesEveryPlaceWithTheNearestToItsImage) {
+  for (unsigned seed = 1; seed <= 3; ++seed) {
+    const Character character = painted(seed);
+    const Anatomy anatomy = find_anatomy(character);
+    const WeightHygiene weights = judge_weights(character, anatomy);
+    const double edge = 0.002 * anatomy.height;
+    const auto swapped = [&](int node) {
+      std::string name = character.nodes[static_cast<std::size_t>(node)].name;
+      if (name.size() > 2 && name[name.size() - 2] == '.')
+        name.back() = name.back() == 'L' ? 'R' : 'L';
+      return stick_node(character, name);
+    };
+    std::size_t mirrored = 0, asymmetric = 0;
+    double worst = 0.0;
+    std::uint32_t worst_vertex = 0;
+    for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+      const glm::dvec3 p(character.bind_position[v]), image(-p.x, p.y, p.z);
+      double least = edge;
+      std::size_t best = character.vertex_count();
+      for (std::size_t w = 0; w < character.vertex_count(); ++w)
+        if (const double d = glm::distance(image, glm::dvec3(character.bind_position[w]));
+            d < least)
+          least = d, best = w;
+      if (best == character.vertex_count()) continue;
+      ++mirrored;
+      double difference = 0.0;
+      for (int node = 0; node < static_cast<int>(character.nodes.size()); ++node)
+        difference += 0.5 * std::abs(weight_on(character, v, swapped(node)) -
+                                     weight_on(character, best, node));
+      asymmetric += difference > 0.05;
+      if (difference > worst + 1e-9)
+        worst = difference, worst_vertex = static_cast<std::uint32_t>(v);
+    }
+    ASSERT_GT(mirrored, 150u);
+    ASSERT_LT(mirrored, 400u);
+    EXPECT_DOUBLE_EQ(weights.mirrored_share, static_cast<double>(mirrored) / 441.0);
+    EXPECT_EQ(weights.asymmetric, asymmetric);
+    EXPECT_NEAR(weights.worst_asymmetry, worst, 1e-6);
+    EXPECT_EQ(weights.worst_asymmetric_vertex, worst_vertex);
+    std::size_t tiny = 0;
+    for (const Influences& w : character.influences)
+      for (const float each : w.weight) tiny += each > 0.0f && each < 0.01f;
+    EXPECT_EQ(weights.tiny, tiny);
+    EXPECT_GT(tiny, 20u);
+  }
 }
 
 TEST(DriverCoverage, SaysHowMuchOfTheTorsoHelpersHold) {
