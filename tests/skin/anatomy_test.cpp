@@ -357,6 +357,32 @@ TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
   EXPECT_TRUE(driver.arms_follow_chest());
 }
 
+TEST(Anatomy, TakesTheLongestOfSeveralPairsThatAreCalledArms) {
+  const Anatomy expected = find_anatomy(stick_figure());
+  for (const char* parent : {"spine_1", "neck"})  // before the arms in the file's order, and behind
+    for (const char* part : {"arm_small", "leg_small"}) {
+      Character character = stick_figure();
+      for (const double side : {1.0, -1.0}) {
+        int above = stick_node(character, parent);
+        for (int k = 0; k < 2; ++k) {
+          Node node;
+          node.name = std::string(part) + (k == 0 ? "" : "_lower") + (side > 0.0 ? ".L" : ".R");
+          node.parent = above;
+          node.world_from_node =
+              glm::translate(glm::dmat4(1.0), glm::dvec3((0.1 + 0.15 * k) * side, 1.2, 0.05));
+          character.nodes.push_back(node);
+          above = static_cast<int>(character.nodes.size()) - 1;
+          stick_vertex(character, above);
+        }
+      }
+      const Anatomy anatomy = find_anatomy(character);
+      EXPECT_EQ(anatomy.left_arm, expected.left_arm) << parent << part;
+      EXPECT_EQ(anatomy.right_arm, expected.right_arm);
+      EXPECT_EQ(anatomy.left_leg, expected.left_leg) << parent << part;
+      EXPECT_EQ(anatomy.right_leg, expected.right_leg);
+    }
+}
+
 TEST(Anatomy, IsOverriddenByHints) {
   const Character character = stick_figure();
   AnatomyHints hints;

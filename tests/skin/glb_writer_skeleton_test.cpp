@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -266,6 +267,13 @@ TEST(GlbWriter, BringsEveryPropertyOfACharacterThroughAFile) {
   for (const int joints : {12, 255, 256, 300}) {
     const Character c = rich(joints);
     const std::vector<std::uint8_t> glb = encode_glb(c);
+    // Both chunks end on four bytes, whatever stands in them.
+    std::uint32_t text = 0, binary = 0;
+    std::memcpy(&text, glb.data() + 12, 4);
+    std::memcpy(&binary, glb.data() + 20 + text, 4);
+    EXPECT_EQ(text % 4, 0u);
+    EXPECT_EQ(binary % 4, 0u);
+    EXPECT_EQ(28 + text + binary, glb.size());
     const TemporaryFolder folder;
     write_file(folder / "rich.glb", glb);
     const Character read = read_character(folder / "rich.glb");

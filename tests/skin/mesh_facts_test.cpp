@@ -137,8 +137,8 @@ TEST(JointMatrices, KnowWhetherNormalsGoAnotherWayThanPoints) {
     glm::dvec3 scale;
     bool uneven;
   } cases[] = {{{1, 1, 1}, false},       {{2.5, 2.5, 2.5}, false}, {{1, 1 + 4e-6, 1}, false},
-               {{1, 1 + 1e-4, 1}, true}, {{2, 1, 1}, true},        {{-1, -1, -1}, false},
-               {{-1, 1.5, 1}, true},     {{-1, 1, -1}, false}};  // half a turn
+               {{1, 1 + 1e-4, 1}, true}, {{2, 1, 1}, true},        {{-1, 1.5, 1}, true},
+               {{-1, 1, -1}, false}};  // half a turn
   for (const auto& c : cases) {
     const glm::dmat4 m = glm::scale(turned, c.scale);
     const JointMatrices out = joint_matrices({{0, glm::dmat4(1.0)}, {1, turned}},

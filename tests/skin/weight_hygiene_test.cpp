@@ -135,6 +135,9 @@ Character painted(unsigned seed) {
   std::uniform_real_distribution<float> unit(0.0f, 1.0f);
   for (std::size_t v = 0; v < character.vertex_count(); ++v) {
     if (rng() % 4 == 0) character.bind_position[v].x += 0.02f * unit(rng);
+    // A quarter of the distance at which a place is an image, to every side of the cells' borders.
+    for (int axis = 0; axis < 3; ++axis)
+      character.bind_position[v][axis] += 0.001f * static_cast<float>(rng() % 3) - 0.001f;
     if (rng() % 2 == 0) continue;
     Influences w;
     std::array<float, 4> share = {unit(rng), 0.2f * unit(rng), 0.1f * unit(rng), 0.03f * unit(rng)};
