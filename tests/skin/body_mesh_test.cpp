@@ -619,6 +619,36 @@ TEST(BodySubdivide, MendsWhatIsThinOrTurnedOverAndNothingElse) {
   }
 }
 
+TEST(BodySubdivide, MendsBesideTheMirrorPlaneWithoutMovingWhatLiesInIt) {
+  const glm::dvec3 center(0.0, -0.1, 0.2);
+  const BodyDescription body = body_of({ball(center, 0.4)});
+  const BodyShape shape(body);
+  HalfMesh mesh = grid_surface(shape, center, 0.08);
+  remesh(mesh, shape, EdgeSizes(mesh, shape, 0.08, 0.5, 1.5, 150.0), 5, [] {});
+  std::vector<int> ring;
+  int tried = 0;
+  for (int v = 0; v < static_cast<int>(mesh.position.size()); ++v) {
+    if (mesh.on_plane(v)) continue;
+    HalfMesh bent = mesh;
+    Connectivity(bent).neighbours(v, ring);
+    const auto beside =
+        std::find_if(ring.begin(), ring.end(), [&](int n) { return mesh.on_plane(n); });
+    if (beside == ring.end() || ++tried > 6) continue;
+    bent.position[z(v)] =
+        shape.project(glm::mix(mesh.position[z(v)], mesh.position[z(*beside)], 0.9), 1.0);
+    mend(bent, shape);
+    EXPECT_GT(smallest_angle_deg(bent), 10.0) << v;
+    for (std::size_t k = 0; k < bent.position.size(); ++k) {
+      if (mesh.position[k].x == 0.0) {
+        EXPECT_EQ(bent.position[k], mesh.position[k]);
+      } else {
+        EXPECT_GT(bent.position[k].x, 0.0);
+      }
+    }
+  }
+  EXPECT_GT(tried, 6);
+}
+
 // Remeshing --------------------------------------------------------------------------------------
 
 TEST(BodyRemesh, MakesEvenTrianglesOfTheWantedSizeOnTheSurface) {

@@ -258,6 +258,74 @@ TEST(DualQuaternionSkinning, IsTheRestMeshAtRest) {
             rest_mesh(character).position);
 }
 
+/// One vertex at rest at `at`, on joints whose rests are anywhere.
+Character resting(const glm::dvec3& at, int joints) {
+  Character character = random_character(1, joints, joints, 31);
+  std::mt19937 rng(32);
+  for (std::size_t j = 0; j < character.joints.size(); ++j) {
+    character.nodes[j].world_from_node = random_motion(rng);
+    character.joints[j].joint_from_mesh = glm::affineInverse(character.nodes[j].world_from_node);
+  }
+  character.bind_position[0] = glm::vec3(at);
+  return character;
+}
+
+TEST(DualQuaternionSkinning, OfOneJointIsItsMotionWhateverThatIs) {
+  const glm::dvec3 at(0.4, -0.7, 1.1);
+  std::mt19937 rng(33);
+  for (const glm::dvec3& scale : {glm::dvec3(1, 1, 1), glm::dvec3(2, 1, 0.5), glm::dvec3(0.7, 3, 1),
+                                  glm::dvec3(1, 1, -1), glm::dvec3(1.00001, 1, 1)})
+    for (int i = 0; i < 20; ++i) {
+      const Character character = resting(at, 1);
+      const glm::dmat4 motion = glm::scale(random_motion(rng), scale);
+      const PosedMesh posed = skin(character, {motion * character.nodes[0].world_from_node},
+                                   SkinningMethod::dual_quaternion);
+      const glm::dvec3 expected(motion * glm::dvec4(at, 1.0));
+      EXPECT_LT(glm::distance(glm::dvec3(posed.position[0]), expected), 5e-6) << scale.x;
+      const glm::dvec3 rest(rest_mesh(character).normal[0]);
+      const glm::dvec3 normal = glm::normalize(glm::inverseTranspose(glm::dmat3(motion)) * rest) *
+                                (glm::determinant(glm::dmat3(motion)) < 0.0 ? -1.0 : 1.0);
+      EXPECT_GT(std::abs(glm::dot(glm::dvec3(posed.normal[0]), normal)), 1.0 - 1e-5) << scale.x;
+    }
+}
+
+TEST(DualQuaternionSkinning, HalfWayBetweenTwoScrewsIsTheScrewBetweenThem) {
+  // About one axis through one point, and along it: the mean of two such motions is the motion by
+  // the mean angle and shift. Kavan 2008, section 4: linear blending of two keeps to the screw.
+  std::mt19937 rng(34);
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  for (int i = 0; i < 30; ++i) {
+    const glm::dvec3 axis = glm::normalize(glm::dvec3(unit(rng), unit(rng), unit(rng))),
+                     pivot(unit(rng), unit(rng), unit(rng)), at(unit(rng), unit(rng), unit(rng));
+    const auto screw = [&](double angle, double shift) {
+      return glm::translate(glm::dmat4(1.0), pivot + shift * axis) *
+             glm::rotate(glm::dmat4(1.0), angle, axis) * glm::translate(glm::dmat4(1.0), -pivot);
+    };
+    const double a = 1.5 * unit(rng), b = a + 2.8 * unit(rng), s = unit(rng), t = unit(rng);
+    Character character = resting(at, 2);
+    character.influences[0].weight = {0.5f, 0.5f};
+    const PosedMesh posed = skin(character,
+                                 {screw(a, s) * character.nodes[0].world_from_node,
+                                  screw(b, t) * character.nodes[1].world_from_node},
+                                 SkinningMethod::dual_quaternion);
+    const glm::dmat4 half = screw(0.5 * (a + b), 0.5 * (s + t));
+    EXPECT_LT(glm::distance(glm::dvec3(posed.position[0]), glm::dvec3(half * glm::dvec4(at, 1.0))),
+              5e-6);
+    EXPECT_LT(glm::distance(glm::dvec3(posed.normal[0]),
+                            glm::dmat3(half) * glm::dvec3(rest_mesh(character).normal[0])),
+              5e-6);
+    // A stretch is blended before: half of what each adds.
+    const glm::dmat4 long_one = glm::scale(glm::dmat4(1.0), glm::dvec3(3.0, 1.0, 1.0));
+    const PosedMesh stretched = skin(character,
+                                     {screw(a, s) * character.nodes[0].world_from_node,
+                                      screw(b, t) * long_one * character.nodes[1].world_from_node},
+                                     SkinningMethod::dual_quaternion);
+    EXPECT_LT(glm::distance(glm::dvec3(stretched.position[0]),
+                            glm::dvec3(half * glm::dvec4(2.0 * at.x, at.y, at.z, 1.0))),
+              1e-5);
+  }
+}
+
 TEST(DualQuaternionSkinning, CarriesEvenScaleOfAJoint) {
   Character character = random_character(50, 1, 1, 15);
   const std::vector world = {glm::scale(glm::dmat4(1.0), glm::dvec3(3.0))};
