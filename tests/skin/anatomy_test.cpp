@@ -357,6 +357,110 @@ TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
   EXPECT_TRUE(driver.arms_follow_chest());
 }
 
+/// A joint with a vertex of its own, `way` from its parent.
+int hang(Character& character, const std::string& name, int parent, const glm::dvec3& way) {
+  Node node;
+  node.name = name;
+  node.parent = parent;
+  node.world_from_node = glm::translate(
+      glm::dmat4(1.0),
+      glm::dvec3(character.nodes[static_cast<std::size_t>(parent)].world_from_node[3]) + way);
+  character.nodes.push_back(node);
+  stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+  return static_cast<int>(character.nodes.size()) - 1;
+}
+
+TEST(Anatomy, FollowsALimbPastStubsToWhereItForks) {
+  const Anatomy plain = find_anatomy(stick_figure());
+  // Beside the forearm of 0.5 a branch of less than half of that is a helper, one of more a fork.
+  for (const double branch : {0.24, 0.26}) {
+    Character character = stick_figure();
+    for (const double side : {1.0, -1.0}) {
+      const std::string end = side > 0.0 ? ".L" : ".R";
+      const int half =
+          hang(character, "extra" + end, stick_node(character, "arm" + end), {0, 0, 0.5 * branch});
+      hang(character, "extra2" + end, half, {0, 0, 0.5 * branch});
+    }
+    const Anatomy anatomy = find_anatomy(character);
+    EXPECT_EQ(anatomy.left_arm.size(), plain.left_arm.size() - (branch > 0.25 ? 1 : 0)) << branch;
+    EXPECT_EQ(anatomy.right_arm.size(), anatomy.left_arm.size());
+    EXPECT_EQ(anatomy.left_arm[1], stick_node(character, "arm.L"));
+  }
+  // A foot of 0.83 m of leg goes on where the longer of two branches is a quarter of that or more.
+  for (const double toe : {0.2, 0.215}) {
+    Character character = stick_figure();
+    for (const double side : {1.0, -1.0}) {
+      const std::string end = side > 0.0 ? ".L" : ".R";
+      const int foot = stick_node(character, "foot" + end);
+      hang(character, "q" + end, foot, {0, 0, toe});
+      hang(character, "p" + end, foot, {0, 0, -0.05});
+    }
+    const Anatomy anatomy = find_anatomy(character);
+    ASSERT_EQ(anatomy.left_leg.size(), plain.left_leg.size() + (toe > 0.2075 ? 1 : 0)) << toe;
+    if (toe > 0.2075) {
+      EXPECT_EQ(anatomy.left_leg.back(), stick_node(character, "q.L"));
+    }
+  }
+  // Fingers, twist joints, controls and end markers are no limb's next joint; a hand is the last.
+  for (const char* name : {"index_finger", "forearm_twist", "ik_ctrl"}) {
+    Character character = stick_figure();
+    for (const double side : {1.0, -1.0}) {
+      const std::string end = side > 0.0 ? ".L" : ".R";
+      hang(character, name + end, stick_node(character, "arm" + end), {0.3 * side, 0, 0.3});
+      hang(character, "more" + end, stick_node(character, "hand" + end), {0.2 * side, 0, 0});
+    }
+    EXPECT_EQ(find_anatomy(character).left_arm, plain.left_arm) << name;
+    EXPECT_EQ(find_anatomy(character).right_arm, plain.right_arm) << name;
+  }
+}
+
+TEST(Anatomy, TakesATailFromWhereItLeavesTheBody) {
+  Character character = stick_figure();
+  const int stub = hang(character, "stub", stick_node(character, "hips"), {0, 0.02, -0.1});
+  std::vector<int> tail{stub};
+  for (int k = 1; k <= 3; ++k)
+    tail.push_back(hang(character, "tail_" + std::to_string(k), tail.back(), {0, -0.02, -0.12}));
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.tail, tail);
+  EXPECT_EQ(anatomy.spine, find_anatomy(stick_figure()).spine);
+  character.nodes[static_cast<std::size_t>(stub)].name = "tail_ctrl";
+  for (std::size_t k = 1; k < tail.size(); ++k)
+    character.nodes[static_cast<std::size_t>(tail[k])].name = "bit" + std::to_string(k);
+  EXPECT_TRUE(find_anatomy(character).tail.empty());
+}
+
+TEST(Anatomy, LetsALooseJointGoWithTheNearestThatItTouches) {
+  const double size = 1.4 + 0.02;  // hand to hand and a vertex beside; the height is 1.47 at most
+  for (const double share : {0.028, 0.032}) {
+    Character character = stick_figure();
+    const int foot = stick_node(character, "foot.L");
+    const int loose =
+        hang(character, "loose", stick_node(character, "scene"),
+             glm::dvec3(character.nodes[static_cast<std::size_t>(foot)].world_from_node[3]) +
+                 glm::dvec3(0, 0, share * 1.47));
+    const Anatomy anatomy = find_anatomy(character);
+    ASSERT_LT(size, anatomy.height);
+    ASSERT_EQ(anatomy.followers.size(), share < 0.03 ? 1u : 0u) << anatomy.height;
+    if (share > 0.03) continue;
+    EXPECT_EQ(anatomy.followers[0].node, loose);
+    EXPECT_EQ(anatomy.followers[0].leader, foot);
+  }
+  // Of two in reach the nearer; what hangs from a loose joint comes along and is none of its own.
+  Character character = stick_figure();
+  const int spine = stick_node(character, "spine_2"), neck = stick_node(character, "neck");
+  character.nodes[static_cast<std::size_t>(neck)].world_from_node[3] =
+      character.nodes[static_cast<std::size_t>(spine)].world_from_node[3] +
+      glm::dvec4(0, 0.05, 0, 0);
+  const int loose =
+      hang(character, "loose", stick_node(character, "scene"),
+           glm::dvec3(character.nodes[static_cast<std::size_t>(spine)].world_from_node[3]) +
+               glm::dvec3(0.0, 0.03, 0.0));
+  hang(character, "lower", loose, {0, -0.03, 0});
+  const Anatomy anatomy = find_anatomy(character);
+  ASSERT_EQ(anatomy.followers.size(), 1u);
+  EXPECT_EQ(anatomy.followers[0].leader, neck);
+}
+
 TEST(Anatomy, TakesTheLongestOfSeveralPairsThatAreCalledArms) {
   const Anatomy expected = find_anatomy(stick_figure());
   for (const char* parent : {"spine_1", "neck"})  // before the arms in the file's order, and behind
@@ -584,6 +688,26 @@ TEST(Anatomy, ReadsASkeletonWithoutAForkFromEndToEnd) {
   EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(anatomy.chest_index, 5u);
   EXPECT_TRUE(anatomy.left_arm.empty());
+  EXPECT_NEAR(anatomy.spine_length, 1.0, 1e-12);
+}
+
+TEST(Anatomy, NeedsTwoJointsForASpineAndNoMore) {
+  Character character;
+  character.file_name = "hinge.glb";
+  for (int k = 0; k < 2; ++k) {
+    EXPECT_NE(k == 1 ? refusal(character) : "none yet", "");  // one alone bends nothing
+    Node node;
+    node.name = "#" + std::string(1, static_cast<char>('0' + k));
+    node.parent = k - 1;
+    node.world_from_node = glm::translate(glm::dmat4(1.0), glm::dvec3(0.1 * k, 0.3 * k, 0.0));
+    character.nodes.push_back(node);
+    stick_vertex(character, k);
+  }
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1}));
+  EXPECT_EQ(anatomy.chest_index, 1u);
+  EXPECT_EQ(anatomy.head, 1);
+  EXPECT_NEAR(anatomy.spine_length, std::hypot(0.1, 0.3), 1e-12);
 }
 
 /// A snake along +Z, its head at the end of +Z, built from the head or from the tail; a jaw hangs

@@ -197,6 +197,58 @@ TEST(SkeletonShape, FindsPairsByNamesOrByWhereTheyReach) {
         << apart;
 }
 
+/// The limbs of a body of size 2 with one pair of two-bone branches, `reach` long, on its spine's
+/// middle; its neck and head above.
+std::vector<LimbPair> limbs_with(const std::string& left, const std::string& right, double reach) {
+  Character c;
+  const int base = add(c, "base", -1, {0, 0, 0});
+  const int middle = add(c, "middle", base, {0, 0.5, 0});
+  const int head = add(c, "head", add(c, "neck", middle, {0, 0.8, 0}), {0, 0.9, 0});
+  for (const auto& [name, side] : {std::pair(left, 1.0), std::pair(right, -1.0)}) {
+    const int from = add(c, name, middle, {0.1 * side, 0.5, 0});
+    add(c, "end_" + std::to_string(c.nodes.size()), from, {(0.1 + reach) * side, 0.5, 0});
+    c.nodes.back().name = side > 0.0 ? "bit_L" : "bit_R";
+  }
+  for (int n = 0; n < static_cast<int>(c.nodes.size()); ++n) stick_vertex(c, n);
+  Influences w;
+  w.weight[0] = 1.0f;
+  for (const double y : {-1.0, 1.0}) {
+    c.bind_position.emplace_back(0, y, 0);
+    c.bind_normal.emplace_back(0, 0, 1);
+    c.influences.push_back(w);
+  }
+  return find_limbs(c, measure_skeleton(c), head);
+}
+
+TEST(FindLimbs, TakesPairsThatReachFarOrAreCalledSo) {
+  // 0.12 of the size where no name helps, 0.02 where one does.
+  EXPECT_TRUE(limbs_with("q_L", "q_R", 0.235).empty());
+  EXPECT_EQ(limbs_with("q_L", "q_R", 0.245).size(), 1u);
+  EXPECT_TRUE(limbs_with("q1", "q2", 0.235).empty());
+  EXPECT_EQ(limbs_with("q1", "q2", 0.245).size(), 1u);
+  EXPECT_TRUE(limbs_with("arm_L", "arm_R", 0.038).empty());
+  EXPECT_EQ(limbs_with("arm_L", "arm_R", 0.042).size(), 1u);
+  for (const char* other : {"breast", "ear", "index_finger", "arm_ctrl"})
+    EXPECT_TRUE(limbs_with(std::string(other) + "_L", std::string(other) + "_R", 0.9).empty())
+        << other;
+  const struct {
+    const char* name;
+    LimbPair::Kind kind;
+  } kinds[] = {{"leg", LimbPair::Kind::leg},      {"front_leg", LimbPair::Kind::arm},
+               {"hind_leg", LimbPair::Kind::leg}, {"arm", LimbPair::Kind::arm},
+               {"clavicle", LimbPair::Kind::arm}, {"hind_arm", LimbPair::Kind::leg},
+               {"fin", LimbPair::Kind::unknown},  {"front_fin", LimbPair::Kind::arm},
+               {"rear_fin", LimbPair::Kind::leg}, {"q", LimbPair::Kind::unknown}};
+  for (const auto& each : kinds) {
+    const auto limbs =
+        limbs_with(std::string(each.name) + "_L", std::string(each.name) + "_R", 0.5);
+    ASSERT_EQ(limbs.size(), 1u) << each.name;
+    EXPECT_EQ(limbs[0].kind, each.kind) << each.name;
+    EXPECT_EQ(limbs[0].pair.left, 4);
+    EXPECT_EQ(limbs[0].pair.right, 6);
+  }
+}
+
 TEST(SceneRoot, MovesNothingAndStandsAtTheOriginOrOutside) {
   Character c = stick_figure();
   const SkeletonShape before = measure_skeleton(c);
