@@ -143,6 +143,32 @@ TEST(GltfReader, KeepsVerticesWithoutWeightAtTheirRestPlace) {
   expect_strip(character);
 }
 
+TEST(GltfReader, HoldsVerticesWithoutWeightOnTheTopmostNodeAboveTheirSkin) {
+  for (const bool below : {false, true}) {
+    GltfFixture file = strip();
+    std::vector<float> weights(40, 0.0f);
+    for (std::size_t v = 0; v < 8; ++v) weights[4 * v] = 1.0f;
+    file.attributes()["WEIGHTS_0"] = file.add(weights, kFloat, "VEC4", 4);
+    file.root["skins"][0]["joints"] = {1, 0};  // the lower one last
+    std::string top = "hip";
+    if (below) {
+      top = "rig";
+      file.root["nodes"].push_back({{"name", top}, {"children", {0}}, {"scale", {2.0, 2.0, 2.0}}});
+      file.root["scenes"][0]["nodes"] = {3, 2};
+    }
+    const Character character = read(file);
+    EXPECT_EQ(character.unweighted, (std::vector<std::uint32_t>{8, 9}));
+    for (const std::size_t v : {8u, 9u}) {
+      const Influences& held = character.influences[v];
+      EXPECT_EQ(held.weight[0], 1.0f);
+      EXPECT_EQ(
+          character.nodes[static_cast<std::size_t>(character.joints[held.joint[0]].node)].name,
+          top);
+      EXPECT_EQ(character.influences[8].joint, character.influences[9].joint);
+    }
+  }
+}
+
 TEST(GltfReader, ReadsTwoSetsAsEightInfluences) {
   GltfFixture file = strip();
   std::vector<float> first, second;
