@@ -821,5 +821,32 @@ TEST(VertexRegions, FollowTheJointWithTheLargestWeight) {
   EXPECT_EQ(region_name(Region::other), "other");
 }
 
+TEST(VertexRegions, OfLooseJointsAndWhatHangsFromThemAreTheirLeaders) {
+  Character character = stick_figure();
+  const int scene = stick_node(character, "scene"), foot = stick_node(character, "foot.L");
+  const glm::dvec3 at(character.nodes[static_cast<std::size_t>(foot)].world_from_node[3]);
+  const int far = hang(character, "far", scene, {2.0, 1.0, 0.5});
+  const int loose = hang(character, "loose", scene, at + glm::dvec3(0.01, 0, 0));
+  const int below = hang(character, "below", loose, {0, 0, 0.2});
+  const int lowest = hang(character, "lowest", below, {0, 0, 0.2});
+  const int tail = hang(character, "tail_1", stick_node(character, "hips"), {0, 0, -0.2});
+  const int tip = hang(character, "tail_2", tail, {0, 0, -0.2});
+  const Anatomy anatomy = find_anatomy(character);
+  ASSERT_EQ(anatomy.followers.size(), 1u);
+  const std::vector<Region> regions = node_regions(character, anatomy);
+  const auto of = [&](int node) { return regions[static_cast<std::size_t>(node)]; };
+  for (const int node : {loose, below, lowest}) EXPECT_EQ(of(node), Region::leg_left) << node;
+  EXPECT_EQ(of(far), Region::other);
+  EXPECT_EQ(of(scene), Region::other);
+  EXPECT_EQ(of(tail), Region::tail);
+  EXPECT_EQ(of(tip), Region::tail);
+  // Where the spine ends below a head of its own, all of it is torso.
+  Anatomy headless = anatomy;
+  headless.spine.pop_back();
+  headless.head = -1;
+  EXPECT_EQ(node_regions(character, headless)[static_cast<std::size_t>(headless.spine.back())],
+            Region::torso);
+}
+
 }  // namespace
 }  // namespace backbend::skin

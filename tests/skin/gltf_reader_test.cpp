@@ -369,6 +369,90 @@ TEST(GltfReader, UnrollsStripsAndFans) {
   }
 }
 
+// A list, a strip, a fan and lines on vertex buffers of their own, a buffer shared by two, some
+// with texture coordinates and some without; under a root that mirrors, and one that does not.
+TEST(GltfReader, PutsPrimitivesOfEveryKindBehindEachOther) {
+  for (const bool mirrored : {false, true}) {
+    GltfFixture file = strip();
+    const json base = file.root["meshes"][0]["primitives"][0];
+    const auto copy_of = [&](std::size_t vertices, float aside) {
+      std::vector<float> position, normal, weights;
+      std::vector<std::uint8_t> joints;
+      for (std::size_t v = 0; v < vertices; ++v) {
+        position.insert(position.end(), {aside + 0.1f * static_cast<float>(v * v),
+                                         0.2f * static_cast<float>(v), aside});
+        normal.insert(normal.end(), {0.0f, 0.6f, 0.8f});
+        weights.insert(weights.end(), {0.25f, 0.75f, 0.0f, 0.0f});
+        joints.insert(joints.end(), {0, 1, 0, 0});
+      }
+      json out;
+      out["attributes"] = {{"POSITION", file.add(position, kFloat, "VEC3", 3)},
+                           {"NORMAL", file.add(normal, kFloat, "VEC3", 3)},
+                           {"WEIGHTS_0", file.add(weights, kFloat, "VEC4", 4)},
+                           {"JOINTS_0", file.add(joints, kUnsignedByte, "VEC4", 4)}};
+      return out;
+    };
+    json fan = copy_of(6, 3.0f), band = copy_of(5, 4.0f), lines = copy_of(4, 5.0f);
+    fan["mode"] = 6;
+    fan["indices"] =
+        file.add(std::vector<std::uint16_t>{5, 0, 2, 1, 4}, kUnsignedShort, "SCALAR", 1);
+    band["mode"] = 5;  // without indices: its vertices in order
+    std::vector<float> uv;
+    for (int v = 0; v < 5; ++v) uv.insert(uv.end(), {0.25f * static_cast<float>(v), 0.5f});
+    band["attributes"]["TEXCOORD_0"] = file.add(uv, kFloat, "VEC2", 2);
+    lines["mode"] = 1;
+    json again = fan;
+    again["mode"] = 4;
+    again["indices"] = file.add(std::vector<std::uint8_t>{3, 4, 5}, kUnsignedByte, "SCALAR", 1);
+    json bare = base;
+    bare["attributes"].erase("TEXCOORD_0");
+    file.root["meshes"][0]["primitives"] = {fan, bare, lines, band, again};
+    if (mirrored) {
+      file.root["nodes"].push_back({{"scale", {-1.0, 1.0, 1.0}}, {"children", {0}}});
+      file.root["scenes"][0]["nodes"] = {3, 2};
+    }
+    const Character character = read(file);
+    EXPECT_TRUE(warning(character, "not_triangles"));
+    const struct {
+      const char* name;
+      std::uint32_t first_triangle, triangles, first_vertex, vertices;
+    } parts[] = {{"strip.0", 0, 3, 0, 6},
+                 {"strip.1", 3, 8, 6, 10},
+                 {"strip.3", 11, 3, 16, 5},
+                 {"strip.4", 14, 1, 0, 6}};
+    ASSERT_EQ(character.parts.size(), std::size(parts));
+    for (std::size_t p = 0; p < std::size(parts); ++p) {
+      EXPECT_EQ(character.parts[p].name, parts[p].name);
+      EXPECT_EQ(character.parts[p].first_triangle, parts[p].first_triangle) << p;
+      EXPECT_EQ(character.parts[p].triangle_count, parts[p].triangles) << p;
+      EXPECT_EQ(character.parts[p].first_vertex, parts[p].first_vertex) << p;
+      EXPECT_EQ(character.parts[p].vertex_count, parts[p].vertices) << p;
+    }
+    std::vector<glm::uvec3> expected = {{0, 2, 5}, {2, 1, 5}, {1, 4, 5}};
+    for (std::uint32_t row = 0; row < 4; ++row) {
+      const std::uint32_t a = 6 + 2 * row;
+      expected.emplace_back(a, a + 1, a + 2);
+      expected.emplace_back(a + 2, a + 1, a + 3);
+    }
+    expected.insert(expected.end(), {{16, 17, 18}, {17, 19, 18}, {18, 19, 20}, {3, 4, 5}});
+    if (mirrored)
+      for (glm::uvec3& t : expected) std::swap(t.y, t.z);
+    EXPECT_EQ(character.triangles, expected);
+    ASSERT_EQ(character.vertex_count(), 21u);
+    ASSERT_EQ(character.uv.size(), 21u);
+    for (std::size_t v = 0; v < 21; ++v) {
+      const auto k = static_cast<float>(v) - 16.0f;
+      EXPECT_EQ(character.uv[v], v < 16 ? glm::vec2(0.0f) : glm::vec2(0.25f * k, 0.5f)) << v;
+      const float x = v < 6 ? 3.0f + 0.1f * static_cast<float>(v * v) : 4.0f + 0.1f * k * k;
+      if (v < 6 || v >= 16) {
+        EXPECT_FLOAT_EQ(character.bind_position[v].x, x) << v;
+        EXPECT_EQ(character.bind_normal[v], glm::vec3(0.0f, 0.6f, 0.8f));
+        EXPECT_EQ(weight_of(character, v, "chest"), 0.75f);
+      }
+    }
+  }
+}
+
 TEST(GltfReader, WindsTrianglesOutwardsUnderAMirroringRoot) {
   GltfFixture file = strip();
   file.root["nodes"].push_back({{"scale", {-1.0, 1.0, 1.0}}, {"children", {0}}});
