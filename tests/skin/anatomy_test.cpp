@@ -336,6 +336,24 @@ TEST(Anatomy, SeesWhereAFigureFacesByItsSolesOrNamesHoweverItStands) {
     }
 }
 
+TEST(Anatomy, TakesTheSidesOfNamelessLimbsFromWhereTheFigureFaces) {
+  // The same figure and its mirror image, whose right limbs stand first in the file; facing either
+  // way.
+  for (const double side : {1.0, -1.0})
+    for (const double ahead : {1.0, -1.0}) {
+      Character character = on_feet(kConventions[std::size(kConventions) - 1].names);
+      const glm::dmat4 flip = glm::scale(glm::dmat4(1.0), glm::dvec3(side, 1.0, ahead));
+      for (Node& node : character.nodes) node.world_from_node = flip * node.world_from_node;
+      const Anatomy anatomy = find_anatomy(character);
+      EXPECT_LT(glm::distance(anatomy.forward, glm::dvec3(0, 0, ahead)), 1e-12) << side << ahead;
+      EXPECT_LT(glm::distance(anatomy.left, glm::dvec3(ahead, 0, 0)), 1e-12) << side << ahead;
+      for (const auto* limb : {&anatomy.left_arm, &anatomy.left_leg})
+        EXPECT_GT(
+            ahead * character.nodes[static_cast<std::size_t>(limb->back())].world_from_node[3].x,
+            0.0);
+    }
+}
+
 TEST(Anatomy, KnowsSomeoneWhoSitsFromSomeoneWhoLies) {
   Character character = stick_figure();
   for (Node& node : character.nodes)

@@ -603,6 +603,51 @@ TEST(ProxySolids, ReachDownToHipsThatLieBelowTheSpine) {
   EXPECT_GT(low_end(0.2), -0.5 * 0.25 * scale);
 }
 
+TEST(ProxySolids, HaveAnAxisThatKeepsItsEndsAndSmoothsItsKinks) {
+  for (Figure (*make)() : {human, dog}) {
+    Figure f = make();
+    // A back that turns off by a right angle in its middle.
+    const std::vector<glm::dvec3> bent = {{0, 0.9, 0},    {0, 1.05, 0},   {0, 1.2, 0},
+                                          {0, 1.2, 0.15}, {0, 1.2, 0.32}, {0, 1.2, 0.45},
+                                          {0, 1.2, 0.6}};
+    for (std::size_t k = 0; k < bent.size(); ++k)
+      f.character.nodes[z(f.anatomy.spine[k])].world_from_node[3] = glm::dvec4(bent[k], 1.0);
+    const BodyDescription body = describe_body(f.character, f.anatomy);
+    const std::vector<glm::dvec3>& axis = group_of(body, "trunk")->parts[0].axis;
+    const auto at = [&](std::size_t k) { return body.joints[z(f.anatomy.spine[k])].at; };
+    ASSERT_EQ(axis.size(), 9u);
+    EXPECT_LT(glm::distance(axis.front(), at(0)), 1e-12);
+    EXPECT_LT(glm::distance(axis.back(), at(6)), 1e-12);
+    double whole = 0.0;
+    for (std::size_t k = 1; k < 7; ++k) whole += glm::distance(at(k - 1), at(k));
+    double turned = 0.0;
+    for (std::size_t k = 1; k < axis.size(); ++k) {
+      // Cut into even pieces, and off the bones by no more than the corner is rounded.
+      EXPECT_NEAR(glm::distance(axis[k - 1], axis[k]), whole / 8.0, 0.3 * whole / 8.0) << k;
+      double off = INFINITY;
+      for (std::size_t b = 1; b < 7; ++b)
+        for (int s = 0; s <= 100; ++s)
+          off = std::min(off, glm::distance(axis[k], glm::mix(at(b - 1), at(b), s / 100.0)));
+      EXPECT_LT(off, 0.04 * whole);
+      if (k < 2) continue;
+      const double turn =
+          glm::degrees(std::acos(std::clamp(glm::dot(glm::normalize(axis[k] - axis[k - 1]),
+                                                     glm::normalize(axis[k - 1] - axis[k - 2])),
+                                            -1.0, 1.0)));
+      EXPECT_LT(turn, 65.0) << k;
+      turned += turn;
+    }
+    EXPECT_NEAR(turned, 90.0, 3.0);
+  }
+  // A stub that turns off at the start is straightened: the axis comes from where it goes on.
+  Figure f = human();
+  f.character.nodes[z(f.anatomy.spine[0])].world_from_node[3] = glm::dvec4(0, 1.02, 0.1, 1);
+  const BodyDescription body = describe_body(f.character, f.anatomy);
+  const std::vector<glm::dvec3>& axis = group_of(body, "trunk")->parts[0].axis;
+  EXPECT_LT(glm::distance(axis[1] - axis[0], axis[2] - axis[1]), 1e-12);
+  EXPECT_GT(glm::normalize(axis[1] - axis[0]).y, 0.6);
+}
+
 TEST(ProxySolids, EndInAStubThatHangsWhereNoBoneSaysWhither) {
   for (const bool parentless : {false, true}) {
     Figure f = dog();

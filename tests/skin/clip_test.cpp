@@ -407,6 +407,83 @@ TEST(PointCache, Pc2CountsFrames) {
   EXPECT_EQ(clip.point[1], glm::vec3(4, 5, 6));
 }
 
+/// Three frames of four points, coordinate k being 0.5 k - 3, one of them another value.
+std::vector<std::uint8_t> cache(bool is_mdd, std::size_t other = 99, float value = 0.0f,
+                                std::vector<float> time = {0.5f, 0.75f, 2.0f}) {
+  std::vector<std::uint8_t> out;
+  if (is_mdd) {
+    put_word(out, 3, true);
+    put_word(out, 4, true);
+    for (const float t : time) put_float(out, t, true);
+  } else {
+    const std::string magic = "POINTCACHE2";
+    out.assign(magic.begin(), magic.end());
+    out.push_back(0);
+    put_word(out, 1, false);
+    put_word(out, 4, false);
+    put_float(out, time[0], false);
+    put_float(out, time[1], false);
+    put_word(out, 3, false);
+  }
+  for (std::size_t k = 0; k < 36; ++k)
+    put_float(out, k == other ? value : 0.5f * static_cast<float>(k) - 3.0f, is_mdd);
+  return out;
+}
+
+TEST(PointCache, HoldsEveryPointOfEveryFrame) {
+  for (const bool is_mdd : {true, false}) {
+    const Clip clip =
+        is_mdd ? parse_mdd("a.mdd", cache(true)) : parse_pc2("a.pc2", cache(false), 25.0);
+    const double time[][3] = {{0.5 / 25.0, 1.25 / 25.0, 2.0 / 25.0}, {0.5, 0.75, 2.0}};
+    ASSERT_EQ(clip.frame_count(), 3u);
+    for (std::size_t f = 0; f < 3; ++f) EXPECT_DOUBLE_EQ(clip.time[f], time[is_mdd][f]);
+    ASSERT_EQ(clip.point_count, 4u);
+    ASSERT_EQ(clip.point.size(), 12u);
+    for (std::size_t p = 0; p < 12; ++p)
+      for (int axis = 0; axis < 3; ++axis)
+        EXPECT_EQ(clip.point[p][axis], 0.5f * static_cast<float>(3 * p) + 0.5f * axis - 3.0f);
+    ASSERT_EQ(clip.sweeps.size(), 1u);
+    EXPECT_EQ(clip.sweeps[0].first, 0u);
+    EXPECT_EQ(clip.sweeps[0].count, 3u);
+    EXPECT_EQ(clip.source, is_mdd ? "MDD point cache" : "PC2 point cache");
+  }
+}
+
+TEST(PointCache, NamesTheFrameAndPointThatIsNoNumberAndTheTimeThatDoesNotRise) {
+  const auto told = [](bool is_mdd, const std::vector<std::uint8_t>& bytes) -> std::string {
+    try {
+      is_mdd ? parse_mdd("a", bytes) : parse_pc2("a", bytes, 24.0);
+      return "";
+    } catch (const CharacterError& error) {
+      return error.what();
+    }
+  };
+  for (const bool is_mdd : {true, false})
+    for (std::size_t k = 0; k < 36; ++k) {
+      const std::size_t p = k / 3;
+      EXPECT_EQ(told(is_mdd, cache(is_mdd, k, std::numeric_limits<float>::infinity())),
+                "a: frame " + std::to_string(p / 4) + ", point " + std::to_string(p % 4) +
+                    ": not finite");
+    }
+  for (const float bad : {0.5f, 0.25f, std::numeric_limits<float>::quiet_NaN()})
+    EXPECT_EQ(told(true, cache(true, 99, 0.0f, {0.5f, bad, 2.0f})),
+              "a: time of frame 1: does not lie after the one before it");
+  for (const float bad : {0.0f, -1.0f, std::numeric_limits<float>::infinity()})
+    EXPECT_EQ(told(false, cache(false, 99, 0.0f, {0.5f, bad})),
+              "a: header: first frame and sampling are not numbers above 0");
+  EXPECT_EQ(told(false, cache(false, 99, 0.0f, {std::numeric_limits<float>::quiet_NaN(), 1.0f})),
+            "a: header: first frame and sampling are not numbers above 0");
+  // A step that is lost beside its first frame.
+  EXPECT_EQ(told(false, cache(false, 99, 0.0f, {1e30f, 1.0f})),
+            "a: time of frame 1: does not lie after the one before it");
+  std::vector<std::uint8_t> version = cache(false);
+  version[12] = 2;
+  EXPECT_EQ(told(false, version), "a: header: version 2, expected 1");
+  version = cache(false);
+  version[3] = 'x';
+  EXPECT_EQ(told(false, version), "a: header: cut short");
+}
+
 TEST(PointCache, EveryCutAndEveryLieOfItsCountsIsRefused) {
   for (const bool is_mdd : {true, false}) {
     const std::vector<std::uint8_t> whole = is_mdd ? mdd() : pc2();
