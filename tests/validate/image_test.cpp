@@ -177,6 +177,25 @@ TEST(MotionResidual, IsNothingForAPictureThatOnlyMoved) {
   EXPECT_EQ(residual().y, 10);
 }
 
+TEST(MotionResidual, LooksAtNoPixelThatCameFromBesideAnotherObject) {
+  // The middle of four by four comes from between its four neighbours of the frame before.
+  const std::vector<float> shade(16, 0.5f), motion(32, 0.5f);
+  std::vector<float> now(16, 0.0f), before(16, 1.0f);
+  now[2 * 4 + 2] = 1.0f;
+  const auto count = [&] {
+    return motion_residual({4, 4, 1, shade}, {4, 4, 1, shade}, {4, 4, 2, motion}, {4, 4, 1, before},
+                           {4, 4, 1, now}, 1)
+        .count;
+  };
+  EXPECT_EQ(count(), 1u);
+  for (int place = 0; place < 16; ++place) {
+    const int x = place % 4, y = place / 4;
+    before[place] = 2.0f;
+    EXPECT_EQ(count(), (x == 1 || x == 2) && (y == 1 || y == 2) ? 0u : 1u) << x << " " << y;
+    before[place] = 1.0f;
+  }
+}
+
 TEST(NoiseTest, PassesTwoNoisyRendersOfOnePictureAndFailsAnotherPicture) {
   std::mt19937_64 rng(3);
   const auto gauss = [&] {  // sum of uniforms: bounded, and the same on every machine
