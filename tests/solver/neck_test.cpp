@@ -226,6 +226,13 @@ TEST(Neck, RegionsCanBeGivenForAnyNumberOfVertebrae) {
   EXPECT_NEAR(turn_between_deg(pose, neck->rest(), 2), 40.0, 1e-9);
   EXPECT_NEAR(turn_between_deg(pose, neck->rest(), 5), 40.0, 1e-9);
   EXPECT_THROW(build("neck", {{"base_weights", std::vector<double>{1, 2}}}, chain), RigError);
+  for (const auto& [share, taken] : {std::pair(1000.0, true), {1000.5, false}, {-0.5, false}}) {
+    const Options options{{"top_weights", std::vector<double>{0, 0, 0, 1, share}}};
+    if (taken)
+      EXPECT_NO_THROW(build("neck", options, chain));
+    else
+      EXPECT_THROW(build("neck", options, chain), RigError) << share;
+  }
 }
 
 TEST(Neck, OnAnUprightSpineTheSignsAreTheSpecifications) {

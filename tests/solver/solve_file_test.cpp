@@ -346,6 +346,7 @@ TEST(NearestName, FindsSlipsAndStaysSilentOtherwise) {
   EXPECT_EQ(nearest_name("obnes", names), "bones");  // a swap is one slip
   EXPECT_EQ(nearest_name("lenght", names), "length");
   EXPECT_EQ(nearest_name("zzzz", names), "");
+  EXPECT_EQ(nearest_name("xy", names), "");  // a short word is near no long one
   EXPECT_EQ(nearest_name(std::string(100000, 'a'), names), "");
   EXPECT_EQ(nearest_name("x", {}), "");
 }
