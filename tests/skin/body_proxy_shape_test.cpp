@@ -39,7 +39,7 @@ struct Figure {
 };
 
 /// A woman of 1.72 m in metres, arms held 30 degrees down, hands with two fingers each, one of
-/// them of two bones; feet that turn off forwards to a toe.
+/// them of three bones, the last one tiny; feet that turn off forwards to a toe.
 Figure human() {
   Figure f;
   const int root = f.add("world", -1, {0, 0, 0});
@@ -62,7 +62,8 @@ Figure human() {
                    {0.40 * s, 1.24, -0.05},
                    {0.61 * s, 1.12, -0.02}});
     const auto finger =
-        f.chain("index" + end, arm.back(), {{0.69 * s, 1.07, 0.01}, {0.73 * s, 1.045, 0.015}});
+        f.chain("index" + end, arm.back(),
+                {{0.69 * s, 1.07, 0.01}, {0.73 * s, 1.045, 0.015}, {0.742 * s, 1.04, 0.016}});
     f.add("thumb" + end, arm.back(), {0.64 * s, 1.09, 0.035});
     f.add("pole" + end, arm.back(), {0.6 * s, 1.1, -0.7});  // no finger: it stands a leg away
     auto& leg = s > 0.0 ? f.anatomy.left_leg : f.anatomy.right_leg;
@@ -239,6 +240,7 @@ TEST(ProxySolids, OfAHumanFollowsItsJoints) {
         {"arm" + end + "0", "arm" + end + "1"},
         {"arm" + end + "3", "index" + end + "0"},
         {"index" + end + "0", "index" + end + "1"},
+        {"index" + end + "1", "index" + end + "2"},
         {"arm" + end + "3", "thumb" + end}};
     std::size_t found = 0;
     const double wrist = arm.parts[0].sections.back().outer;

@@ -255,6 +255,46 @@ TEST(GltfReader, AppliesSparseAccessorsOverTheirBase) {
   EXPECT_EQ(character.bind_position[6], glm::vec3(-0.5f, 1.5f, 0.0f));
 }
 
+/// Positions of the strip whose first coordinates are `values`, as `T`s behind each other.
+template <typename T>
+std::vector<float> read_as(int type, bool normalised, const std::vector<T>& values) {
+  GltfFixture file = strip();
+  std::vector<T> position;
+  for (std::size_t v = 0; v < 10; ++v) {
+    position.push_back(values[v % values.size()]);
+    position.push_back(static_cast<T>(v));
+    position.push_back(static_cast<T>(2 * v));
+    if (sizeof(T) < 4) position.push_back(T{0});  // rows start on four bytes
+  }
+  const std::size_t row = sizeof(T) < 4 ? 4 : 3;
+  file.attributes()["POSITION"] = file.add(position, type, "VEC3", row, normalised);
+  if (row == 4) file.root["bufferViews"].back()["byteStride"] = 4 * sizeof(T);
+  file.root["extensionsRequired"] = {"KHR_mesh_quantization"};
+  const Character character = read(file);
+  std::vector<float> out;
+  for (std::size_t v = 0; v < values.size(); ++v) out.push_back(character.bind_position[v].x);
+  return out;
+}
+
+// glTF 2.0, 3.11: f = c / 127 for signed bytes, not below -1, and their like.
+TEST(GltfReader, DecodesEveryTypeOfNumber) {
+  using Floats = std::vector<float>;
+  const std::vector<std::int8_t> bytes = {-128, -127, -64, 0, 1, 127};
+  EXPECT_EQ(read_as(kByte, false, bytes), (Floats{-128, -127, -64, 0, 1, 127}));
+  EXPECT_EQ(read_as(kByte, true, bytes), (Floats{-1, -1, -64 / 127.0f, 0, 1 / 127.0f, 1}));
+  const std::vector<std::uint8_t> whole_bytes = {0, 1, 128, 255};
+  EXPECT_EQ(read_as(kUnsignedByte, false, whole_bytes), (Floats{0, 1, 128, 255}));
+  EXPECT_EQ(read_as(kUnsignedByte, true, whole_bytes), (Floats{0, 1 / 255.0f, 128 / 255.0f, 1}));
+  const std::vector<std::int16_t> shorts = {-32768, -32767, -300, 0, 1, 32767};
+  EXPECT_EQ(read_as(kShort, false, shorts), (Floats{-32768, -32767, -300, 0, 1, 32767}));
+  EXPECT_EQ(read_as(kShort, true, shorts), (Floats{-1, -1, -300 / 32767.0f, 0, 1 / 32767.0f, 1}));
+  const std::vector<std::uint16_t> whole_shorts = {0, 1, 258, 65535};
+  EXPECT_EQ(read_as(kUnsignedShort, false, whole_shorts), (Floats{0, 1, 258, 65535}));
+  EXPECT_EQ(read_as(kUnsignedShort, true, whole_shorts),
+            (Floats{0, 1 / 65535.0f, 258 / 65535.0f, 1}));
+  EXPECT_EQ(read_as(kFloat, false, Floats{-2.5f, 0.0f, 7.25f}), (Floats{-2.5f, 0.0f, 7.25f}));
+}
+
 TEST(GltfReader, TakesAnAccessorWithoutABaseForZeros) {
   GltfFixture file = strip();
   const json sparse = sparse_of(file);
@@ -366,6 +406,10 @@ TEST(GltfReader, UnrollsStripsAndFans) {
     const glm::uvec3 second = mode == 5 ? glm::uvec3(1, 3, 2) : glm::uvec3(2, 3, 0);
     EXPECT_EQ(character.triangles[0], first);
     EXPECT_EQ(character.triangles[1], second);
+    file.root["meshes"][0]["primitives"][0]["indices"] =
+        file.add(std::vector<std::uint8_t>{4, 1, 2}, kUnsignedByte, "SCALAR", 1);
+    EXPECT_EQ(read(file).triangles,
+              std::vector{mode == 5 ? glm::uvec3(4, 1, 2) : glm::uvec3(1, 2, 4)});
   }
 }
 

@@ -167,6 +167,7 @@ TEST(Sidecar, GivesWayToTheCommandLine) {
   EXPECT_EQ(both.chest, "spine");
   EXPECT_TRUE(both.spine.empty());
   EXPECT_EQ(both.left_arm, full_sidecar().left_arm);
+  EXPECT_EQ(both.right_arm, full_sidecar().right_arm);
 }
 
 TEST(Sidecar, TakesNamespacesAwayAndBringsMetres) {
