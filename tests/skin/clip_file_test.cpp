@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "skin/clip.h"
+#include "tests/skin/gltf_fixture.h"
 
 namespace backbend::skin {
 namespace {
@@ -126,6 +127,40 @@ TEST(BackbendClip, BringsEveryMemberToItsPlace) {
       }
     }
   }
+}
+
+TEST(BackbendClip, OfOneSweepHoldsItsFramesAndNoOther) {
+  const TemporaryFolder folder;
+  write_file(folder / "a.clip", encoded(header()));
+  const Clip all = read_clip(folder / "a.clip");
+  EXPECT_EQ(all.name, "a");
+  EXPECT_EQ(all.file_name, "a.clip");
+  EXPECT_NE(all.content_hash_low, 0u);
+  EXPECT_NE(all.content_hash_low, all.content_hash_high);
+  for (const ClipSweep& sweep : all.sweeps) {
+    const Clip one = read_clip(folder / "a.clip", {sweep.name, 24.0});
+    ASSERT_EQ(one.sweeps.size(), 1u);
+    EXPECT_EQ(one.sweeps[0].name, sweep.name);
+    EXPECT_EQ(one.sweeps[0].first, 0u);
+    EXPECT_EQ(one.sweeps[0].count, sweep.count);
+    ASSERT_EQ(one.time.size(), sweep.count);
+    ASSERT_EQ(one.world.size(), sweep.count * kJoints);
+    ASSERT_EQ(one.point.size(), sweep.count * kPoints);
+    ASSERT_EQ(one.control_value.size(), sweep.count * 3);
+    for (std::size_t f = 0; f < sweep.count; ++f) {
+      const std::size_t from = sweep.first + f;
+      EXPECT_EQ(one.time[f], all.time[from]);
+      for (std::size_t j = 0; j < kJoints; ++j)
+        EXPECT_EQ(one.world[f * kJoints + j], all.world[from * kJoints + j]);
+      for (std::size_t p = 0; p < kPoints; ++p)
+        EXPECT_EQ(one.point[f * kPoints + p], all.point[from * kPoints + p]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const double here = one.control_value[3 * f + c], there = all.control_value[3 * from + c];
+        EXPECT_TRUE(here == there || (std::isnan(here) && std::isnan(there)));
+      }
+    }
+  }
+  EXPECT_THROW(read_clip(folder / "a.clip", {"walk", 24.0}), CharacterError);
 }
 
 TEST(BackbendClip, IsReadWithAsLittleAsItsHeaderSays) {
