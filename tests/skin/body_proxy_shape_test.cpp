@@ -172,6 +172,7 @@ TEST(ProxySolids, OfAHumanHasAHumansMeasures) {
       {"ribs, breadth", at(0, 1.26, 0.0), left, 0.145},
       {"ribs, depth", at(0, 1.26, 0.0), front, 0.10},
       {"ribs, depth behind", at(0, 1.26, 0.0), -front, 0.10},
+      {"upper chest, depth", at(0, 1.37, -0.03), front, 0.08},
       {"neck, breadth", at(0, 1.47, -0.03), left, 0.055},
       {"neck, depth behind", at(0, 1.47, -0.03), -front, 0.06},
       {"head, breadth", at(0, 1.61, 0.01), left, 0.075},

@@ -219,6 +219,18 @@ TEST(GltfClip, PlaysAGapOnlyWhereSomethingMovesInIt) {
   EXPECT_EQ(frames("CUBICSPLINE", cubic).size(), 5u + 14u + 22u + 4u);
 }
 
+TEST(GltfClip, PlaysNothingBehindATracksLastKey) {
+  std::vector<Trs> rest;
+  const std::vector<Track> tracks = {
+      {0,
+       "translation",
+       "CUBICSPLINE",
+       {0.0f, 0.05f},
+       {0, 0, 0, 1, 2, 3, 1, 1, 1, 1, 1, 1, 4, 5, 6, 0, 0, 0}},
+      {1, "translation", "LINEAR", {0.0f, 1.0f}, {1, 2, 3, 1, 2, 3}}};
+  EXPECT_EQ(read(chain(tracks, rest)).frame_count(), 3u);
+}
+
 TEST(GltfClip, TakesKeysOfSeveralTracksLessThanAMillisecondApartForOne) {
   std::vector<Trs> rest;
   const std::vector<Track> tracks = {
