@@ -159,7 +159,7 @@ class Program:
         return (folder / (file.stem + ".o")).read_bytes() != self.same[file]
 
     def with_fault(self, file, text, number, line, folder):
-        """The program with the fault; None where it does not compile."""
+        """The program with the fault; None where it does not compile or link."""
         lines = text.split("\n")
         lines[number] = line
         made = self.compiled(file, "\n".join(lines), folder)
@@ -175,8 +175,8 @@ class Program:
         at = words.index("-o")
         words[at + 1] = str(program)
         words.insert(at, str(made))  # before the library, whose own object is then not asked for
-        subprocess.run(words, cwd=self.build, check=True, capture_output=True)
-        return program
+        # A fault in what says where a template is made leaves others without it.
+        return program if subprocess.run(words, cwd=self.build, capture_output=True).returncode == 0 else None
 
 
 class Suites:
