@@ -519,6 +519,19 @@ TEST(Even, ReachGivesUpItsRoomWithoutAJump) {
                    measure(build("even")->solve(at(-300.0)), "reach_gap"));
 }
 
+TEST(Even, SpreadsAnAnatomicalTwistAsEachLevelOfTheSpineCan) {
+  const std::vector<double> density = human_twist_density(1001);
+  ASSERT_EQ(density.size(), 1001u);
+  const std::span<const SpineLevel> levels = human_levels();
+  for (std::size_t i = 0; i < density.size(); ++i) {
+    const double s = static_cast<double>(i) / 1000.0;
+    const SpineLevel* here = &levels.back();
+    for (const SpineLevel& level : levels)
+      if (s >= level.from && s < level.to) here = &level;
+    EXPECT_DOUBLE_EQ(density[i], here->range.axial / (here->to - here->from)) << s;
+  }
+}
+
 TEST(Even, LimitsKeepEveryJointInsideItsRange) {
   const auto even = build("even", {{"limits", "human"}});
   for (const auto& [channel, pick] : {std::pair{std::size_t{8}, &RangeOfMotion::flexion},

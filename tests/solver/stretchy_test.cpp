@@ -43,6 +43,21 @@ Options carved(const char* reading = "span") { return {{"form", "carve"}, {"carv
 
 double sum_of_bones(const SpinePose& pose) { return measure(pose, "chain_length"); }
 
+TEST(Stretchy, ABodysStretchIsTheSameWhereverItsCurveStands) {
+  const dvec3 away(3.0, -2.0, 5.0);
+  Cvs moved = kRest;
+  for (dvec3& p : moved) p += away;
+  const auto here = build("stretchy", {}, drawn()), there = build("stretchy", {}, drawn(moved));
+  for (const Mapping mapping : {Mapping::chest, Mapping::spread})
+    for (const double stretch : {0.8, 1.0, 1.3}) {
+      const BodyPose body{.extension = 0.4, .side = 0.1, .twist = 0.2, .stretch = stretch};
+      const SpinePose a = here->solve(here->controls_for(body, mapping));
+      const SpinePose b = there->solve(there->controls_for(body, mapping));
+      for (std::size_t i = 0; i < a.joint_count(); ++i)
+        expect_near(b.position[i], a.position[i] + away, 1e-9);
+    }
+}
+
 TEST(Stretchy, RatioBlendsBetweenTheRestLengthAndTheCurves) {  // R69
   for (const auto& [cv, s, ratio] : {std::tuple{kLong, 0.0, 1.0},
                                      {kLong, 0.5, 1.25},
