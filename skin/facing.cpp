@@ -142,7 +142,8 @@ void find_facing(const Character& character, const SkeletonShape& shape, Anatomy
     left = glm::cross(anatomy.up, forward);
     if (glm::length(line) > 0.0 && std::abs(glm::dot(glm::normalize(line), left)) > 0.5)
       left = glm::dot(line, left) > 0.0 ? line : -line;
-    if (glm::length(left) == 0.0) left = {1.0, 0.0, 0.0};
+    // Where the standard's forward is up, the limbs' line is all there is.
+    if (glm::length(left) == 0.0) left = glm::length(line) > 0.0 ? line : glm::dvec3(1.0, 0.0, 0.0);
   }
   anatomy.left = snapped(glm::normalize(without(snapped(left), anatomy.up)));
   // Adding 0 turns -0 into 0, which would show in reports.

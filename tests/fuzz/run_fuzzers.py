@@ -53,7 +53,7 @@ def run(build, target, most_bytes, start, executions, seconds, seed):
         # of a gigabyte cost parsers half their time, and a finding is replayed with everything.
         subprocess.run(
             [build / "tests/fuzz" / f"{target}_fuzz", f"-runs={executions}", f"-max_total_time={seconds}", f"-max_len={most_bytes}", f"-seed={seed}",
-             *([f"-dict={words}"] if words.stat().st_size else []), f"-artifact_prefix={found}/", "-timeout=20", "-rss_limit_mb=4096",
+             *([f"-dict={words}"] if words.stat().st_size else []), f"-artifact_prefix={found}/", "-timeout=20", "-report_slow_units=20", "-rss_limit_mb=4096",
              "-malloc_limit_mb=1024", f"-detect_leaks={int(target not in LIBRARIES)}", "-print_final_stats=1",
              "-close_fd_mask=3" if target in LIBRARIES else "-close_fd_mask=1", "-reload=0", corpus, start / target],
             stdout=told, stderr=subprocess.STDOUT, cwd=scratch, check=False,

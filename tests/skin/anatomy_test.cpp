@@ -336,6 +336,34 @@ TEST(Anatomy, SeesWhereAFigureFacesByItsSolesOrNamesHoweverItStands) {
     }
 }
 
+TEST(Anatomy, TakesTheAxisAcrossFromItsLegsWhereNothingTellsTheFront) {
+  // Nameless, upright along +Z, without feet: the standard's front is up.
+  for (const int axis : {0, 1}) {
+    Character character;
+    character.file_name = "nameless.glb";
+    const auto add = [&](int parent, double aside, double height) {
+      Node node;
+      node.name = "#" + std::string(1, static_cast<char>('a' + character.nodes.size()));
+      node.parent = parent;
+      glm::dvec3 at(0.0, 0.0, height);
+      at[axis] = aside;
+      node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+      character.nodes.push_back(node);
+      stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+      return static_cast<int>(character.nodes.size()) - 1;
+    };
+    const int hips = add(-1, 0.0, 1.0);
+    for (int k = 1, parent = hips; k < 5; ++k) parent = add(parent, 0.0, 1.0 + 0.2 * k);
+    character.nodes.back().name = "head";
+    for (const double side : {0.1, -0.1})
+      for (int k = 0, parent = hips; k < 3; ++k) parent = add(parent, side, 0.9 - 0.45 * k);
+    const Anatomy anatomy = find_anatomy(character);
+    ASSERT_EQ(anatomy.up, glm::dvec3(0, 0, 1)) << axis;
+    EXPECT_EQ(std::abs(anatomy.left[axis]), 1.0) << axis;
+    EXPECT_EQ(anatomy.forward, glm::cross(anatomy.left, anatomy.up)) << axis;
+  }
+}
+
 TEST(Anatomy, TakesTheSidesOfNamelessLimbsFromWhereTheFigureFaces) {
   // The same figure and its mirror image, whose right limbs stand first in the file; facing either
   // way.

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <random>
@@ -312,6 +313,17 @@ INSTANTIATE_TEST_SUITE_P(Each, HostileGltf, ::testing::ValuesIn(kCases),
 
 TEST(HostileGltfFile, IsMissing) {
   EXPECT_NE(error_of("no_such_file.glb").find("no_such_file.glb: No such file"), std::string::npos);
+}
+
+TEST(HostileGltfFile, EndsInTheMiddleOfALine) {
+  const TemporaryFolder folder;
+  const auto file = folder / "cut.gltf";
+  std::ofstream(file) << "{\"asset\": {\"version\": \"2.0\"}, \"meshes\": [\n\n";
+  const std::string error = error_of(file);
+  EXPECT_NE(error.find("not glTF: "), std::string::npos) << error;
+  EXPECT_NE(error.find("parse error"), std::string::npos) << error;  // the library's words
+  EXPECT_EQ(error.find('\n'), std::string::npos) << error;
+  EXPECT_NE(error.back(), ' ') << error;
 }
 
 TEST(HostileGltfFile, IsAFolder) {

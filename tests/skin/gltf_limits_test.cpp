@@ -78,6 +78,20 @@ TEST(GltfLimits, AnAccessorHasAsManyElementsAsMemoryWillHold) {
       << refusal(file);
 }
 
+TEST(GltfLimits, TrianglesThatNothingIsStoredForAreCountedBeforeTheyAreRead) {
+  GltfFixture file = strip();
+  json& primitives = file.root["meshes"][0]["primitives"];
+  primitives[0].erase("indices");
+  json& position = file.root["accessors"][file.attributes()["POSITION"].get<std::size_t>()];
+  position.erase("bufferView");  // all of them are zero then
+  position["count"] = 1048576;
+  for (int k = 1; k < 10; ++k) primitives.push_back(primitives[0]);
+  // Three for each of the 1048576 vertices that a file may ask for without storing them.
+  EXPECT_NE(refusal(file).find("/primitives/9: 3495250 triangles, too many for its vertices"),
+            std::string::npos)
+      << refusal(file);
+}
+
 TEST(GltfLimits, ACharacterHas65535JointsAtMost) {
   Character character;
   character.file_name = "a.glb";

@@ -255,6 +255,27 @@ TEST(GltfReader, AppliesSparseAccessorsOverTheirBase) {
   EXPECT_EQ(character.bind_position[6], glm::vec3(-0.5f, 1.5f, 0.0f));
 }
 
+template <typename T>
+void expect_sparse(int type) {
+  GltfFixture file = strip();
+  const int indices = file.add_view(std::vector<T>{2, 4, 9});
+  const int values = file.add_view(std::vector<float>{7, 1, 2, 8, 3, 4, 9, 5, 6});
+  file.root["accessors"][file.attributes()["POSITION"].get<std::size_t>()]["sparse"] = {
+      {"count", 3},
+      {"indices", {{"bufferView", indices}, {"componentType", type}}},
+      {"values", {{"bufferView", values}}}};
+  const Character character = read(file);
+  EXPECT_EQ(character.bind_position[2], glm::vec3(7, 1, 2));
+  EXPECT_EQ(character.bind_position[4], glm::vec3(8, 3, 4));
+  EXPECT_EQ(character.bind_position[9], glm::vec3(9, 5, 6));
+}
+
+TEST(GltfReader, TakesSparseIndicesOfEverySize) {
+  expect_sparse<std::uint8_t>(kUnsignedByte);
+  expect_sparse<std::uint16_t>(kUnsignedShort);
+  expect_sparse<std::uint32_t>(kUnsignedInt);
+}
+
 /// Positions of the strip whose first coordinates are `values`, as `T`s behind each other.
 template <typename T>
 std::vector<float> read_as(int type, bool normalised, const std::vector<T>& values) {

@@ -30,6 +30,9 @@ TEST(Inspect, GivesTheDocumentedKeys) {
   EXPECT_EQ(root["arms"]["right"][0], "clavicle.R");
   EXPECT_EQ(root["legs"]["left"][0], "thigh.L");
   EXPECT_EQ(root["driven"]["joints"].size(), 4u);
+  EXPECT_EQ(root["left"], json({1.0, 0.0, 0.0}));
+  EXPECT_EQ(root["up"], json({0.0, 1.0, 0.0}));
+  EXPECT_EQ(root["forward"], json({0.0, 0.0, 1.0}));
   EXPECT_EQ(root["driven"]["arms_follow"], "chest");
   EXPECT_NEAR(root["driven"]["joints"][1]["fraction"].get<double>(), 1.0 / 3.0, 1e-12);
   EXPECT_EQ(root["vertices"], character.vertex_count());
