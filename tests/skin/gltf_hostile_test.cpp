@@ -326,6 +326,26 @@ TEST(HostileGltfFile, EndsInTheMiddleOfALine) {
   EXPECT_NE(error.back(), ' ') << error;
 }
 
+TEST(HostileGltfFile, NestsTooDeepWithWhateverBetweenTheBrackets) {
+  const TemporaryFolder folder;
+  const auto told = [&](const std::string& open, int depth) {
+    std::ofstream file(folder / "deep.gltf");
+    file << "{\"extras\": ";
+    for (int k = 0; k < depth; ++k) file << open;
+    file.close();
+    return error_of(folder / "deep.gltf");
+  };
+  for (const std::string open : {"[", "{\"a\": ", "[1.5, true, null, ", "[\"]]}\", \"\\\"]]\", "}) {
+    EXPECT_NE(told(open, 100'000).find("JSON nests deeper than"), std::string::npos) << open;
+    EXPECT_EQ(told(open, 20).find("JSON nests deeper than"), std::string::npos) << open;
+  }
+  // What is closed again nests no deeper.
+  std::string wide = "{\"extras\": [";
+  for (int k = 0; k < 10'000; ++k) wide += "[{\"a\": [1]}], ";
+  std::ofstream(folder / "wide.gltf") << wide;
+  EXPECT_EQ(error_of(folder / "wide.gltf").find("nests"), std::string::npos);
+}
+
 TEST(HostileGltfFile, IsAFolder) {
   const TemporaryFolder folder;
   EXPECT_NE(error_of(folder / ".").find("not a regular file"), std::string::npos);
