@@ -519,6 +519,35 @@ TEST(Even, ReachGivesUpItsRoomWithoutAJump) {
                    measure(build("even")->solve(at(-300.0)), "reach_gap"));
 }
 
+TEST(Even, JointsStandWhereTheirBonesPointWhateverReachAdds) {
+  // Bones are the turned bones of rest: the midpoint rule of what the joints integrate, whose error
+  // falls with the square of the bones' length.
+  std::mt19937 rng(17);
+  std::uniform_real_distribution<double> angle(-1.0, 1.0);
+  double most_reach = 0.0;
+  for (const double reach : {0.0, 1.0}) {
+    const auto even =
+        build("even", {{"bones", 64.0}, {"reach", reach}, {"max_joint_angle", 180.0}}, curved());
+    const SpinePose& rest = even->rest();
+    for (int i = 0; i < 40; ++i) {
+      std::vector<double> nine(9);
+      for (double& a : nine) a = angle(rng);
+      const SpinePose pose = even->solve(even_controls(nine));
+      dvec3 at = pose.position[0];
+      for (std::size_t k = 0; k < 64; ++k) {
+        at += pose.turn[k] * (rest.position[k + 1] - rest.position[k]);
+        expect_near(at, pose.position[k + 1], 2e-3);
+      }
+      if (reach > 0.0)
+        most_reach = std::max(most_reach, glm::length(pose.position.back() -
+                                                      build("even", {{"bones", 64.0}}, curved())
+                                                          ->solve(even_controls(nine))
+                                                          .position.back()));
+    }
+  }
+  EXPECT_GT(most_reach, 0.2) << "reach did nothing";
+}
+
 TEST(Even, SpreadsAnAnatomicalTwistAsEachLevelOfTheSpineCan) {
   const std::vector<double> density = human_twist_density(1001);
   ASSERT_EQ(density.size(), 1001u);
