@@ -82,6 +82,16 @@ TEST(EvenWeight, DensityIsSharedByArea) {
   EXPECT_DOUBLE_EQ(EvenWeight::from_density(upper).peak_slope(), 2.0);
 }
 
+TEST(EvenWeight, SlopeIsTheWeightsDerivative) {
+  const double bumpy[] = {1.0, 3.0, 0.5, 2.0};
+  for (const EvenWeight& w : {EvenWeight::trapezoid(0.2, 1.0), EvenWeight::trapezoid(0.1, 0.5),
+                              EvenWeight::from_density(bumpy)}) {
+    const double h = 1e-5;
+    for (double s = 0.003; s < 0.997; s += 0.0117)
+      EXPECT_NEAR(w.slope(s), (w(s + h) - w(s - h)) / (2.0 * h), 1e-4 * w.peak_slope()) << s;
+  }
+}
+
 TEST(Even, AFrameTurnsByExactlyItsWeightTimesTheChannel) {  // theorem 1, as an equality
   const auto even = build("even");
   std::mt19937 rng(1);
