@@ -342,15 +342,12 @@ TEST(Anatomy, TakesTheAxisAcrossFromItsLegsWhereNothingTellsTheFront) {
     Character character;
     character.file_name = "nameless.glb";
     const auto add = [&](int parent, double aside, double height) {
-      Node node;
-      node.name = "#" + std::string(1, static_cast<char>('a' + character.nodes.size()));
-      node.parent = parent;
       glm::dvec3 at(0.0, 0.0, height);
       at[axis] = aside;
-      node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-      character.nodes.push_back(node);
-      stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
-      return static_cast<int>(character.nodes.size()) - 1;
+      const int node =
+          add_node(character, "#" + std::to_string(character.nodes.size()), parent, at);
+      stick_vertex(character, node);
+      return node;
     };
     const int hips = add(-1, 0.0, 1.0);
     for (int k = 1, parent = hips; k < 5; ++k) parent = add(parent, 0.0, 1.0 + 0.2 * k);
@@ -405,15 +402,10 @@ TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
 
 /// A joint with a vertex of its own, `way` from its parent.
 int hang(Character& character, const std::string& name, int parent, const glm::dvec3& way) {
-  Node node;
-  node.name = name;
-  node.parent = parent;
-  node.world_from_node = glm::translate(
-      glm::dmat4(1.0),
-      glm::dvec3(character.nodes[static_cast<std::size_t>(parent)].world_from_node[3]) + way);
-  character.nodes.push_back(node);
-  stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
-  return static_cast<int>(character.nodes.size()) - 1;
+  const glm::dvec3 from(character.nodes[static_cast<std::size_t>(parent)].world_from_node[3]);
+  const int node = add_node(character, name, parent, from + way);
+  stick_vertex(character, node);
+  return node;
 }
 
 TEST(Anatomy, FollowsALimbPastStubsToWhereItForks) {
@@ -515,13 +507,9 @@ TEST(Anatomy, TakesTheLongestOfSeveralPairsThatAreCalledArms) {
       for (const double side : {1.0, -1.0}) {
         int above = stick_node(character, parent);
         for (int k = 0; k < 2; ++k) {
-          Node node;
-          node.name = std::string(part) + (k == 0 ? "" : "_lower") + (side > 0.0 ? ".L" : ".R");
-          node.parent = above;
-          node.world_from_node =
-              glm::translate(glm::dmat4(1.0), glm::dvec3((0.1 + 0.15 * k) * side, 1.2, 0.05));
-          character.nodes.push_back(node);
-          above = static_cast<int>(character.nodes.size()) - 1;
+          above = add_node(
+              character, std::string(part) + (k == 0 ? "" : "_lower") + (side > 0.0 ? ".L" : ".R"),
+              above, {(0.1 + 0.15 * k) * side, 1.2, 0.05});
           stick_vertex(character, above);
         }
       }
@@ -605,12 +593,10 @@ Character furniture() {
   Character character;
   character.file_name = "table.glb";
   const auto add = [&](int parent, const glm::dvec3& at) {
-    Node node;
-    node.name = std::string("#").append(std::to_string(character.nodes.size()));
-    node.parent = parent;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-    character.nodes.push_back(node);
-    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+    stick_vertex(
+        character,
+        add_node(character, std::string("#").append(std::to_string(character.nodes.size())), parent,
+                 at));
   };
   add(-1, {0, 1, 0});
   add(0, {1, 0.2, 0.3});
@@ -652,13 +638,9 @@ Character built_from_the_chest() {
   Character character;
   character.file_name = "doll.glb";
   const auto add = [&](const std::string& name, int parent, const glm::dvec3& at) {
-    Node node;
-    node.name = name;
-    node.parent = parent;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-    character.nodes.push_back(node);
-    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
-    return static_cast<int>(character.nodes.size()) - 1;
+    const int node = add_node(character, name, parent, at);
+    stick_vertex(character, node);
+    return node;
   };
   const int chest = add("chest", -1, {0, 1.25, 0});
   const int spine = add("spine", chest, {0, 1.1, 0});
@@ -698,13 +680,9 @@ TEST(Anatomy, FindsTheHeadWherePelvisAndRibcageHangBesideEachOther) {
   Character character;
   character.file_name = "parted.glb";
   const auto add = [&](int parent, const glm::dvec3& at) {
-    Node node;
-    node.name = "#" + std::to_string(character.nodes.size());
-    node.parent = parent;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-    character.nodes.push_back(node);
-    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
-    return static_cast<int>(character.nodes.size()) - 1;
+    const int node = add_node(character, "#" + std::to_string(character.nodes.size()), parent, at);
+    stick_vertex(character, node);
+    return node;
   };
   const int centre = add(-1, {0, 1.0, 0});
   const int pelvis = add(centre, {0, 0.97, 0});
@@ -723,12 +701,8 @@ TEST(Anatomy, ReadsASkeletonWithoutAForkFromEndToEnd) {
   Character character;
   character.file_name = "rope.glb";
   for (int k = 0; k < 6; ++k) {
-    Node node;
-    node.name = "#" + std::string(1, static_cast<char>('0' + k));
-    node.parent = k - 1;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.2 * k, 0.0));
-    character.nodes.push_back(node);
-    stick_vertex(character, k);
+    stick_vertex(character,
+                 add_node(character, "#" + std::to_string(k), k - 1, {0.0, 0.2 * k, 0.0}));
   }
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1, 2, 3, 4, 5}));
@@ -742,12 +716,8 @@ TEST(Anatomy, NeedsTwoJointsForASpineAndNoMore) {
   character.file_name = "hinge.glb";
   for (int k = 0; k < 2; ++k) {
     EXPECT_NE(k == 1 ? refusal(character) : "none yet", "");  // one alone bends nothing
-    Node node;
-    node.name = "#" + std::string(1, static_cast<char>('0' + k));
-    node.parent = k - 1;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), glm::dvec3(0.1 * k, 0.3 * k, 0.0));
-    character.nodes.push_back(node);
-    stick_vertex(character, k);
+    stick_vertex(character,
+                 add_node(character, "#" + std::to_string(k), k - 1, {0.1 * k, 0.3 * k, 0.0}));
   }
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1}));
@@ -763,12 +733,7 @@ Character snake(bool from_head) {
   Character character;
   character.file_name = "snake.glb";
   const auto add = [&](const std::string& name, int parent, double z) {
-    Node node;
-    node.name = name;
-    node.parent = parent;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.1, z));
-    character.nodes.push_back(node);
-    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+    stick_vertex(character, add_node(character, name, parent, glm::dvec3(0.0, 0.1, z)));
   };
   for (int k = 0; k < 6; ++k) {
     const int at = from_head ? 5 - k : k;
@@ -805,12 +770,7 @@ TEST(Anatomy, OfASnakeIsTheSameWhicheverEndItIsBuiltFrom) {
 TEST(Anatomy, IgnoresControlsAndEndMarkers) {
   Character character = stick_figure();
   const auto add = [&](const char* name, int parent, const glm::dvec3& at) {
-    Node node;
-    node.name = name;
-    node.parent = parent;
-    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-    character.nodes.push_back(node);
-    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+    stick_vertex(character, add_node(character, name, parent, at));
   };
   add("ik_foot.L", 0, {0.1, 0.05, 0.0});
   add("ik_foot.R", 0, {-0.1, 0.05, 0.0});

@@ -121,59 +121,6 @@ TEST(BodyProxy, IsTheSameBodyInAnotherWorld) {
   EXPECT_NEAR(head.z, 30 + 160, 25);
 }
 
-/// A fish along Z: its hips in the middle, a tail of four joints behind them and a head before
-/// them.
-std::pair<Character, Anatomy> fish() {
-  Character out;
-  Anatomy anatomy;
-  const auto add = [&](const std::string& name, int parent, const glm::dvec3& at) {
-    Node node;
-    node.name = name;
-    node.parent = parent;
-    node.world_from_node[3] = glm::dvec4(at, 1.0);
-    out.nodes.push_back(node);
-    return static_cast<int>(out.nodes.size()) - 1;
-  };
-  anatomy.spine = {add("hips", -1, {0, 0, 0})};
-  for (int k = 1; k <= 4; ++k)
-    anatomy.spine.push_back(
-        add("tail_" + std::to_string(k), anatomy.spine.back(), {0, 0, -0.25 * k}));
-  anatomy.chest_index = 4;
-  anatomy.head = add("head", add("neck", 0, {0, 0, 0.25}), {0, 0, 0.5});
-  for (const double side : {1.0, -1.0}) {
-    std::vector<int>& fin = side > 0.0 ? anatomy.left_arm : anatomy.right_arm;
-    fin = {add("fin", 0, {0.15 * side, 0, 0.2})};
-    fin.push_back(add("fin_end", fin[0], {0.45 * side, 0, 0.1}));
-  }
-  return {out, anatomy};
-}
-
-TEST(BodyProxy, OfAFishTapersToAnUprightFinAndReachesBeyondItsHead) {
-  const auto [skeleton, anatomy] = fish();
-  const BodyDescription body = describe_body(skeleton, anatomy);
-  const auto group = [&](const std::string& name) {
-    const auto found = std::find_if(body.groups.begin(), body.groups.end(),
-                                    [&](const BodyGroup& each) { return each.name == name; });
-    return found == body.groups.end() ? nullptr : &found->parts.at(0);
-  };
-  const BodySolid* trunk = group("trunk");
-  ASSERT_NE(trunk, nullptr);
-  for (std::size_t k = 1; k < trunk->sections.size(); ++k)
-    EXPECT_LE(trunk->sections[k].outer, trunk->sections[k - 1].outer) << k;
-  const BodySection &first = trunk->sections.front(), &last = trunk->sections.back();
-  EXPECT_GT(first.front, first.outer);
-  EXPECT_LT(last.outer, 0.2 * first.outer);
-  EXPECT_GT(last.front, 3.0 * trunk->sections[trunk->sections.size() - 3].front);
-  const BodySolid* fore = group("fore");
-  ASSERT_NE(fore, nullptr);
-  EXPECT_EQ(fore->joints.back(), anatomy.head);
-  const auto head = body.joints[static_cast<std::size_t>(anatomy.head)].at;
-  EXPECT_GT(fore->axis.back().z, head.z + 0.2);
-  const BodySolid* fin = group("left arm");
-  ASSERT_NE(fin, nullptr);
-  EXPECT_LT(fin->sections[0].front, 0.5 * fin->sections[0].outer);  // flat
-}
-
 // The chest of a captured skeleton can end well below the shoulders.
 TEST(BodyProxy, ReachesUpToTheShoulders) {
   Character figure = stick_figure(4);

@@ -7,22 +7,11 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
 
+#include "tests/skin/half_mesh.h"
+
 namespace backbend::skin {
 namespace {
 
-BodySolid ball(const glm::dvec3& center, double radius) {
-  BodySolid part;
-  part.shape = BodySolid::Shape::ellipsoid;
-  part.center = center;
-  part.radii = glm::dvec3(radius);
-  part.blend = 0.0;
-  return part;
-}
-BodyDescription body_of(std::vector<BodySolid> parts) {
-  BodyDescription body;
-  body.groups.push_back({"all", 0.0, std::move(parts)});
-  return body;
-}
 double value_of(std::vector<BodySolid> parts, const glm::dvec3& p) {
   const BodyDescription body = body_of(std::move(parts));
   return BodyShape(body).value(p);

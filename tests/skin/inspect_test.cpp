@@ -67,13 +67,7 @@ TEST(Inspect, IsFitForATerminalWhateverTheNames) {
 Character dirty_figure() {
   Character character = stick_figure();
   const auto add = [&](const std::string& name, const char* parent, const glm::dvec3& at) {
-    Node node;
-    node.name = name;
-    node.file_node = static_cast<int>(character.nodes.size());
-    node.parent = stick_node(character, parent);
-    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-    character.nodes.push_back(node);
-    stick_vertex(character, node.file_node);
+    stick_vertex(character, add_node(character, name, stick_node(character, parent), at));
   };
   add("tail_1", "hips", {0.0, 0.9, -0.2});
   add("tail_2", "tail_1", {0.0, 0.9, -0.5});

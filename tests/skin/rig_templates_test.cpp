@@ -29,13 +29,8 @@ Character built(const Rig& rig) {
   Character character;
   character.file_name = std::string(rig.name) + ".glb";
   for (const Joint& joint : rig.joints) {
-    Node node;
-    node.name = joint.name;
-    node.parent = *joint.parent ? stick_node(character, joint.parent) : -1;
-    node.file_node = static_cast<int>(character.nodes.size());
-    node.world_from_node = glm::translate(glm::dmat4(1.0), joint.at);
-    character.nodes.push_back(node);
-    stick_vertex(character, static_cast<int>(character.nodes.size()) - 1);
+    const int parent = *joint.parent ? stick_node(character, joint.parent) : -1;
+    stick_vertex(character, add_node(character, joint.name, parent, joint.at));
   }
   return character;
 }

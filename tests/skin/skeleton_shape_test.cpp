@@ -18,15 +18,6 @@ namespace {
 
 std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
-int add(Character& c, const std::string& name, int parent, const glm::dvec3& at) {
-  Node node;
-  node.name = name;
-  node.parent = parent;
-  node.world_from_node[3] = glm::dvec4(at, 1.0);
-  c.nodes.push_back(node);
-  return static_cast<int>(c.nodes.size()) - 1;
-}
-
 /// Two trees of nodes anywhere, two thirds of them joints, vertices with up to four of those.
 Character tangle(unsigned seed) {
   std::mt19937 rng(seed);
@@ -34,8 +25,8 @@ Character tangle(unsigned seed) {
   Character c;
   c.file_name = "tangle.glb";
   for (int n = 0; n < 40; ++n)
-    add(c, "node" + std::to_string(n), n == 0 || n == 17 ? -1 : static_cast<int>(rng() % z(n)),
-        {unit(rng), 2.0 * unit(rng), unit(rng) - 0.5});
+    add_node(c, "node" + std::to_string(n), n == 0 || n == 17 ? -1 : static_cast<int>(rng() % z(n)),
+             {unit(rng), 2.0 * unit(rng), unit(rng) - 0.5});
   for (int n = 0; n < 40; ++n)
     if (n % 3 != 1) c.joints.push_back({n, glm::affineInverse(c.nodes[z(n)].world_from_node)});
   for (int v = 0; v < 100; ++v) {
@@ -106,14 +97,14 @@ TEST(SkeletonShape, IsWhatCountingGives) {
   }
   Character none;
   none.file_name = "none.glb";
-  add(none, "alone", -1, {0, 0, 0});
+  add_node(none, "alone", -1, {0, 0, 0});
   EXPECT_THROW(measure_skeleton(none), CharacterError);
 }
 
 TEST(SkeletonShape, TakesAnEndMarkerThatMovesAVertexForAJoint) {
   for (const float weight : {0.9f, 1.0f, 2.5f}) {
     Character c = stick_figure();
-    const int node = add(c, "hand_end", stick_node(c, "hand.L"), {0.8, 1.35, 0});
+    const int node = add_node(c, "hand_end", stick_node(c, "hand.L"), {0.8, 1.35, 0});
     c.joints.push_back({node, glm::affineInverse(c.nodes[z(node)].world_from_node)});
     for (float left = weight; left > 0.0f; left -= 1.0f) {
       Influences w = c.influences[0];
@@ -132,16 +123,9 @@ TEST(SkeletonShape, TakesAnEndMarkerThatMovesAVertexForAJoint) {
   }
 }
 
-/// Two branches of one bone each below a joint, their ends where told, in a mesh of a size of 2.
-SkeletonShape branches(const std::string& a, const glm::dvec3& end_a, const std::string& b,
-                       const glm::dvec3& end_b) {
-  Character c;
-  const int root = add(c, "base", -1, {0, 0, 0});
-  for (const auto& [name, end] : {std::pair(a, end_a), std::pair(b, end_b)}) {
-    const int from = add(c, name, root, 0.1 * end);
-    add(c, name + "_x", from, end);
-  }
-  for (int n = 0; n < 5; ++n) stick_vertex(c, n);
+/// Vertices on every node, and two of the first that give the mesh a size of 2.
+void clothe(Character& c) {
+  for (int n = 0; n < static_cast<int>(c.nodes.size()); ++n) stick_vertex(c, n);
   Influences w;
   w.weight[0] = 1.0f;
   for (const double y : {-1.0, 1.0}) {
@@ -149,6 +133,18 @@ SkeletonShape branches(const std::string& a, const glm::dvec3& end_a, const std:
     c.bind_normal.emplace_back(0, 0, 1);
     c.influences.push_back(w);
   }
+}
+
+/// Two branches of one bone each below a joint, their ends where told, in a mesh of a size of 2.
+SkeletonShape branches(const std::string& a, const glm::dvec3& end_a, const std::string& b,
+                       const glm::dvec3& end_b) {
+  Character c;
+  const int root = add_node(c, "base", -1, {0, 0, 0});
+  for (const auto& [name, end] : {std::pair(a, end_a), std::pair(b, end_b)}) {
+    const int from = add_node(c, name, root, 0.1 * end);
+    add_node(c, name + "_x", from, end);
+  }
+  clothe(c);
   return measure_skeleton(c);
 }
 
@@ -201,22 +197,15 @@ TEST(SkeletonShape, FindsPairsByNamesOrByWhereTheyReach) {
 /// middle; its neck and head above.
 std::vector<LimbPair> limbs_with(const std::string& left, const std::string& right, double reach) {
   Character c;
-  const int base = add(c, "base", -1, {0, 0, 0});
-  const int middle = add(c, "middle", base, {0, 0.5, 0});
-  const int head = add(c, "head", add(c, "neck", middle, {0, 0.8, 0}), {0, 0.9, 0});
+  const int base = add_node(c, "base", -1, {0, 0, 0});
+  const int middle = add_node(c, "middle", base, {0, 0.5, 0});
+  const int head = add_node(c, "head", add_node(c, "neck", middle, {0, 0.8, 0}), {0, 0.9, 0});
   for (const auto& [name, side] : {std::pair(left, 1.0), std::pair(right, -1.0)}) {
-    const int from = add(c, name, middle, {0.1 * side, 0.5, 0});
-    add(c, "end_" + std::to_string(c.nodes.size()), from, {(0.1 + reach) * side, 0.5, 0});
+    const int from = add_node(c, name, middle, {0.1 * side, 0.5, 0});
+    add_node(c, "end_" + std::to_string(c.nodes.size()), from, {(0.1 + reach) * side, 0.5, 0});
     c.nodes.back().name = side > 0.0 ? "bit_L" : "bit_R";
   }
-  for (int n = 0; n < static_cast<int>(c.nodes.size()); ++n) stick_vertex(c, n);
-  Influences w;
-  w.weight[0] = 1.0f;
-  for (const double y : {-1.0, 1.0}) {
-    c.bind_position.emplace_back(0, y, 0);
-    c.bind_normal.emplace_back(0, 0, 1);
-    c.influences.push_back(w);
-  }
+  clothe(c);
   return find_limbs(c, measure_skeleton(c), head);
 }
 
@@ -266,12 +255,12 @@ TEST(SceneRoot, MovesNothingAndStandsAtTheOriginOrOutside) {
                {{0.03, before.high.y + 0.025 * size, 0.0}, true},
                {{before.low.x - 0.025 * size, 0.5, 0.0}, true}};
   for (const auto& each : cases) {
-    const int node = add(c, "extra", -1, each.at);
+    const int node = add_node(c, "extra", -1, each.at);
     EXPECT_EQ(is_scene_root(measure_skeleton(c), node), each.root) << each.at.x << " " << each.at.y;
     c.nodes.pop_back();
   }
   // What moves the least of a vertex is of the body.
-  const int node = add(c, "extra", -1, {0, 0, 0});
+  const int node = add_node(c, "extra", -1, {0, 0, 0});
   c.joints.push_back({node, glm::dmat4(1.0)});
   c.influences[0].joint[1] = static_cast<std::uint16_t>(c.joints.size() - 1);
   c.influences[0].weight = {0.75f, 0.25f};

@@ -13,6 +13,9 @@ Character stick_figure(int spine_joints = 2);
 /// The node with that name.
 int stick_node(const Character& character, const std::string& name);
 
+/// Adds a node that stands at a place of the world, not turned. Gives its number.
+int add_node(Character& character, const std::string& name, int parent, const glm::dvec3& at);
+
 /// Adds a triangle of vertices that follow one node alone.
 void stick_vertex(Character& character, int node);
 

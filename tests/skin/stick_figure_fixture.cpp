@@ -12,6 +12,21 @@ int stick_node(const Character& character, const std::string& name) {
   throw std::runtime_error("no node " + name);
 }
 
+int add_node(Character& character, const std::string& name, int parent, const glm::dvec3& at) {
+  Node node;
+  node.name = name;
+  node.parent = parent;
+  node.file_node = static_cast<int>(character.nodes.size());
+  node.world_from_node = glm::translate(glm::dmat4(1.0), at);
+  node.parent_from_node =
+      parent < 0
+          ? node.world_from_node
+          : glm::affineInverse(character.nodes[static_cast<std::size_t>(parent)].world_from_node) *
+                node.world_from_node;
+  character.nodes.push_back(node);
+  return node.file_node;
+}
+
 void stick_vertex(Character& character, int node) {
   const glm::dmat4 world = character.nodes[static_cast<std::size_t>(node)].world_from_node;
   character.joints.push_back({node, glm::affineInverse(world)});
@@ -34,18 +49,7 @@ Character stick_figure(int spine_joints) {
   character.name = "stick";
   character.file_name = "stick.glb";
   const auto add = [&](const std::string& name, int parent, const glm::dvec3& at) {
-    Node node;
-    node.name = name;
-    node.parent = parent;
-    node.file_node = static_cast<int>(character.nodes.size());
-    node.world_from_node = glm::translate(glm::dmat4(1.0), at);
-    node.parent_from_node =
-        parent < 0 ? node.world_from_node
-                   : glm::affineInverse(
-                         character.nodes[static_cast<std::size_t>(parent)].world_from_node) *
-                         node.world_from_node;
-    character.nodes.push_back(node);
-    const int index = static_cast<int>(character.nodes.size()) - 1;
+    const int index = add_node(character, name, parent, at);
     if (parent >= 0) stick_vertex(character, index);
     return index;
   };
