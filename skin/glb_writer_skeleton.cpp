@@ -21,16 +21,17 @@ bool finite(const glm::dmat4& m) {
   return true;
 }
 
-/// The frame with the same origin whose axes are the nearest to `m`'s that stand square.
+/// Whether the axes span nothing worth the name: less than a millionth of what they would square.
+bool flattened(const glm::dmat3& m) {
+  const double square = glm::length(m[0]) * glm::length(m[1]) * glm::length(m[2]);
+  return !(std::abs(glm::determinant(m)) > 1e-6 * square);
+}
+
+/// The frame with the same origin and x axis whose y axis lies in the plane of `m`'s x and y, which
+/// is not flattened().
 glm::dmat4 rigid_frame(const glm::dmat4& m) {
-  glm::dvec3 x(m[0]), y(m[1]);
-  x = glm::length(x) > 0.0 ? glm::normalize(x) : glm::dvec3(1, 0, 0);
-  y -= glm::dot(x, y) * x;
-  if (glm::length(y) <= 1e-12 * glm::length(glm::dvec3(m[1]))) {
-    y = std::abs(x.y) < 0.9 ? glm::dvec3(0, 1, 0) : glm::dvec3(0, 0, 1);
-    y -= glm::dot(x, y) * x;
-  }
-  y = glm::normalize(y);
+  const glm::dvec3 x = glm::normalize(glm::dvec3(m[0])), across(m[1]);
+  const glm::dvec3 y = glm::normalize(across - glm::dot(x, across) * x);
   return glm::dmat4(glm::dvec4(x, 0), glm::dvec4(y, 0), glm::dvec4(glm::cross(x, y), 0), m[3]);
 }
 
@@ -190,7 +191,7 @@ WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation*
   std::vector<glm::dmat4> change(character.nodes.size());
   for (std::size_t i = 0; i < change.size(); ++i) {
     const glm::dmat4& rest = character.nodes[i].world_from_node;
-    if (!(std::abs(glm::determinant(glm::dmat3(rest))) > 0.0)) {
+    if (flattened(glm::dmat3(rest))) {
       throw CharacterError(node_label(character, i) + ": flattened to nothing, cannot be written");
     }
     change[i] = glm::inverse(rest) * rigid_frame(rest);

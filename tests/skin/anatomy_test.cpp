@@ -827,6 +827,16 @@ TEST(VertexRegions, FollowTheJointWithTheLargestWeight) {
   EXPECT_EQ(region_name(Region::other), "other");
 }
 
+TEST(VertexRegions, CountTheFirstNodeOfAFileThatIsTheHips) {
+  Character character;
+  const int hips = add_node(character, "hips", -1, {0, 0.9, 0});
+  add_node(character, "spine", hips, {0, 1.1, 0});
+  Anatomy anatomy;
+  anatomy.spine = {hips, 1};
+  anatomy.chest_index = 1;
+  EXPECT_EQ(node_regions(character, anatomy), (std::vector<Region>{Region::torso, Region::torso}));
+}
+
 TEST(VertexRegions, OfLooseJointsAndWhatHangsFromThemAreTheirLeaders) {
   Character character = stick_figure();
   const int scene = stick_node(character, "scene"), foot = stick_node(character, "foot.L");

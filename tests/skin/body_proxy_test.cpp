@@ -121,6 +121,17 @@ TEST(BodyProxy, IsTheSameBodyInAnotherWorld) {
   EXPECT_NEAR(head.z, 30 + 160, 25);
 }
 
+// An anatomy whose left is its mirror image's: what is put around it is not inside out.
+TEST(BodyProxy, OfAMirroredSkeletonIsNotInsideOut) {
+  const Character figure = stick_figure(3);
+  Anatomy anatomy = find_anatomy(figure);
+  anatomy.left = -anatomy.left;
+  const Character there = make_proxy_body(
+      moved(figure, glm::scale(glm::dmat4(1.0), glm::dvec3(-1, 1, 1))), anatomy, kSmall);
+  EXPECT_EQ(open_edges(there), 0u);
+  EXPECT_GT(volume(there), 0.0);
+}
+
 // The chest of a captured skeleton can end well below the shoulders.
 TEST(BodyProxy, ReachesUpToTheShoulders) {
   Character figure = stick_figure(4);

@@ -145,6 +145,15 @@ TEST(PrepareSkeleton, RefusesWhatNoFileCanSay) {
   Character flat = sheared();
   flat.nodes[1].world_from_node[1] = glm::dvec4(0.0);
   refused(flat, nullptr, "node `n1`: flattened to nothing");
+  for (int a = 0; a < 3; ++a) {  // two axes that nearly fall together
+    flat = sheared();
+    dmat4& frame = flat.nodes[1].world_from_node;
+    const glm::dvec4 other = frame[(a + 1) % 3];
+    frame[a] = 2.0 * other + 1e-7 * frame[a];
+    refused(flat, nullptr, "node `n1`: flattened to nothing");
+    frame[a] = 2.0 * other + 1e-4 * sheared().nodes[1].world_from_node[a];
+    EXPECT_NO_THROW(prepare_skeleton(flat, nullptr)) << a;
+  }
   const Character c = sheared();
   GlbAnimation a;
   a.name = "walk";

@@ -213,6 +213,21 @@ TEST(GlbWriter, WritesWhatTheReaderReadsBack) {
   EXPECT_TRUE(read.warnings.empty());
 }
 
+/// glTF wants unit normals; where there is none to make one of, any will do.
+TEST(GlbWriter, MakesNormalsUnit) {
+  Character c = strip();
+  const float infinite = std::numeric_limits<float>::infinity();
+  c.bind_normal = {{0, 0, 3}, {0.25f, 0, 0},    {0, 1e-8f, 1e-8f},
+                   {0, 0, 0}, {0, infinite, 0}, {0, 0, std::nanf("")}};
+  const std::vector<std::uint8_t> glb = encode_glb(c);
+  const std::vector<float> normal =
+      floats(glb, header_of(glb)["meshes"][0]["primitives"][0]["attributes"]["NORMAL"]);
+  const float half = std::sqrt(0.5f);
+  const float expected[] = {0, 0, 1, 1, 0, 0, 0, half, half, 0, 1, 0, 0, 1, 0, 0, 1, 0};
+  ASSERT_EQ(normal.size(), std::size(expected));
+  for (std::size_t k = 0; k < normal.size(); ++k) EXPECT_NEAR(normal[k], expected[k], 1e-6) << k;
+}
+
 TEST(GlbWriter, GivesTheSameBytesForTheSameCharacter) {
   const Character c = strip();
   const GlbAnimation a = spin(c, 0.3, 5);

@@ -519,15 +519,19 @@ TEST(GltfReader, PutsPrimitivesOfEveryKindBehindEachOther) {
 }
 
 TEST(GltfReader, WindsTrianglesOutwardsUnderAMirroringRoot) {
-  GltfFixture file = strip();
-  file.root["nodes"].push_back({{"scale", {-1.0, 1.0, 1.0}}, {"children", {0}}});
-  file.root["scenes"][0]["nodes"] = {3, 2};
-  const Character character = read(file);
-  const PosedMesh rest = rest_mesh(character);
-  for (const glm::uvec3& t : character.triangles) {
-    const glm::vec3 face = glm::cross(rest.position[t.y] - rest.position[t.x],
-                                      rest.position[t.z] - rest.position[t.x]);
-    EXPECT_GT(glm::dot(face, rest.normal[t.x]), 0.0f);
+  for (const double size : {-1.0, -0.3, 0.3, 3.0}) {
+    GltfFixture file = strip();
+    file.root["nodes"].push_back({{"name", "rigid"}, {"mesh", 0}});
+    file.root["nodes"].push_back({{"scale", {size, 0.5, 1.0}}, {"children", {0, 2, 3}}});
+    file.root["scenes"][0]["nodes"] = {4};
+    const Character character = read(file);
+    ASSERT_EQ(character.triangles.size(), 16u);
+    const PosedMesh rest = rest_mesh(character);
+    for (const glm::uvec3& t : character.triangles) {
+      const glm::vec3 face = glm::cross(rest.position[t.y] - rest.position[t.x],
+                                        rest.position[t.z] - rest.position[t.x]);
+      EXPECT_GT(glm::dot(face, rest.normal[t.x]), 0.0f) << size << " " << t.x;
+    }
   }
 }
 

@@ -276,6 +276,10 @@ TEST_P(EveryRig, IsDrivenFromItsHipsToTheBaseOfItsNeck) {
   EXPECT_EQ(anatomy.head, stick_node(character, rig.head));
   EXPECT_EQ(anatomy.left_arm.front(), stick_node(character, rig.left_arm));
   EXPECT_EQ(anatomy.left_leg.front(), stick_node(character, rig.left_leg));
+  const std::string known = "names: as " + std::string(find_template(character)->title);
+  EXPECT_TRUE(std::any_of(anatomy.reasons.begin(), anatomy.reasons.end(), [&](const auto& reason) {
+    return reason.compare(0, known.size(), known) == 0;
+  })) << known;
   const SpineDriver driver(character, anatomy);
   EXPECT_TRUE(driver.arms_follow_chest());
 }
