@@ -5,6 +5,7 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
+#include "solver/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/history_index.h"
 #include "validate/history/history_text.h"
@@ -45,9 +46,8 @@ int print_first_bad(const Options& options, const HistoryIndex& history) {
   const std::string& code = options.first_bad[1];
   const std::vector<std::string> names = history.characters();
   if (std::find(names.begin(), names.end(), character) == names.end()) {
-    const auto near = nearest_name(character, names);
     throw CLI::ValidationError("no night has a character '" + character + "'" +
-                               (near ? ", did you mean '" + *near + "'?" : ""));
+                               solver::did_you_mean(character, names));
   }
   const std::vector<Night> nights = history.nights_of(character, code);
   const auto onset = first_bad(nights, character, code);

@@ -7,6 +7,7 @@
 #include "cli/sweep_named.h"
 #include "render/cameras.h"
 #include "render/open_image_denoise.h"
+#include "solver/nearest_name.h"
 #include "validate/evidence/frame_choice.h"
 #include "validate/evidence/render_job.h"
 #include "validate/farm/folder_trace.h"
@@ -263,9 +264,7 @@ Sweep sweep_named(const std::string& name) {
     if (sweep.name == name) return sweep;
     names.push_back(sweep.name);
   }
-  const auto near = nearest_name(name, names);
-  throw CLI::ValidationError("no sweep '" + name + "'" +
-                             (near ? ", did you mean '" + *near + "'?" : "") +
+  throw CLI::ValidationError("no sweep '" + name + "'" + solver::did_you_mean(name, names) +
                              "; backbend list sweeps shows all");
 }
 

@@ -1,29 +1,13 @@
 #include "skin/anatomy_hints.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "skin/printable.h"
 #include "skin/skeleton_shape.h"
+#include "solver/nearest_name.h"
 
 namespace backbend::skin {
 namespace {
-
-/// Single-letter edits from one word to another (Levenshtein).
-std::size_t edit_distance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t k = 1; k <= b.size(); ++k) {
-      const std::size_t change = diagonal + (a[i - 1] == b[k - 1] ? 0 : 1);
-      diagonal = row[k];
-      row[k] = std::min({row[k] + 1, row[k - 1] + 1, change});
-    }
-  }
-  return row.back();
-}
 
 std::vector<int> chain_of(const Character& character, const std::vector<std::string>& names,
                           const char* what) {
@@ -61,19 +45,6 @@ std::vector<int> nodes_that(const Character& character, const Test& is) {
   return joints.empty() ? all : joints;
 }
 
-std::string nearest_name(const Character& character, const std::string& name) {
-  std::string nearest;
-  std::size_t least = 0;
-  for (const Node& node : character.nodes) {
-    if (name.size() > 256 || node.name.size() > 256) continue;
-    const std::size_t distance = edit_distance(name, node.name);
-    if (!nearest.empty() && distance >= least) continue;
-    nearest = node.name;
-    least = distance;
-  }
-  return nearest;
-}
-
 }  // namespace
 
 int node_named(const Character& character, const std::string& name) {
@@ -91,7 +62,9 @@ int node_named(const Character& character, const std::string& name) {
         character.file_name + ": several joints are called " + in_quotes(name) +
         "; name one by its number, such as #" +
         std::to_string(character.nodes[static_cast<std::size_t>(found.front())].file_node));
-  const std::string nearest = nearest_name(character, name);
+  std::vector<std::string> names;
+  for (const Node& node : character.nodes) names.push_back(node.name);
+  const std::string_view nearest = solver::nearest_name(name, names);
   throw CharacterError(character.file_name + ": no joint is called " + in_quotes(name) +
                        (nearest.empty() ? "" : "; the nearest is " + in_quotes(nearest)));
 }

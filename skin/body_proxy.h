@@ -9,7 +9,8 @@ namespace backbend::skin {
 /// shoulders and joints suggest. The skeleton's mesh is not looked at.
 ///
 /// Joint k is node k of the skeleton. In the description's own space the body is +Y up, faces +Z,
-/// and its skeleton's largest extent is 1.75; BodyDescription::world_from_body leads back.
+/// and the largest extent of its spine and limbs is 1.75; BodyDescription::world_from_body leads
+/// back.
 BodyDescription describe_body(const Character& skeleton, const Anatomy& anatomy);
 
 /// The skeleton with that body as its only mesh, bound where it stands at rest. Whole and closed,

@@ -27,11 +27,12 @@ std::size_t edits(std::string_view a, std::string_view b) {
 }  // namespace
 
 std::string_view nearest_name(std::string_view word, std::span<const std::string_view> candidates) {
-  constexpr std::size_t kLongest = 64;  // names of ours are short; hostile ones are not compared
+  constexpr std::size_t kLongest = 256;  // joints' names with their namespaces; no hostile ones
   if (word.size() > kLongest) return {};
   std::string_view best;
   std::size_t fewest = 0;
   for (const std::string_view candidate : candidates) {
+    if (candidate.size() > kLongest) continue;
     const std::size_t count = edits(word, candidate);
     const std::size_t allowed =
         std::max<std::size_t>(2, std::max(word.size(), candidate.size()) / 3);
@@ -41,6 +42,16 @@ std::string_view nearest_name(std::string_view word, std::span<const std::string
     }
   }
   return best;
+}
+
+std::string_view nearest_name(std::string_view word, const std::vector<std::string>& candidates) {
+  const std::vector<std::string_view> views(candidates.begin(), candidates.end());
+  return nearest_name(word, std::span(views));
+}
+
+std::string did_you_mean(std::string_view word, const std::vector<std::string>& candidates) {
+  const std::string_view near = nearest_name(word, candidates);
+  return near.empty() ? "" : ", did you mean '" + std::string(near) + "'?";
 }
 
 std::string suggestion(std::string_view word, std::span<const std::string_view> candidates) {

@@ -164,7 +164,7 @@ class TakingUpANight(NightTest):
             second = self.nightly("busy")
             first.send_signal(signal.SIGCONT)
             self.assertEqual(second.returncode, harness.RETRY, second.stderr)
-            self.assertEqual(first.wait(timeout=600), 1)
+            self.assertEqual(first.wait(timeout=2 * harness.PATIENCE_S), 1)
         self.assert_whole("busy")
 
 
@@ -179,7 +179,7 @@ class TakingUpANight(NightTest):
                 runs = [subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                          stderr=subprocess.PIPE, text=True, env={"PATH": os.environ["PATH"]})
                         for _ in range(8)]
-                told = [run.communicate(timeout=300)[1] for run in runs]
+                told = [run.communicate(timeout=harness.PATIENCE_S)[1] for run in runs]
                 codes = [run.returncode for run in runs]
                 self.assertLessEqual(set(codes), {1, harness.RETRY}, told)
                 self.assertIn(1, codes)

@@ -16,6 +16,9 @@ BACKBEND = pathlib.Path(os.environ.get("BACKBEND", SOURCE / "build/release/cli/b
 # Real characters live beside the project, not in it; tests that want them skip where they are absent.
 CHARACTERS = pathlib.Path(os.environ.get("BACKBEND_CHARACTERS", SOURCE.parent / "shared/characters"))
 
+# Seconds after which a command hangs: it takes many times as long under a sanitizer.
+PATIENCE_S = float(os.environ.get("BACKBEND_TEST_PATIENCE", 300))
+
 USAGE = 2
 BAD_INPUT = 3
 INTERNAL = 70
@@ -45,7 +48,7 @@ def contents(folder):
     return found
 
 
-def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=300):
+def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=PATIENCE_S):
     """Runs the program with nothing of this machine's environment but the PATH. `folder` is its
     working folder and its home."""
     settings = {"PATH": os.environ["PATH"], "HOME": str(folder)}

@@ -62,7 +62,7 @@ class Surrounded:
             settings["LD_PRELOAD"] = str(preload)
         done = subprocess.run(
             [str(harness.BACKBEND), *command, "-o", str(out)], cwd=work, preexec_fn=surround,
-            stdin=subprocess.DEVNULL, capture_output=True, timeout=300, env=settings)
+            stdin=subprocess.DEVNULL, capture_output=True, timeout=harness.PATIENCE_S, env=settings)
         return done.returncode, contents(out) if out.exists() else None, done.stderr
 
     def check(self):

@@ -348,7 +348,12 @@ TEST(NearestName, FindsSlipsAndStaysSilentOtherwise) {
   EXPECT_EQ(nearest_name("zzzz", names), "");
   EXPECT_EQ(nearest_name("xy", names), "");  // a short word is near no long one
   EXPECT_EQ(nearest_name(std::string(100000, 'a'), names), "");
-  EXPECT_EQ(nearest_name("x", {}), "");
+  EXPECT_EQ(nearest_name("x", std::vector<std::string>{}), "");
+  const std::vector<std::string> systems = {"curve", "isner", std::string(1000, 'x')};
+  EXPECT_EQ(nearest_name("isnr", systems), "isner");
+  EXPECT_EQ(nearest_name(std::string(256, 'x'), systems), "");
+  EXPECT_EQ(did_you_mean("isnr", systems), ", did you mean 'isner'?");
+  EXPECT_EQ(did_you_mean("cat", systems), "");
 }
 
 }  // namespace

@@ -163,10 +163,5 @@ TEST(NumberText, IsShortAndNeverNegativeZero) {
   EXPECT_EQ(number_text(1e300).size(), 301u);
 }
 
-TEST(NearestName, SuggestsOnlyWhatIsNear) {
-  EXPECT_EQ(nearest_name("isnr", {"curve", "isner"}), "isner");
-  EXPECT_EQ(nearest_name("cat", {"matrix_blend", "three_bone"}), std::nullopt);
-}
-
 }  // namespace
 }  // namespace backbend::validate

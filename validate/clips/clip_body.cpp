@@ -11,6 +11,7 @@
 #include "skin/matrix_facts.h"
 #include "skin/printable.h"
 #include "skin/skinning.h"
+#include "solver/nearest_name.h"
 #include "validate/clips/rigid_fit.h"
 #include "validate/run/progress.h"
 #include "validate/sweeps/sweep.h"
@@ -293,9 +294,9 @@ void ClipBody::check_spine(const skin::Clip& clip) const {
     const int node = anatomy_.spine[k];
     if (clip_joint_[static_cast<Index>(node)] >= 0) continue;
     const std::string& name = character_.nodes[static_cast<Index>(node)].name;
-    const auto near = nearest_name(name, clip.joint);
+    const std::string_view near = solver::nearest_name(name, clip.joint);
     throw CharacterError(clip.file_name + ": no joint for " + in_quotes(name) + " of the spine" +
-                         (near ? ", the nearest is " + in_quotes(*near) : "") +
+                         (near.empty() ? "" : ", the nearest is " + in_quotes(near)) +
                          "; name it with --joint-map CHARACTER_JOINT=CLIP_JOINT");
   }
 }

@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "validate/sweeps/sweep.h"
+#include "solver/nearest_name.h"
 
 namespace backbend::validate {
 namespace {
@@ -43,18 +43,13 @@ class Reader {
     return kind == keys->second.end() ? nullptr : &kind->second;
   }
 
-  static std::string suggested(const std::string& name, const std::vector<std::string>& known) {
-    const auto near = nearest_name(name, known);
-    return near ? ", did you mean '" + *near + "'?" : "";
-  }
-
   void read_table(const std::string& name, const toml::table& table, const toml::node& at) {
     if (keys_.find(name) == keys_.end()) {
       std::vector<std::string> known;
       for (const auto& each : keys_)
         if (!each.first.empty()) known.push_back(each.first);
-      fail(at,
-           "[" + name + "] is no command that a project sets options of" + suggested(name, known));
+      fail(at, "[" + name + "] is no command that a project sets options of" +
+                   solver::did_you_mean(name, known));
     }
     for (const auto& [key, node] : table) read_value(name, std::string(key.str()), node);
   }
@@ -66,8 +61,8 @@ class Reader {
       if (const auto keys = keys_.find(table); keys != keys_.end())
         for (const auto& each : keys->second) known.push_back(each.first);
       fail(node, "'" + key + "' is no option that a project sets" +
-                     (table.empty() ? "" : " in [" + table + "]") + suggested(key, known) +
-                     "; backbend config shows all");
+                     (table.empty() ? "" : " in [" + table + "]") +
+                     solver::did_you_mean(key, known) + "; backbend config shows all");
     }
     project_.values[table][key] = {words_of(key, *kind, node), node.source().begin.line};
   }

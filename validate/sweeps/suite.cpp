@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "solver/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/number_text.h"
 
@@ -69,12 +70,10 @@ class TableReader {
                    const std::vector<std::string>& allowed) {
     const std::string value = text(key, otherwise);
     if (std::find(allowed.begin(), allowed.end(), value) == allowed.end()) {
-      const auto near = nearest_name(value, allowed);
       std::string list;
       for (const std::string& each : allowed) list += (list.empty() ? "" : " | ") + each;
       fail(*table_.get(key), "'" + value + "' is no " + std::string(key) +
-                                 (near ? ", did you mean '" + *near + "'?" : "") + " (" + list +
-                                 ")");
+                                 solver::did_you_mean(value, allowed) + " (" + list + ")");
     }
     return value;
   }
@@ -83,9 +82,8 @@ class TableReader {
   void finish() const {
     for (const auto& [key, node] : table_) {
       if (std::find(known_.begin(), known_.end(), key.str()) != known_.end()) continue;
-      const auto near = nearest_name(key.str(), known_);
       fail(node, "unknown key '" + std::string(key.str()) + "' in [" + name_ + "]" +
-                     (near ? ", did you mean '" + *near + "'?" : ""));
+                     solver::did_you_mean(key.str(), known_));
     }
   }
 
@@ -149,9 +147,8 @@ solver::SystemSpec read_spec(const TableReader& parent, const toml::node& node,
   spec.system = reader.text(reader.need("system"), "system");
   const std::vector<std::string> names = system_names();
   if (std::find(names.begin(), names.end(), spec.system) == names.end()) {
-    const auto near = nearest_name(spec.system, names);
     reader.fail(*table->get("system"), "no system '" + spec.system + "'" +
-                                           (near ? ", did you mean '" + *near + "'?" : "") +
+                                           solver::did_you_mean(spec.system, names) +
                                            "; backbend list rigs shows all");
   }
   for (const auto& [name, value] : *table) {
@@ -503,8 +500,7 @@ RigPlan read_rig(const std::string& text) {
   const std::string system = text.substr(0, colon);
   const std::vector<std::string> names = system_names();
   if (std::find(names.begin(), names.end(), system) == names.end()) {
-    const auto near = nearest_name(system, names);
-    throw SuiteError("no rig '" + system + "'" + (near ? ", did you mean '" + *near + "'?" : "") +
+    throw SuiteError("no rig '" + system + "'" + solver::did_you_mean(system, names) +
                      "; backbend list rigs shows all, a rig file ends in .toml");
   }
   RigPlan plan{text, {system, {}}, Role::proposed, std::nullopt};

@@ -1,10 +1,10 @@
 #include "validate/sweeps/sweep.h"
+#include "solver/nearest_name.h"
 
 #include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <glm/trigonometric.hpp>
-#include <numeric>
 #include <random>
 #include <utility>
 
@@ -86,9 +86,8 @@ PoseDegrees parse_pose(std::string_view text) {
     const std::string_view channel = trimmed(item.substr(0, equals));
     double* value = pose.find(channel);
     if (value == nullptr) {
-      const auto near = nearest_name(channel, channel_names());
       throw solver::RigError("pose: no channel '" + std::string(channel) + "'" +
-                             (near ? ", did you mean '" + *near + "'?" : "") +
+                             solver::did_you_mean(channel, channel_names()) +
                              " (extension, flexion, side, twist, hip, stretch)");
     }
     *value = parse_number(trimmed(item.substr(equals + 1)), channel);
@@ -272,30 +271,6 @@ std::string number_text(double value, int decimals) {
     if (text.back() == '.') text.pop_back();
   }
   return text == "-0" ? "0" : text;
-}
-
-std::optional<std::string> nearest_name(std::string_view word,
-                                        const std::vector<std::string>& candidates) {
-  std::optional<std::string> best;
-  std::size_t best_distance = std::max<std::size_t>(2, word.size() / 3) + 1;
-  for (const std::string& candidate : candidates) {
-    std::vector<std::size_t> row(candidate.size() + 1);
-    std::iota(row.begin(), row.end(), std::size_t{0});
-    for (std::size_t i = 1; i <= word.size(); ++i) {
-      std::size_t diagonal = row[0];
-      row[0] = i;
-      for (std::size_t j = 1; j <= candidate.size(); ++j) {
-        const std::size_t changed = diagonal + (word[i - 1] == candidate[j - 1] ? 0 : 1);
-        diagonal = row[j];
-        row[j] = std::min({row[j] + 1, row[j - 1] + 1, changed});
-      }
-    }
-    if (row.back() < best_distance) {
-      best_distance = row.back();
-      best = candidate;
-    }
-  }
-  return best;
 }
 
 }  // namespace backbend::validate

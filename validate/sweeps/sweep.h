@@ -100,8 +100,4 @@ std::optional<solver::Mapping> find_mapping(std::string_view name);
 /// A number as people read it: at most `decimals` digits after the point, no trailing zeros.
 std::string number_text(double value, int decimals = 3);
 
-/// The candidate most like `word`, or nullopt when none is near: for "did you mean".
-std::optional<std::string> nearest_name(std::string_view word,
-                                        const std::vector<std::string>& candidates);
-
 }  // namespace backbend::validate
