@@ -16,8 +16,9 @@ BACKBEND = pathlib.Path(os.environ.get("BACKBEND", SOURCE / "build/release/cli/b
 # Real characters live beside the project, not in it; tests that want them skip where they are absent.
 CHARACTERS = pathlib.Path(os.environ.get("BACKBEND_CHARACTERS", SOURCE.parent / "shared/characters"))
 
-# Seconds after which a command hangs: it takes many times as long under a sanitizer.
-PATIENCE_S = float(os.environ.get("BACKBEND_TEST_PATIENCE", 300))
+# How many times as long commands take under a sanitizer, at most; and after how long one hangs.
+SLOWER = float(os.environ.get("BACKBEND_TEST_SLOWER", 1))
+PATIENCE_S = 300 * SLOWER
 
 USAGE = 2
 BAD_INPUT = 3

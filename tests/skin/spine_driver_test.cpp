@@ -289,6 +289,20 @@ TEST(SpineDriver, ArmsHangOnTheMeshFromWhatTheOptionSays) {
   EXPECT_GE(arms, 6u);
 }
 
+/// A spine of two joints: arms that hang from the lower go with the upper where they are nearer it.
+TEST(SpineDriver, ArmsThatHangFromTheHipsGoWithTheChestFromAboveTheMiddle) {
+  for (const double height : {1.25, 1.5, 1.75}) {
+    Character character;
+    const int hips = add_node(character, "hips", -1, {0, 1, 0});
+    Anatomy anatomy;
+    anatomy.spine = {hips, add_node(character, "chest", hips, {0, 2, 0})};
+    anatomy.chest_index = 1;
+    anatomy.left_arm = {add_node(character, "arm.L", hips, {0.25, height, 0})};
+    anatomy.right_arm = {add_node(character, "arm.R", hips, {-0.25, height, 0})};
+    EXPECT_EQ(SpineDriver(character, anatomy).arms_follow_chest(), height > 1.5) << height;
+  }
+}
+
 TEST(SpineDriver, CarriesALooseJointWithWhatItTouches) {
   Character character = stick_figure();
   // A jaw on the scene's root, at the head: no bone carries it.
