@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# thread_sanitizer.sh [CTEST OPTIONS]: the tests under the thread sanitizer, by default the unit tests.
+# thread_sanitizer.sh [CTEST OPTIONS]: the tests under the thread sanitizer, by default the unit tests
+# (`--label-regex '^cli$'` for those of the commands).
 #
 # TBB hands work from thread to thread inside its library, which the sanitizer must see to know that
 # one thing came after the other: without it every parallel loop looks like a race. So the
@@ -32,9 +33,9 @@ if [[ ! -e $tbb/done ]]; then
   touch "$tbb/done"
 fi
 
-cmake --preset tsan
+# Found by the programs themselves: the tests of the commands hand no environment on.
+cmake --preset tsan -DCMAKE_BUILD_RPATH="$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)"
 cmake --build --preset tsan --parallel "$jobs" \
-  --target backbend_import solver_tests skin_tests render_tests validate_tests
-library=$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)
+  --target backbend backbend_import solver_tests skin_tests render_tests validate_tests
 (($#)) || set -- --label-regex '^(solver|skin|render|validate)$'
-LD_LIBRARY_PATH=$library exec ctest --preset tsan --parallel "$jobs" --no-tests=error "$@"
+exec ctest --preset tsan --parallel "$jobs" --no-tests=error "$@"
