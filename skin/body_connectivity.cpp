@@ -38,10 +38,8 @@ int Connectivity::valence(int v) const {
 }
 
 int Connectivity::third(int face, int a, int b) const {
-  for (const int v : mesh_.triangle[z(face)]) {
-    if (v != a && v != b) return v;
-  }
-  return -1;
+  const auto& t = mesh_.triangle[z(face)];
+  return *std::find_if(t.begin(), t.end(), [&](int v) { return v != a && v != b; });
 }
 
 void Connectivity::unlink(int v, int face) {
