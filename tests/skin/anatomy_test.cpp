@@ -284,7 +284,8 @@ TEST(Anatomy, TurnsWithTheCharacter) {
   EXPECT_EQ(anatomy.left, glm::dvec3(1, 0, 0));
 }
 
-/// The stick figure on feet of four vertices each, that reach further forward than back.
+/// The stick figure on feet of four vertices each, that reach further forward than back, in
+/// trousers that are blown far back.
 Character on_feet(const std::map<std::string, std::string>& names) {
   Character character = renamed(names);
   const Character plain = stick_figure();
@@ -296,6 +297,12 @@ Character on_feet(const std::map<std::string, std::string>& names) {
       stick_vertex(character, node);
       for (std::size_t v = first; v < first + 3; ++v)
         character.bind_position[v] = glm::vec3(ankle.x, 0.0, z);
+    }
+    for (int k = 0; k < 4; ++k) {
+      const std::size_t first = character.vertex_count();
+      stick_vertex(character, character.nodes[static_cast<std::size_t>(node)].parent);
+      for (std::size_t v = first; v < first + 3; ++v)
+        character.bind_position[v] = glm::vec3(ankle.x, 0.3, -0.4);
     }
     ankle.y = 0.09;  // above the soles; their vertices are bound to where it stood
     for (SkinJoint& joint : character.joints)
