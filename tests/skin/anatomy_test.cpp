@@ -774,6 +774,26 @@ TEST(Anatomy, OfASnakeIsTheSameWhicheverEndItIsBuiltFrom) {
   }
 }
 
+TEST(Anatomy, OfASnakeOfAHeadAndOneJointIsNotGuessed) {
+  for (const bool longer : {false, true}) {
+    Character character;
+    character.file_name = "snake.glb";
+    int last = -1;
+    for (const char* name : {"Head", "Body1", "Body2"}) {
+      if (std::string(name) == "Body2" && !longer) break;
+      last = add_node(character, name, last, {0.0, 0.1, 2.0 - 0.4 * (last + 1)});
+      stick_vertex(character, last);
+    }
+    stick_vertex(character, add_node(character, "Jaw", 0, {0.0, 0.1, 2.1}));
+    if (longer) {
+      EXPECT_EQ(names_of(character, find_anatomy(character).spine),
+                (Names{"Body2", "Body1", "Head"}));
+    } else {
+      EXPECT_THROW(find_anatomy(character), CharacterError);
+    }
+  }
+}
+
 TEST(Anatomy, IgnoresControlsAndEndMarkers) {
   Character character = stick_figure();
   const auto add = [&](const char* name, int parent, const glm::dvec3& at) {

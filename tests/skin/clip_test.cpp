@@ -407,6 +407,25 @@ TEST(PointCache, Pc2CountsFrames) {
   EXPECT_EQ(clip.point[1], glm::vec3(4, 5, 6));
 }
 
+/// 2^62 + 41708 points of 12 bytes: as many bytes, in 64 bits, as there are.
+TEST(PointCache, Pc2IsNotDeceivedByASizeThatOverflows) {
+  std::vector<std::uint8_t> file = pc2();
+  file.resize(16);
+  put_word(file, 2147437308u, false);  // points
+  put_float(file, 0.0f, false);
+  put_float(file, 1.0f, false);
+  put_word(file, 2147529989u, false);  // samples
+  file.resize(32 + 12 * 41708);
+  try {
+    parse_pc2("a.pc2", file, 24.0);
+    FAIL();
+  } catch (const CharacterError& error) {
+    EXPECT_EQ(std::string(error.what()),
+              "a.pc2: header: 2147529989 frames of 2147437308 points do not fit a file of 500528 "
+              "bytes");
+  }
+}
+
 /// Three frames of four points, coordinate k being 0.5 k - 3, one of them another value.
 std::vector<std::uint8_t> cache(bool is_mdd, std::size_t other = 99, float value = 0.0f,
                                 std::vector<float> time = {0.5f, 0.75f, 2.0f}) {
