@@ -66,7 +66,8 @@ int node_named(const Character& character, const std::string& name) {
   for (const Node& node : character.nodes) names.push_back(node.name);
   const std::string_view nearest = solver::nearest_name(name, names);
   throw CharacterError(character.file_name + ": no joint is called " + in_quotes(name) +
-                       (nearest.empty() ? "" : "; the nearest is " + in_quotes(nearest)));
+                       (nearest.empty() ? "; backbend inspect shows all"
+                                        : "; the nearest is " + in_quotes(nearest)));
 }
 
 std::string reference_name(const Character& character, int node) {

@@ -573,6 +573,9 @@ TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
   EXPECT_NE(refusal(character, between("hip", ""))
                 .find("no joint is called 'hip'; the nearest is 'hips'"),
             std::string::npos);
+  EXPECT_NE(refusal(character, between("Schwanzwurzel", ""))
+                .find("no joint is called 'Schwanzwurzel'; backbend inspect shows all"),
+            std::string::npos);
   const struct {
     const char *wrong, *meant;
   } slips[] = {{"spin_1", "spine_1"},       {"spinee_2", "spine_2"}, {"sceme", "scene"},
