@@ -1,5 +1,4 @@
 #include "validate/sweeps/sweep.h"
-#include "solver/nearest_name.h"
 
 #include <algorithm>
 #include <charconv>
@@ -7,6 +6,8 @@
 #include <glm/trigonometric.hpp>
 #include <random>
 #include <utility>
+
+#include "solver/nearest_name.h"
 
 namespace backbend::validate {
 namespace {
