@@ -19,7 +19,7 @@ WeightSuggestion tally(const Character& character, const Share& share_of) {
   for (std::size_t v = 0; v < character.vertex_count(); ++v) {
     const double share = share_of(v);
     if (share <= 0.0) continue;
-    if (out.vertices++ == 0) out.first_vertex = static_cast<std::uint32_t>(v);
+    if (out.count++ == 0) out.vertex = static_cast<std::uint32_t>(v);
     out.moves = std::max(out.moves, share);
   }
   return out;
@@ -35,7 +35,7 @@ std::vector<WeightSuggestion> suggest_weights(const Character& character,
                                               const WeightHygiene& hygiene) {
   std::vector<WeightSuggestion> out;
   const auto add = [&](WeightSuggestion suggestion, const char* code, const std::string& change) {
-    if (suggestion.vertices == 0) return;
+    if (suggestion.count == 0) return;
     suggestion.code = code;
     suggestion.change = change;
     out.push_back(std::move(suggestion));
@@ -44,18 +44,18 @@ std::vector<WeightSuggestion> suggest_weights(const Character& character,
     out.push_back({"renormalise",
                    "divide each vertex's weights by their sum (" + number_text(hygiene.worst_sum) +
                        " at worst)",
-                   hygiene.off_sum, 0, std::abs(1.0 - hygiene.worst_sum)});
+                   hygiene.off_sum, false, std::nullopt, std::abs(1.0 - hygiene.worst_sum)});
   if (!character.unweighted.empty())
     out.push_back({"weight_unweighted",
                    "give vertices without weights those of their nearest weighted neighbours",
-                   character.unweighted.size(), character.unweighted.front(), 1.0});
+                   character.unweighted.size(), false, character.unweighted.front(), 1.0});
 
   for (const Bleed& bleed : hygiene.bleed)
     out.push_back({"remove_bleed",
                    "take " + name_of(character, bleed.node) + " off " +
                        std::to_string(bleed.places) + (bleed.places == 1 ? " place" : " places") +
                        " apart from its area, and give the rest to the joints there",
-                   bleed.places, bleed.vertex, bleed.largest});
+                   bleed.places, true, bleed.vertex, bleed.largest});
 
   add(tally(character,
             [&](std::size_t v) {
@@ -74,9 +74,9 @@ std::vector<WeightSuggestion> suggest_weights(const Character& character,
             }),
       "keep_four", "keep the 4 largest weights of each vertex and renormalise");
   if (hygiene.asymmetric > 0)
-    out.push_back({"mirror",
-                   "copy the better painted side's weights to the other; they differ by over 5 %",
-                   hygiene.asymmetric, hygiene.worst_asymmetric_vertex, hygiene.worst_asymmetry});
+    out.push_back(
+        {"mirror", "copy the better painted side's weights to the other; they differ by over 5 %",
+         hygiene.asymmetric, true, hygiene.worst_asymmetric_vertex, hygiene.worst_asymmetry});
   return out;
 }
 
@@ -84,9 +84,11 @@ std::string suggestions_text(const std::vector<WeightSuggestion>& suggestions) {
   std::string out;
   for (const WeightSuggestion& one : suggestions) {
     out += "  " + one.code + std::string(one.code.size() < 18 ? 18 - one.code.size() : 1, ' ') +
-           one.change + ": " + count_text(one.vertices) +
-           (one.vertices == 1 ? " vertex" : " vertices") + " (vertex " +
-           std::to_string(one.first_vertex) + "), up to " +
+           one.change + ": " + count_text(one.count) +
+           (one.places       ? one.count == 1 ? " place" : " places"
+            : one.count == 1 ? " vertex"
+                             : " vertices") +
+           (one.vertex ? " (vertex " + std::to_string(*one.vertex) + ")" : "") + ", up to " +
            number_text(std::round(1000.0 * one.moves) / 10.0, 3) + " % of one's weight\n";
   }
   return out.empty() ? "  nothing to change" : out + "  nothing was changed";
@@ -99,8 +101,8 @@ std::string suggestions_json(const std::string& file,
   for (const WeightSuggestion& one : suggestions)
     list.push_back({{"code", one.code},
                     {"change", one.change},
-                    {"vertices", one.vertices},
-                    {"first_vertex", one.first_vertex},
+                    {one.places ? "places" : "vertices", one.count},
+                    {"vertex", one.vertex ? json(*one.vertex) : json(nullptr)},
                     {"largest_share", one.moves}});
   const json root = {{"schema", "backbend.suggest/1"}, {"file", file}, {"suggestions", list}};
   return root.dump(2, ' ', false, json::error_handler_t::replace);

@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -8,10 +9,11 @@ namespace backbend::skin {
 
 /// One change to the weights that would make a character cleaner. Nothing here changes anything.
 struct WeightSuggestion {
-  std::string code;          // as the finding's: renormalise, weight_unweighted, prune_tiny, ...
-  std::string change;        // what to do, one line
-  std::size_t vertices = 0;  // that would change
-  std::uint32_t first_vertex = 0;
+  std::string code;       // as the finding's: renormalise, weight_unweighted, prune_tiny, ...
+  std::string change;     // what to do, one line
+  std::size_t count = 0;  // of vertices that would change, or of places
+  bool places = false;    // places are counted: vertices that stand together are one
+  std::optional<std::uint32_t> vertex;  // where to look, if it is known: the worst, or the first
   double moves = 0.0;  // largest share of one vertex's weight that changes hands, 0..1
 };
 

@@ -10,7 +10,6 @@
 
 #include "skin/clip.h"
 #include "skin/skinning.h"
-#include "skin/weight_suggestions.h"
 #include "tests/skin/stick_figure.h"
 
 namespace backbend::skin {
@@ -291,44 +290,6 @@ TEST(Sidecar, LeavesPartsOutAndKeepsTheOthersAsTheyWere) {
   EXPECT_THROW(apply_sidecar(sidecar, three), CharacterError);
   sidecar.leave_out = {"body", "coat"};
   EXPECT_THROW(apply_sidecar(sidecar, three), CharacterError);
-}
-
-TEST(WeightSuggestions, NameEachChangeThatHygieneCallsForAndNoOther) {
-  Character figure = stick_figure();
-  const Anatomy anatomy = find_anatomy(figure);
-  const auto find = [&](const std::string& code) -> std::optional<WeightSuggestion> {
-    for (const auto& one : suggest_weights(figure, judge_weights(figure, anatomy)))
-      if (one.code == code) return one;
-    return std::nullopt;
-  };
-  EXPECT_FALSE(find("prune_tiny"));
-  EXPECT_FALSE(find("keep_four"));
-  EXPECT_FALSE(find("renormalise"));
-  ASSERT_GT(figure.joints.size(), 6u);
-
-  Influences many;
-  many.joint = {0, 1, 2, 3, 4, 5};
-  many.weight = {0.5f, 0.25f, 0.125f, 0.0625f, 0.05859375f, 0.00390625f};  // sums to 1
-  figure.influences[3] = many;
-  const auto tiny = find("prune_tiny");
-  ASSERT_TRUE(tiny);
-  EXPECT_EQ(tiny->vertices, 1u);
-  EXPECT_EQ(tiny->first_vertex, 3u);
-  EXPECT_EQ(tiny->moves, 0.00390625);
-  const auto four = find("keep_four");
-  ASSERT_TRUE(four);
-  EXPECT_EQ(four->vertices, 1u);
-  EXPECT_EQ(four->moves, 0.0625);
-
-  figure.renormalised_vertices = 2;
-  figure.worst_weight_sum = 0.75;
-  const auto sums = find("renormalise");
-  ASSERT_TRUE(sums);
-  EXPECT_EQ(sums->moves, 0.25);
-}
-
-TEST(WeightSuggestions, SayThatNothingIsToBeChanged) {
-  EXPECT_EQ(suggestions_text({}), "  nothing to change");
 }
 
 }  // namespace
