@@ -11,7 +11,6 @@
 #include "validate/history/history_text.h"
 #include "validate/history/trend.h"
 #include "validate/report/report_json.h"
-#include "validate/sweeps/sweep.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::cli {

@@ -34,10 +34,6 @@ std::string some_names(const Character& character, const std::vector<int>& nodes
                               : out;
 }
 
-std::string plural(Index count, const std::string& what) {
-  return count_text(count) + " " + what + (count == 1 ? "" : "s");
-}
-
 std::string percent(double share) {
   return number_text(std::round(1000.0 * share) / 10.0, 3) + " %";
 }

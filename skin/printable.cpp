@@ -71,6 +71,10 @@ std::string count_text(std::size_t count) {
   return text;
 }
 
+std::string plural(std::size_t count, const std::string& one, const std::string& many) {
+  return count_text(count) + " " + (count == 1 ? one : many.empty() ? one + "s" : many);
+}
+
 std::string number_text(double value, int digits) {
   if (!std::isfinite(value)) return std::isnan(value) ? "NaN" : value > 0 ? "inf" : "-inf";
   std::array<char, 64> text{};

@@ -22,4 +22,7 @@ std::string number_text(double value, int digits = 4);
 /// 13380 as `13 380`.
 std::string count_text(std::size_t count);
 
+/// `1 place`, `13 380 places`; `many` where more than one is not `one` and an s.
+std::string plural(std::size_t count, const std::string& one, const std::string& many = "");
+
 }  // namespace backbend::skin

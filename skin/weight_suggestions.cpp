@@ -53,7 +53,7 @@ std::vector<WeightSuggestion> suggest_weights(const Character& character,
   for (const Bleed& bleed : hygiene.bleed)
     out.push_back({"remove_bleed",
                    "take " + name_of(character, bleed.node) + " off " +
-                       std::to_string(bleed.places) + (bleed.places == 1 ? " place" : " places") +
+                       plural(bleed.places, "place") +
                        " apart from its area, and give the rest to the joints there",
                    bleed.places, true, bleed.vertex, bleed.largest});
 
@@ -84,10 +84,8 @@ std::string suggestions_text(const std::vector<WeightSuggestion>& suggestions) {
   std::string out;
   for (const WeightSuggestion& one : suggestions) {
     out += "  " + one.code + std::string(one.code.size() < 18 ? 18 - one.code.size() : 1, ' ') +
-           one.change + ": " + count_text(one.count) +
-           (one.places       ? one.count == 1 ? " place" : " places"
-            : one.count == 1 ? " vertex"
-                             : " vertices") +
+           one.change + ": " +
+           (one.places ? plural(one.count, "place") : plural(one.count, "vertex", "vertices")) +
            (one.vertex ? " (vertex " + std::to_string(*one.vertex) + ")" : "") + ", up to " +
            number_text(std::round(1000.0 * one.moves) / 10.0, 3) + " % of one's weight\n";
   }

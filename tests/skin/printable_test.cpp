@@ -55,6 +55,9 @@ TEST(Printable, WritesNumbersForPeople) {
   EXPECT_EQ(count_text(1000), "1 000");
   EXPECT_EQ(count_text(13380), "13 380");
   EXPECT_EQ(count_text(1234567), "1 234 567");
+  EXPECT_EQ(plural(0, "place"), "0 places");
+  EXPECT_EQ(plural(1, "vertex", "vertices"), "1 vertex");
+  EXPECT_EQ(plural(13380, "vertex", "vertices"), "13 380 vertices");
   EXPECT_EQ(number_text(0.25), "0.25");
   EXPECT_EQ(number_text(1234.56), "1235");
   EXPECT_EQ(number_text(1234.56, 6), "1234.56");
