@@ -124,7 +124,7 @@ class TakingUpANight(NightTest):
         command = [str(harness.BACKBEND), "nightly", str(self.suite), "-o", "killed", "--resume"]
         for _ in range(4):
             with subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                  stderr=subprocess.DEVNULL, env={"PATH": os.environ["PATH"]}) as run:
+                                  stderr=subprocess.DEVNULL, env=harness.bare_environment(self.folder)) as run:
                 until = time.monotonic() + draw.uniform(0.2, 6.0)
                 while run.poll() is None and time.monotonic() < until:
                     time.sleep(0.005)
@@ -156,7 +156,7 @@ class TakingUpANight(NightTest):
     def test_a_second_run_on_the_folder_is_sent_away_and_harms_nothing(self):
         command = [str(harness.BACKBEND), "nightly", str(self.suite), "-o", "busy"]
         with subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                              stderr=subprocess.DEVNULL, env={"PATH": os.environ["PATH"]}) as first:
+                              stderr=subprocess.DEVNULL, env=harness.bare_environment(self.folder)) as first:
             deadline = time.monotonic() + 120
             while not (self.folder / "busy/parts").exists() and time.monotonic() < deadline:
                 time.sleep(0.01)
@@ -177,7 +177,7 @@ class TakingUpANight(NightTest):
             with self.subTest(number=number):
                 shutil.rmtree(self.folder / "at once", ignore_errors=True)
                 runs = [subprocess.Popen(command, cwd=self.folder, stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
-                                         stderr=subprocess.PIPE, text=True, env={"PATH": os.environ["PATH"]})
+                                         stderr=subprocess.PIPE, text=True, env=harness.bare_environment(self.folder))
                         for _ in range(8)]
                 told = [run.communicate(timeout=harness.PATIENCE_S)[1] for run in runs]
                 codes = [run.returncode for run in runs]
@@ -197,7 +197,7 @@ class WritingFarmScripts(NightTest):
             self.skipTest("GNU parallel is not installed")
         start = self.farm("parallel", "a 'quoted' $run %d")
         done = subprocess.run([start, "--jobs", "2"], cwd="/", capture_output=True, text=True,
-                              env={"PATH": os.environ["PATH"], "HOME": str(self.folder)})
+                              env=harness.bare_environment(self.folder))
         self.assertEqual(done.returncode, 1, done.stdout + done.stderr)
         self.assert_whole("a 'quoted' $run %d")
 
@@ -261,7 +261,7 @@ class RunningOnSlurm(NightTest):
 
     @classmethod
     def environment(cls):
-        return {"PATH": cls.PATH, "HOME": str(cls.folder), "SLURM_CONF": str(cls.state / "slurm.conf")}
+        return harness.bare_environment(cls.folder, PATH=cls.PATH, SLURM_CONF=str(cls.state / "slurm.conf"))
 
     @classmethod
     def start_munge(cls):

@@ -49,14 +49,16 @@ def contents(folder):
     return found
 
 
+def bare_environment(home, **more):
+    """Nothing of this machine's environment but the PATH, and what steers sanitizers from outside."""
+    steering = {name: value for name, value in os.environ.items() if name.endswith("SAN_OPTIONS")}
+    return {"PATH": os.environ["PATH"], "HOME": str(home), **steering, **more}
+
+
 def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=PATIENCE_S):
-    """Runs the program with nothing of this machine's environment but the PATH. `folder` is its
-    working folder and its home."""
-    settings = {"PATH": os.environ["PATH"], "HOME": str(folder)}
-    # Sanitizers and coverage are steered from outside.
-    settings.update((k, v) for k, v in os.environ.items() if k.endswith("SAN_OPTIONS"))
-    settings.update(environment or {})
-    return subprocess.run([str(BACKBEND), *map(str, arguments)], cwd=cwd or folder, env=settings,
+    """Runs the program in a bare environment. `folder` is its working folder and its home."""
+    return subprocess.run([str(BACKBEND), *map(str, arguments)], cwd=cwd or folder,
+                          env=bare_environment(folder, **(environment or {})),
                           stdin=subprocess.DEVNULL, capture_output=True, timeout=timeout_s,
                           encoding="utf-8", errors="surrogateescape")
 

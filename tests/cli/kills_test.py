@@ -74,7 +74,7 @@ class KilledAtRandom(unittest.TestCase):
                 out = self.folder / "out"
                 shutil.rmtree(out, ignore_errors=True)
                 with subprocess.Popen([str(harness.BACKBEND), *self.command("out")], cwd=self.folder,
-                                      env={"PATH": os.environ["PATH"], "HOME": str(self.folder)},
+                                      env=harness.bare_environment(self.folder),
                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
                                       stderr=subprocess.DEVNULL) as run:
                     try:

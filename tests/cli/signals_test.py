@@ -39,7 +39,7 @@ class Stopping(CommandTest):
     @contextlib.contextmanager
     def running(self, arguments):
         with subprocess.Popen([str(word) for word in [harness.BACKBEND, *arguments]], cwd=self.folder,
-                              env={"PATH": os.environ["PATH"], "HOME": str(self.folder)},
+                              env=harness.bare_environment(self.folder),
                               stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
             try:
                 yield run

@@ -55,9 +55,7 @@ class Surrounded:
             for stream in closed:
                 os.close(stream)
 
-        settings = {"PATH": os.environ["PATH"], "HOME": str(self.folder), "LC_ALL": locale, "LANG": locale, "TZ": zone,
-                    "LOCPATH": str(self.locales)}
-        settings.update((k, v) for k, v in os.environ.items() if k.endswith("SAN_OPTIONS"))
+        settings = harness.bare_environment(self.folder, LC_ALL=locale, LANG=locale, TZ=zone, LOCPATH=str(self.locales))
         if preload:
             settings["LD_PRELOAD"] = str(preload)
         done = subprocess.run(
