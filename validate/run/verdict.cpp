@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "skin/printable.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/exit_code.h"
@@ -30,10 +31,6 @@ std::string rig_text(const RigResult& rig) {
   return rig.mapping.empty() ? rig.rig : rig.rig + " (" + rig.mapping + ")";
 }
 
-std::string plural(std::size_t count, const std::string& word) {
-  return std::to_string(count) + " " + word + (count == 1 ? "" : "s");
-}
-
 }  // namespace
 
 void conclude(Report& report) {
@@ -53,7 +50,7 @@ void conclude(Report& report) {
           std::find_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
             return belongs(finding, rig) && finding.verdict == Verdict::fail;
           });
-      report.reasons.push_back(rig_text(rig) + ": " + plural(count, "finding") + ", worst " +
+      report.reasons.push_back(rig_text(rig) + ": " + skin::plural(count, "finding") + ", worst " +
                                worst->code + " " + std::string(find_check(worst->code)->name) +
                                " " + number_text(worst->value, 2) + " " + worst->unit + " at " +
                                worst->pose);
@@ -83,10 +80,10 @@ void conclude(Report& report) {
   for (const RigResult& rig : report.rigs) {
     for (const SweepSeries& sweep : rig.sweeps) poses += sweep.control_deg.size();
   }
-  report.headline = plural(poses, "pose") + " measured, " +
-                    plural(report.characters.size(), "character") + ", " +
-                    plural(report.rigs.size(), "rig") + " (mappings counted apart), " +
-                    plural(report.canaries.size(), "canary run");
+  report.headline = skin::plural(poses, "pose") + " measured, " +
+                    skin::plural(report.characters.size(), "character") + ", " +
+                    skin::plural(report.rigs.size(), "rig") + " (mappings counted apart), " +
+                    skin::plural(report.canaries.size(), "canary run");
 }
 
 }  // namespace backbend::validate
