@@ -33,9 +33,12 @@ if [[ ! -e $tbb/done ]]; then
   touch "$tbb/done"
 fi
 
-# Found by the programs themselves: the tests of the commands hand no environment on.
-cmake --preset tsan -DCMAKE_BUILD_RPATH="$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)"
+# Found by the programs themselves, since the tests of the commands hand no environment on; an
+# installed program keeps no such path, and its tests do.
+LD_LIBRARY_PATH=$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)
+export LD_LIBRARY_PATH
+cmake --preset tsan -DCMAKE_BUILD_RPATH="$LD_LIBRARY_PATH"
 cmake --build --preset tsan --parallel "$jobs" \
-  --target backbend backbend_import solver_tests skin_tests render_tests validate_tests
+  --target backbend_descriptions backbend_import solver_tests skin_tests render_tests validate_tests
 (($#)) || set -- --label-regex '^(solver|skin|render|validate)$'
 exec ctest --preset tsan --parallel "$jobs" --no-tests=error "$@"
