@@ -33,8 +33,8 @@ if [[ ! -e $tbb/done ]]; then
   touch "$tbb/done"
 fi
 
-# Found by the programs themselves, since the tests of the commands hand no environment on; an
-# installed program keeps no such path, and its tests do.
+# The programs find it by themselves, since the tests of the commands hand no environment on. Installed
+# ones keep no such path; their tests hand on what they have.
 LD_LIBRARY_PATH=$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)
 export LD_LIBRARY_PATH
 cmake --preset tsan -DCMAKE_BUILD_RPATH="$LD_LIBRARY_PATH"
