@@ -33,11 +33,10 @@ if [[ ! -e $tbb/done ]]; then
   touch "$tbb/done"
 fi
 
-# The programs find it by themselves, since the tests of the commands hand no environment on. Installed
-# ones keep no such path; their tests hand on what they have.
-LD_LIBRARY_PATH=$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)
-export LD_LIBRARY_PATH
-cmake --preset tsan -DCMAKE_BUILD_RPATH="$LD_LIBRARY_PATH"
+# Built and installed programs find it by themselves: the tests of the commands hand no environment on,
+# and other programs that they call must keep the plain one.
+place=$(find "$tbb/build" -name libtbb.so.12 -printf '%h\n' -quit)
+cmake --preset tsan -DCMAKE_BUILD_RPATH="$place" -DCMAKE_INSTALL_RPATH="$place"
 cmake --build --preset tsan --parallel "$jobs" \
   --target backbend_descriptions backbend_import solver_tests skin_tests render_tests validate_tests
 (($#)) || set -- --label-regex '^(solver|skin|render|validate)$'
