@@ -101,7 +101,8 @@ TEST(Names, AreReadAsTheyAreWritten) {
                           Verdict::not_measured, Verdict::not_applicable})
     EXPECT_EQ(verdict_from_word(verdict_word(v)), v);
   for (const Owner o :
-       {Owner::none, Owner::solver, Owner::weights, Owner::pose, Owner::input, Owner::tool})
+       {Owner::none, Owner::solver, Owner::rig, Owner::motion, Owner::weights, Owner::skeleton,
+        Owner::pose, Owner::input, Owner::tool})
     EXPECT_EQ(owner_from_word(owner_word(o)), o);
   for (const Role r : {Role::proposed, Role::reference, Role::canary})
     EXPECT_EQ(role_from_word(role_word(r)), r);

@@ -15,9 +15,12 @@ constexpr std::array<Word<Verdict>, 6> kVerdicts{{{Verdict::pass, "pass"},
                                                   {Verdict::stress, "stress"},
                                                   {Verdict::not_measured, "not_measured"},
                                                   {Verdict::not_applicable, "not_applicable"}}};
-constexpr std::array<Word<Owner>, 6> kOwners{{{Owner::none, "none"},
+constexpr std::array<Word<Owner>, 9> kOwners{{{Owner::none, "none"},
                                               {Owner::solver, "SOLVER"},
+                                              {Owner::rig, "RIG"},
+                                              {Owner::motion, "MOTION"},
                                               {Owner::weights, "WEIGHTS"},
+                                              {Owner::skeleton, "SKELETON"},
                                               {Owner::pose, "POSE"},
                                               {Owner::input, "INPUT"},
                                               {Owner::tool, "TOOL"}}};

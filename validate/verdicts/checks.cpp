@@ -315,8 +315,14 @@ std::string_view name_of(Owner owner) {
       return "";
     case Owner::solver:
       return "SOLVER";
+    case Owner::rig:
+      return "RIG";
+    case Owner::motion:
+      return "MOTION";
     case Owner::weights:
       return "WEIGHTS";
+    case Owner::skeleton:
+      return "SKELETON";
     case Owner::pose:
       return "POSE";
     case Owner::input:

@@ -8,7 +8,10 @@
 namespace backbend::validate {
 
 enum class Verdict { pass, fail, waived, stress, not_measured, not_applicable };
-enum class Owner { none, solver, weights, pose, input, tool };
+/// Who must act: a solver of ours, a living rig or its clip, captured or keyed motion, the mesh's
+/// weights, a skeleton with too few joints for the range (advisory), a pose that the body cannot
+/// take, the file, or this tool.
+enum class Owner { none, solver, rig, motion, weights, skeleton, pose, input, tool };
 /// In a suite: who decides the exit code, who is only shown, who must fail.
 enum class Role { proposed, reference, canary };
 
