@@ -152,7 +152,9 @@ void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
   command->add_option("--template", hints.rig_template,
                       "rig whose names the joints bear: " + templates + " (found by itself)");
   command->add_option("--hip", hints.hip, "joint at the hips (found by itself)");
-  command->add_option("--chest", hints.chest, "joint at the base of the neck (found by itself)");
+  command->add_option(
+      "--chest", hints.chest,
+      "joint up to which the spine is driven (found by itself: where the arms hang)");
   command->add_option("--spine", hints.spine, "all spine joints, hips first, separated by commas")
       ->delimiter(',')
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);

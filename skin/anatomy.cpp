@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "skin/anatomy_hints.h"
+#include "skin/arm_attachment.h"
 #include "skin/chain_arc.h"
 #include "skin/facing.h"
 #include "skin/printable.h"
@@ -33,6 +34,7 @@ class Finder {
     find_tail();
     find_facing(character_, shape_, out_);
     name_sides();
+    find_neck();
     find_chest();
     find_followers();
     measure();
@@ -71,9 +73,9 @@ class Finder {
     }
     if (const auto named = template_of_names(hinted)) {
       ends = {named->hip, named->head, {}, ""};
-      template_chest_ = named->chest;
+      template_neck_ = named->neck;
       ends.reasons.push_back("names: as " + std::string(named->title) + " has them: hips " +
-                             name(named->hip) + ", base of the neck " + name(named->chest) +
+                             name(named->hip) + ", base of the neck " + name(named->neck) +
                              ", head " + name(named->head));
     }
     if (hinted.hip >= 0) ends.hip = hinted.hip;
@@ -299,28 +301,23 @@ class Finder {
           (arm_pair_.named ? " by their names" : ", mirrored branches high on the spine"));
   }
 
-  /// The joint where the neck starts, the one that a chest control holds.
-  void find_chest() {
+  /// The joint where the neck starts: by name, else the first above the arms, else the end.
+  void find_neck() {
     const auto last = out_.spine.size() - 1;
-    const auto found = [&](Index index, const std::string& why) {
-      out_.chest_index = std::clamp<Index>(index, 1, last);
-      say("chest: " + name(out_.spine[out_.chest_index]) + why);
+    out_.neck_index = last;
+    neck_why_ = ", the end of the chain";
+    const auto found = [&](Index index, const char* why) {
+      out_.neck_index = index;
+      neck_why_ = why;
     };
-    if (!hints_.chest.empty()) {
-      const int chest = resolve_spine_hints(character_, hints_).chest;
-      const auto at = std::find(out_.spine.begin(), out_.spine.end(), chest);
-      out_.chest_index = static_cast<Index>(at - out_.spine.begin());
-      return;
-    }
-    if (body_behind_hips_ || last == 1) return found(last, ", the end of the chain");
+    if (body_behind_hips_ || last == 1) return;
     for (Index k = 1; k <= last; ++k) {
       // A common rig's names are borrowed by others that have more joints in the neck.
-      if (out_.spine[k] == template_chest_) return found(k, ", the base of the neck");
+      if (out_.spine[k] == template_neck_) return found(k, ", the base of the neck");
       if (shape_.name[static_cast<Index>(out_.spine[k])].part == BodyPart::neck)
         return found(k, ", the first joint called neck");
     }
-    if (out_.left_arm.empty() || out_.right_arm.empty())
-      return found(last, ", the end of the chain");
+    if (out_.left_arm.empty() || out_.right_arm.empty()) return;
     const LimbPair arms{{character_.nodes[static_cast<Index>(out_.left_arm.front())].parent,
                          out_.left_arm.front(), out_.right_arm.front(), false},
                         LimbPair::Kind::arm};
@@ -328,7 +325,58 @@ class Finder {
     for (Index k = 1; k <= last; ++k)
       if (arc_length(points(out_.spine, k + 1)) > arms_at + 1e-6 * shape_.size)
         return found(k, ", the first joint above the arms");
-    found(last, ", the end of the chain");
+  }
+
+  /// Why the arms' attachment makes `index` of the spine the chest.
+  std::string why_chest(const ArmAttachment& arms, Index index) const {
+    const auto spine_name = [&](int k) { return name(out_.spine[static_cast<Index>(k)]); };
+    const int root = out_.left_arm.empty() ? out_.right_arm.front() : out_.left_arm.front();
+    const int parent = character_.nodes[static_cast<Index>(root)].parent;
+    if (arms.by_place)
+      return ", the spine joint nearest to where the arms start; they hang from " +
+             (parent < 0 ? std::string("nothing") : name(parent)) +
+             (parent == out_.spine.front() ? ", the hips" : ", beside the spine");
+    if (arms.left >= 0 && arms.right >= 0 && arms.left != arms.right)
+      return ", the lower of the joints that the arms hang from; " +
+             spine_name(std::max(arms.left, arms.right)) +
+             " goes on from it, so that neither shoulder leaves the other";
+    const bool one = out_.left_arm.empty() || out_.right_arm.empty();
+    std::string why = one ? ", which the arm hangs from" : ", which both arms hang from";
+    if (parent != out_.spine[index]) why += ", by way of " + name(parent);
+    return why;
+  }
+
+  /// The joint that both arms hang from: it ends the driven chain, and neck and head go on from it.
+  void find_chest() {
+    const auto last = out_.spine.size() - 1;
+    const auto drive_to = [&](Index index, const std::string& why) {
+      out_.chest_index = std::clamp<Index>(index, 1, last);
+      say("chest: " + name(out_.spine[out_.chest_index]) + why);
+    };
+    if (!hints_.chest.empty()) {
+      out_.chest = resolve_spine_hints(character_, hints_).chest;
+      const auto at = std::find(out_.spine.begin(), out_.spine.end(), out_.chest);
+      out_.chest_index = static_cast<Index>(at - out_.spine.begin());
+      out_.neck_index = std::max(out_.neck_index, out_.chest_index);
+      return;
+    }
+    const ArmAttachment arms =
+        find_arm_attachment(character_, out_.spine, out_.left_arm, out_.right_arm);
+    const int hang = arms.lowest();
+    if (hang < 0) return drive_to(out_.neck_index, neck_why_ + "; there are no arms to tell it by");
+    if (hang == 0 ||
+        !(arc_length(points(out_.spine, static_cast<Index>(hang) + 1)) > 1e-6 * shape_.size))
+      return drive_to(out_.neck_index, neck_why_ +
+                                           "; the arms start at the hips, which leaves no "
+                                           "spine below them");
+    const auto index = static_cast<Index>(hang);
+    out_.chest = out_.spine[index];
+    drive_to(index, why_chest(arms, index));
+    if (body_behind_hips_) {
+      out_.chest_index = last;
+      say("driven: on from there to " + name(out_.spine[last]) +
+          ", the end of the chain: a fish bends behind its fins");
+    }
   }
 
   /// Loose joints with weight (IK feet, a jaw on the root) go with the driven joint they touch.
@@ -382,7 +430,8 @@ class Finder {
   SkeletonShape shape_;
   std::vector<LimbPair> limbs_;
   MirrorPair arm_pair_, leg_pair_;
-  int template_chest_ = -1;  // the base of the neck where a known rig's names say so
+  int template_neck_ = -1;  // the base of the neck where a known rig's names say so
+  std::string neck_why_;    // why neck_index is the base of the neck
   bool arms_given_ = false;
   bool body_behind_hips_ = false;
   Anatomy out_;

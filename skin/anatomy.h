@@ -27,10 +27,14 @@ struct Follower {
 /// Where the spine, arms, head and legs are in a character, and how it stands.
 ///
 /// Every index is into Character::nodes. `spine` runs from the hips to the head; its first
-/// `driven_count` + 1 entries (hips .. base of the neck) are the chain that a rig drives.
+/// `chest_index` + 1 entries are the chain that a rig drives. That chain ends at the joint that the
+/// arms hang from, as a chest control does: what it turns further up would leave the shoulder
+/// blades behind. Neck and head go on from there with it.
 struct Anatomy {
   std::vector<int> spine;
-  std::size_t chest_index = 0;  // of `spine`: the joint that a chest control holds (base of neck)
+  std::size_t chest_index = 0;  // of `spine`: end of the driven chain, held by a chest control
+  std::size_t neck_index = 0;   // of `spine`: the base of the neck; 0: not told, the chest
+  int chest = -1;  // the joint that the arms hang from; -1: none. A fish is driven beyond it
   std::vector<int> left_arm, right_arm;  // clavicle outwards; empty where there are none
   std::vector<int> left_leg, right_leg;  // thigh (or what stands before it) downwards
   std::vector<int> tail;
@@ -73,7 +77,7 @@ class SpineDriver {
   SpineDriver(const Character& character, const Anatomy& anatomy);
   SpineDriver(const Character&, Anatomy&&) = delete;
 
-  /// The chain hips .. chest at rest in world space: what build_system() takes.
+  /// The chain that is driven, hips .. chest, at rest in world space: what build_system() takes.
   const solver::RestChain& rest_chain() const { return chain_; }
 
   /// World matrices of every node in a pose. Each node goes rigidly with one of these:
@@ -82,8 +86,9 @@ class SpineDriver {
   ///   (place between two of the system's joints, turn by the shorter way between theirs);
   /// - the chest, neck and head with the chain's last joint;
   /// - hips, tail, and legs that start low on the spine with SpinePose::hip;
-  /// - arms that hang from the top of the chain with SpinePose::arms; forelegs and fins further
-  ///   down, which the top does not carry, with the chain where they start;
+  /// - arms, forelegs and fins with the spine joint that they hang from (find_arm_attachment());
+  ///   what the rig would have them follow, SpinePose::arms, is measured and not put on the mesh,
+  ///   where it would tear the shoulders off the ribs;
   /// - everything else with its parent, and what hangs from none of these stays.
   /// The system's own rest pose gives the rest matrices exactly.
   std::vector<glm::dmat4> drive(const solver::SpineSystem& system,
@@ -91,13 +96,15 @@ class SpineDriver {
 
   /// Where each spine joint hips .. chest stands along the rest chain, 0..1 by arc length.
   const std::vector<double>& joint_fractions() const { return joint_fraction_; }
-  /// Whether the arms go with SpinePose::arms (false: none, or they hang lower on the spine).
+  /// Whether the arms go rigidly with the end of the chain (false: none, or they hang lower on the
+  /// spine): only then what a rig moves arms with can be told from what moves the chest.
   bool arms_follow_chest() const { return arms_follow_chest_; }
   /// Nodes that no motion of the spine reaches: helpers, props, the scene's root.
   std::vector<bool> static_nodes() const;
 
  private:
   void choose_motions();
+  /// Where a pair of limbs starts, 0..1 along the chain.
   double start_fraction(const std::vector<int>& left, const std::vector<int>& right) const;
 
   const Character& character_;
@@ -105,7 +112,6 @@ class SpineDriver {
   solver::RestChain chain_;
   std::vector<double> joint_fraction_;  // of each driven spine joint, 0 hips .. 1 chest
   std::vector<int> motion_;             // of each node: which rigid motion carries it
-  double girdle_fraction_ = 0.0;        // where forelegs without a spine joint above them ride
   bool arms_follow_chest_ = false;
 };
 

@@ -137,12 +137,12 @@ class Tailor {
 
   void measure() {
     spine_ = distinct(anatomy_.spine);
-    std::vector<int> driven = anatomy_.spine;
-    driven.resize(anatomy_.chest_index + 1);
-    driven = distinct(driven);
-    if (driven.size() < 2) throw CharacterError(in_.file_name + ": the spine has no length");
-    back_ = std::max(BodyCurve(places(driven)).length(), arc_at_shoulders());
-    upright_ = std::abs(glm::normalize(at(driven.back()) - at(driven[0])).y) > 0.6;
+    std::vector<int> trunk = anatomy_.spine;  // up to where the neck starts
+    trunk.resize(std::max(anatomy_.chest_index, anatomy_.neck_index) + 1);
+    trunk = distinct(trunk);
+    if (trunk.size() < 2) throw CharacterError(in_.file_name + ": the spine has no length");
+    back_ = std::max(BodyCurve(places(trunk)).length(), arc_at_shoulders());
+    upright_ = std::abs(glm::normalize(at(trunk.back()) - at(trunk[0])).y) > 0.6;
     const double shoulders = aside(anatomy_.left_arm, anatomy_.right_arm);
     const double hips = aside(anatomy_.left_leg, anatomy_.right_leg);
     // A human's shoulder joints stand 0.178 aside around ribs of 0.150, the hip joints 0.092 around

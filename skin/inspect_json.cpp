@@ -23,7 +23,7 @@ json names(const Character& character, const std::vector<int>& nodes) {
 json template_json(const Character& character, const Anatomy& anatomy) {
   const auto match = find_template(character);
   const bool decided = match && match->hip == anatomy.spine.front() &&
-                       match->chest == anatomy.spine[anatomy.chest_index];
+                       match->neck == anatomy.spine[anatomy.neck_index];
   return decided ? json(match->name) : json(nullptr);
 }
 
@@ -63,6 +63,19 @@ json weights_json(const Character& character, const Anatomy& anatomy) {
           {"bleed", bleed}};
 }
 
+/// The joint that the arms hang from, null where there is none.
+json chest_json(const Character& character, const Anatomy& anatomy) {
+  return anatomy.chest < 0 ? json(nullptr) : json(reference_name(character, anatomy.chest));
+}
+
+/// Why the driven chain ends where it does: the last of the reasons that speak of it.
+std::string driven_reason(const Anatomy& anatomy) {
+  std::string out;
+  for (const std::string& reason : anatomy.reasons)
+    if (reason.starts_with("chest: ") || reason.starts_with("driven: ")) out = reason;
+  return out;
+}
+
 json driven_json(const Character& character, const Anatomy& anatomy) {
   const SpineDriver driver(character, anatomy);
   const DriverCoverage coverage = driver_coverage(character, anatomy);
@@ -76,6 +89,8 @@ json driven_json(const Character& character, const Anatomy& anatomy) {
         {{"joint", character.nodes[static_cast<std::size_t>(follower.node)].name},
          {"goes_with", character.nodes[static_cast<std::size_t>(follower.leader)].name}});
   return {{"joints", joints},
+          {"end", reference_name(character, anatomy.spine[anatomy.chest_index])},
+          {"why", driven_reason(anatomy)},
           {"arms_follow", anatomy.left_arm.empty() && anatomy.right_arm.empty() ? "none"
                           : driver.arms_follow_chest()                          ? "chest"
                                                                                 : "spine"},
@@ -113,7 +128,7 @@ std::string inspect_json(const Character& character, const Anatomy& anatomy) {
   const json root = {{"schema", "backbend.inspect/1"},
                      {"file", character.file_name},
                      {"spine", names(character, anatomy.spine)},
-                     {"chest", reference_name(character, anatomy.spine[anatomy.chest_index])},
+                     {"chest", chest_json(character, anatomy)},
                      {"template", template_json(character, anatomy)},
                      {"arms",
                       {{"left", names(character, anatomy.left_arm)},

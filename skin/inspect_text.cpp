@@ -82,7 +82,11 @@ void add_body(const Character& character, const Anatomy& anatomy, Lines& out) {
 
 void add_anatomy(const Character& character, const Anatomy& anatomy, Lines& out) {
   out.add("spine", chain_text(character, anatomy.spine) + (anatomy.sure ? "   sure" : "   unsure"));
-  out.add("chest", name(character, anatomy.spine[anatomy.chest_index]));
+  const int end = anatomy.spine[anatomy.chest_index];
+  out.add("chest", anatomy.chest < 0 ? "none told by arms; driven to " + name(character, end)
+                   : anatomy.chest == end
+                       ? name(character, end)
+                       : name(character, anatomy.chest) + "; driven on to " + name(character, end));
   out.add("arms", chain_text(character, anatomy.left_arm));
   out.add("arms", chain_text(character, anatomy.right_arm));
   out.add("legs", chain_text(character, anatomy.left_leg));
@@ -100,7 +104,7 @@ void add_driven(const Character& character, const Anatomy& anatomy, Lines& out) 
   out.add("driven", "by arc fraction: " + joints);
   if (!anatomy.left_arm.empty() || !anatomy.right_arm.empty())
     out.add("driven", driver.arms_follow_chest()
-                          ? "arms go with the chest"
+                          ? "arms go with the chest, which they hang from"
                           : "arms ride on the spine where they start, below its top");
   const DriverCoverage coverage = driver_coverage(character, anatomy);
   if (!coverage.helpers.empty())
@@ -163,7 +167,7 @@ std::vector<std::string> marks(const Character& character, const Anatomy& anatom
   mark(anatomy.right_arm, "arm R");
   mark(anatomy.spine, "spine");
   out[static_cast<Index>(anatomy.spine.front())] = "hips";
-  out[static_cast<Index>(anatomy.spine[anatomy.chest_index])] = "chest";
+  if (anatomy.chest >= 0) out[static_cast<Index>(anatomy.chest)] = "chest";
   if (anatomy.head >= 0) out[static_cast<Index>(anatomy.head)] = "head";
   return out;
 }

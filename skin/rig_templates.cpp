@@ -13,10 +13,12 @@ namespace {
 /// `#` stands for digits; of several joints that fit, the uppermost in the tree counts.
 struct RigTemplate {
   std::string_view name, title;
-  std::string_view hips, chest, head, left_arm, right_arm;
+  std::string_view hips, neck, head, left_arm, right_arm;
 };
 
-// As the rigs' own skeletons are called; `chest` is the lowest joint of the neck.
+// As the rigs' own skeletons are called; `neck` is its lowest joint. No rig's chest is named: how
+// many spine joints there are, and which carries the clavicles, is the user's choice in all of
+// them.
 constexpr std::array kTemplates = {
     RigTemplate{"mgear", "mGear", "spine_c#_pelvis_jnt|hip_c#_#_jnt|spine_c#_#_jnt",
                 "neck_c#_#_jnt|neck_c#_neck_#_jnt", "neck_c#_head_jnt",
@@ -103,20 +105,20 @@ int first_fit(std::string_view patterns, const std::vector<std::string>& names) 
 /// What keeps a template from fitting, or "".
 std::string misfit(const Character& character, const RigTemplate& rig,
                    const std::vector<std::string>& names, TemplateMatch& out) {
-  out = {rig.name, rig.title, first_fit(rig.hips, names), first_fit(rig.chest, names),
+  out = {rig.name, rig.title, first_fit(rig.hips, names), first_fit(rig.neck, names),
          first_fit(rig.head, names)};
   const auto lacking = [&](int node, std::string_view patterns, const char* what) {
     return node >= 0 ? std::string()
                      : "no joint for the " + std::string(what) + " (" + std::string(patterns) + ")";
   };
   for (std::string line :
-       {lacking(out.hip, rig.hips, "hips"), lacking(out.chest, rig.chest, "base of the neck"),
+       {lacking(out.hip, rig.hips, "hips"), lacking(out.neck, rig.neck, "base of the neck"),
         lacking(out.head, rig.head, "head"),
         lacking(first_fit(rig.left_arm, names), rig.left_arm, "left arm"),
         lacking(first_fit(rig.right_arm, names), rig.right_arm, "right arm")})
     if (!line.empty()) return line;
   const auto path = path_down(character, out.hip, out.head);
-  if (std::find(path.begin(), path.end(), out.chest) == path.end() || out.chest == out.hip)
+  if (std::find(path.begin(), path.end(), out.neck) == path.end() || out.neck == out.hip)
     return "hips, neck and head do not hang from each other";
   return "";
 }

@@ -10,9 +10,9 @@ namespace backbend::skin {
 
 /// The joints of a character that a common rig's names point out. Indices into Character::nodes.
 struct TemplateMatch {
-  std::string_view name;                // what `--template` and a sidecar call it: `mixamo`
-  std::string_view title;               // what its makers call it: `Mixamo`
-  int hip = -1, chest = -1, head = -1;  // chest: the base of the neck
+  std::string_view name;               // what `--template` and a sidecar call it: `mixamo`
+  std::string_view title;              // what its makers call it: `Mixamo`
+  int hip = -1, neck = -1, head = -1;  // neck: its lowest joint
 };
 
 /// The names that `--template` and a sidecar's `template` take.

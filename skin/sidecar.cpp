@@ -286,7 +286,8 @@ Sidecar parse_sidecar(const std::string& text, const fs::path& path) {
 Sidecar sidecar_of(const Character& character, const Anatomy& anatomy, const Sidecar& known) {
   Sidecar out = known;
   out.spine = names_of(character, anatomy.spine);
-  out.chest = out.spine[anatomy.chest_index];
+  // Without arms nothing tells the chest: what is found each time need not be insisted on.
+  out.chest = anatomy.chest < 0 ? std::string() : out.spine[anatomy.chest_index];
   out.left_arm = names_of(character, anatomy.left_arm);
   out.right_arm = names_of(character, anatomy.right_arm);
   out.up = axis_name(anatomy.up);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
+#include <string>
 
 #include "skin/matrix_facts.h"
 #include "skin/skinning.h"
@@ -78,6 +80,47 @@ void find_pairs(const Character& character, SkeletonShape& shape) {
   }
 }
 
+bool is_limb(BodyPart part) {
+  return part == BodyPart::arm || part == BodyPart::clavicle || part == BodyPart::leg ||
+         part == BodyPart::fin;
+}
+
+/// Whether a joint above bears a side: what hangs from a limb is no limb's root.
+bool below_a_side(const Character& character, const SkeletonShape& shape, std::size_t node) {
+  for (int above = character.nodes[node].parent; above >= 0;
+       above = character.nodes[static_cast<std::size_t>(above)].parent)
+    if (const auto a = static_cast<std::size_t>(above);
+        shape.is_joint[a] && shape.name[a].side != Side::none)
+      return true;
+  return false;
+}
+
+/// Limbs whose names pair them though they hang from different nodes: clavicles behind helpers of
+/// their own, or on two vertebrae. Their parent is the joint that carries both.
+void find_parted_pairs(const Character& character, SkeletonShape& shape) {
+  struct Roots {
+    std::vector<int> left, right;
+  };
+  std::map<std::string, Roots> limbs;
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    const NameFacts& name = shape.name[n];
+    if (!shape.is_joint[n] || name.side == Side::none || name.control || name.end ||
+        !is_limb(name.part) || below_a_side(character, shape, n))
+      continue;
+    Roots& roots = limbs[name.without_side];
+    (name.side == Side::left ? roots.left : roots.right).push_back(static_cast<int>(n));
+  }
+  for (const auto& [name, roots] : limbs) {
+    if (roots.left.size() != 1 || roots.right.size() != 1) continue;  // whose is whose?
+    const int left = roots.left.front(), right = roots.right.front();
+    int parent = character.nodes[static_cast<std::size_t>(left)].parent;
+    if (parent == character.nodes[static_cast<std::size_t>(right)].parent) continue;
+    while (parent >= 0 && !shape.is_ancestor(character, parent, right))
+      parent = character.nodes[static_cast<std::size_t>(parent)].parent;
+    if (parent >= 0) shape.pairs.push_back({parent, left, right, true});
+  }
+}
+
 }  // namespace
 
 bool SkeletonShape::is_ancestor(const Character& character, int above, int below) const {
@@ -118,6 +161,7 @@ SkeletonShape measure_skeleton(const Character& character) {
     if (shape.weight[n] >= 1.0 && !shape.name[n].tip) shape.name[n].end = false;
   measure_reach(character, shape);
   find_pairs(character, shape);
+  find_parted_pairs(character, shape);
   return shape;
 }
 

@@ -7,9 +7,10 @@
 
 namespace backbend::skin {
 
-/// Two sibling branches that mirror each other: arms, legs, ears. Indices into Character::nodes.
+/// Two branches that mirror each other: arms, legs, ears. Siblings, or limbs that their names pair.
+/// Indices into Character::nodes.
 struct MirrorPair {
-  int parent = -1;
+  int parent = -1;            // the lowest node above both
   int left = -1, right = -1;  // where no name tells the sides: in order of the file
   bool named = false;         // the names tell left from right
 };

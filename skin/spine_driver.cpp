@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "skin/anatomy.h"
+#include "skin/arm_attachment.h"
 #include "skin/chain_arc.h"
 #include "skin/matrix_facts.h"
 
@@ -12,9 +13,8 @@ namespace {
 using Index = std::size_t;
 using solver::RigidMotion;
 
-// What moves a node, rest to pose: nothing, the hips, the arms, the
-// chain where the forelegs start, or (from kChain on) a spine joint.
-constexpr int kStatic = 0, kHip = 1, kArms = 2, kGirdle = 3, kChain = 4;
+// What moves a node, rest to pose: nothing, the hips, or (from kChain on) a spine joint.
+constexpr int kStatic = 0, kHip = 1, kChain = 2;
 
 // Thighs start at the hips whatever joint they hang from; a fish's hind fins do not.
 constexpr double kLegsStartBelow = 0.25;  // of the spine's length
@@ -126,19 +126,10 @@ void SpineDriver::choose_motions() {
   const auto set = [&](const std::vector<int>& chain, int motion) {
     if (!chain.empty()) motion_[static_cast<Index>(chain.front())] = motion;
   };
-  // The spine joint that a limb hangs from, by place in the spine; -1 for none.
-  const auto spine_above = [&](int node) {
-    while (node >= 0) {
-      const auto found = std::find(anatomy_.spine.begin(), anatomy_.spine.end(), node);
-      if (found != anatomy_.spine.end()) return static_cast<int>(found - anatomy_.spine.begin());
-      node = character_.nodes[static_cast<Index>(node)].parent;
-    }
-    return -1;
-  };
   const int chest = static_cast<int>(anatomy_.chest_index);
   set(anatomy_.tail, kHip);
   if (const auto& leg = anatomy_.left_leg.empty() ? anatomy_.right_leg : anatomy_.left_leg;
-      !leg.empty() && (spine_above(leg.front()) <= 0 ||
+      !leg.empty() && (spine_index_above(character_, anatomy_.spine, leg.front()) <= 0 ||
                        start_fraction(anatomy_.left_leg, anatomy_.right_leg) <= kLegsStartBelow)) {
     set(anatomy_.left_leg, kHip);
     set(anatomy_.right_leg, kHip);
@@ -147,15 +138,15 @@ void SpineDriver::choose_motions() {
   for (int k = 0; k < static_cast<int>(anatomy_.spine.size()); ++k)
     motion_[static_cast<Index>(anatomy_.spine[static_cast<Index>(k)])] =
         k == 0 ? kHip : kChain + std::min(k, chest);
-  if (const auto& arm = anatomy_.left_arm.empty() ? anatomy_.right_arm : anatomy_.left_arm;
-      !arm.empty()) {
-    const int above = spine_above(arm.front());
-    girdle_fraction_ = start_fraction(anatomy_.left_arm, anatomy_.right_arm);
-    arms_follow_chest_ = above >= chest - 1 && (above > 0 || girdle_fraction_ > 0.5);
-    if (arms_follow_chest_ || above < 0) {
-      set(anatomy_.left_arm, arms_follow_chest_ ? kArms : kGirdle);
-      set(anatomy_.right_arm, arms_follow_chest_ ? kArms : kGirdle);
-    }
+  const ArmAttachment arms =
+      find_arm_attachment(character_, anatomy_.spine, anatomy_.left_arm, anatomy_.right_arm);
+  arms_follow_chest_ = arms.lowest() >= chest;
+  // Arms that hang from the spine go with their parents.
+  if (arms.by_place) {
+    const int nearest = arms.lowest();
+    const int motion = nearest == 0 ? kHip : kChain + std::min(nearest, chest);
+    set(anatomy_.left_arm, motion);
+    set(anatomy_.right_arm, motion);
   }
   for (Index n = 0; n < motion_.size(); ++n) {  // parents stand before their children
     const int parent = character_.nodes[n].parent;
@@ -185,8 +176,6 @@ std::vector<glm::dmat4> SpineDriver::drive(const solver::SpineSystem& system,
   const ChainMotion chain(system, pose);
   std::vector<RigidMotion> motions(kChain + anatomy_.chest_index + 1);
   motions[kHip] = pose.hip;
-  motions[kArms] = pose.arms;
-  motions[kGirdle] = chain.at(girdle_fraction_, point_at(chain_.joint, girdle_fraction_));
   for (Index k = 1; k <= anatomy_.chest_index; ++k)
     motions[kChain + k] =
         chain.at(joint_fraction_[k],

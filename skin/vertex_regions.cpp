@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <array>
 
 #include "skin/anatomy.h"
@@ -20,9 +21,10 @@ std::vector<Region> node_regions(const Character& character, const Anatomy& anat
     if (!chain.empty()) set(chain.front(), region);
   };
   set_root(anatomy.tail, Region::tail);
+  const std::size_t neck = std::max(anatomy.chest_index, anatomy.neck_index);
   const bool ends_in_head = anatomy.spine.back() == anatomy.head;
   for (std::size_t k = 0; k < anatomy.spine.size(); ++k)
-    set(anatomy.spine[k], ends_in_head && k >= anatomy.chest_index ? Region::head : Region::torso);
+    set(anatomy.spine[k], ends_in_head && k >= neck ? Region::head : Region::torso);
   set(anatomy.head, Region::head);
   set_root(anatomy.left_leg, Region::leg_left);
   set_root(anatomy.right_leg, Region::leg_right);

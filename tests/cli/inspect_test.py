@@ -33,6 +33,15 @@ class RealCharacters(CommandTest):
             with self.subTest(name):
                 self.assertEqual(self.inspect(name)["spine"], self.listed[name]["spine"])
 
+    def test_the_chest_is_where_the_arms_hang_in_each_of_them(self):
+        for name, row in self.listed.items():
+            with self.subTest(name):
+                found = self.inspect(name)
+                self.assertEqual(found["chest"], row["chest"])
+                self.assertTrue(found["driven"]["why"])
+                # A fish is driven beyond its fins, a body without arms to its neck.
+                self.assertEqual(found["driven"]["end"] == row["chest"], name not in ("shark.glb", "snake.glb"))
+
     def test_the_figures_are_those_of_the_file(self):
         for name in HUMANS[:2]:
             with self.subTest(name):

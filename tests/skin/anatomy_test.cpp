@@ -238,6 +238,13 @@ const Convention kConventions[] = {
       {"foot.R", "#17"}}},
 };
 
+/// The reason that starts so, or "".
+std::string reason_of(const Anatomy& anatomy, const std::string& start) {
+  for (const std::string& reason : anatomy.reasons)
+    if (reason.starts_with(start)) return reason;
+  return "";
+}
+
 class NamedAs : public ::testing::TestWithParam<Convention> {};
 
 TEST_P(NamedAs, TheSameFigureHasTheSameAnatomy) {
@@ -262,14 +269,16 @@ TEST(Anatomy, OfTheStickFigureIsAsDrawn) {
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(names_of(character, anatomy.spine),
             (Names{"hips", "spine_1", "spine_2", "neck", "head"}));
-  EXPECT_EQ(anatomy.chest_index, 3u);
+  EXPECT_EQ(anatomy.chest_index, 2u);
+  EXPECT_EQ(anatomy.chest, stick_node(character, "spine_2"));
+  EXPECT_EQ(anatomy.neck_index, 3u);
   EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
   EXPECT_EQ(names_of(character, anatomy.right_leg), (Names{"thigh.R", "shin.R", "foot.R"}));
   EXPECT_EQ(anatomy.up, glm::dvec3(0, 1, 0));
   EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
   EXPECT_EQ(anatomy.left, glm::dvec3(1, 0, 0));
-  EXPECT_NEAR(anatomy.spine_length, 0.5, 1e-12);
-  EXPECT_FALSE(anatomy.reasons.empty());
+  EXPECT_NEAR(anatomy.spine_length, 0.5 * 2 / 3, 1e-12);  // two of three steps to the neck
+  EXPECT_EQ(reason_of(anatomy, "chest: "), "chest: 'spine_2', which both arms hang from");
 }
 
 TEST(Anatomy, TurnsWithTheCharacter) {
@@ -403,8 +412,71 @@ TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
   EXPECT_EQ(anatomy.spine[anatomy.chest_index], stick_node(character, "neck"));
+  EXPECT_EQ(anatomy.chest, stick_node(character, "neck"));
+  EXPECT_EQ(anatomy.neck_index, anatomy.chest_index);
   const SpineDriver driver(character, anatomy);
   EXPECT_TRUE(driver.arms_follow_chest());
+}
+
+TEST(Anatomy, SaysWhatTheChestWasToldBy) {
+  const auto with_arms_on = [](const char* left, const char* right) {
+    Character character = stick_figure();
+    character.nodes[static_cast<std::size_t>(stick_node(character, "clavicle.L"))].parent =
+        stick_node(character, left);
+    character.nodes[static_cast<std::size_t>(stick_node(character, "clavicle.R"))].parent =
+        stick_node(character, right);
+    return character;
+  };
+  EXPECT_EQ(reason_of(find_anatomy(with_arms_on("spine_2", "neck")), "chest: "),
+            "chest: 'spine_2', the lower of the joints that the arms hang from; 'neck' goes on "
+            "from it, so that neither shoulder leaves the other");
+  // By the middle between their roots, at 1.35: spine_2 stands at 1.23, the neck at 1.4.
+  EXPECT_EQ(reason_of(find_anatomy(with_arms_on("scene", "scene")), "chest: "),
+            "chest: 'neck', the spine joint nearest to where the arms start; they hang from "
+            "'scene', beside the spine");
+  EXPECT_EQ(reason_of(find_anatomy(with_arms_on("hips", "hips")), "chest: "),
+            "chest: 'neck', the spine joint nearest to where the arms start; they hang from "
+            "'hips', the hips");
+  Character low = with_arms_on("hips", "hips");
+  for (Node& node : low.nodes)
+    for (const char* part : {"clavicle", "arm", "hand"})
+      if (node.name.starts_with(part)) node.world_from_node[3].y = 0.95;
+  const Anatomy at_the_hips = find_anatomy(low);
+  EXPECT_EQ(at_the_hips.chest, -1);
+  EXPECT_EQ(reason_of(at_the_hips, "chest: "),
+            "chest: 'neck', the first joint called neck; the arms start at the hips, which leaves "
+            "no spine below them");
+  EXPECT_FALSE(SpineDriver(low, at_the_hips).arms_follow_chest());
+}
+
+/// A fish: fins on the first joint of a long tail, and a short neck the other way.
+TEST(Anatomy, DrivesAFishBeyondItsFins) {
+  Character character;
+  character.file_name = "fish.glb";
+  const auto add = [&](const std::string& name, int parent, const glm::dvec3& at) {
+    const int node = add_node(character, name, parent, at);
+    stick_vertex(character, node);
+    return node;
+  };
+  const int pelvis = add("pelvis", -1, {0, 1, 0});
+  add("head", add("neck", pelvis, {0, 1, 0.2}), {0, 1, 0.4});
+  int last = pelvis;
+  for (int k = 1; k <= 5; ++k) {
+    last = add("tail_" + std::to_string(k), last, {0, 1, -0.4 * k});
+    if (k == 1)
+      for (const double side : {1.0, -1.0}) {
+        const std::string end = side > 0.0 ? "_l" : "_r";
+        const int fin = add("front_fin_0" + end, last, {0.1 * side, 1, -0.4});
+        add("front_fin_1" + end, fin, {0.5 * side, 1, -0.5});
+      }
+  }
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.chest, stick_node(character, "tail_1"));
+  EXPECT_EQ(anatomy.spine[anatomy.chest_index], stick_node(character, "tail_5"));
+  EXPECT_EQ(
+      reason_of(anatomy, "driven: "),
+      "driven: on from there to 'tail_5', the end of the chain: a fish bends behind its fins");
+  EXPECT_FALSE(SpineDriver(character, anatomy).arms_follow_chest());
 }
 
 /// A joint with a vertex of its own, `way` from its parent.
@@ -682,7 +754,8 @@ TEST(Anatomy, GoesUpAndDownASkeletonThatIsBuiltFromTheChest) {
   };
   EXPECT_NEAR(glm::distance(at("hips"), at("foot.L")), std::hypot(0.1, 0.9), 1e-9);
   EXPECT_NEAR(glm::distance(at("hips"), glm::dvec3(0, 0.95, 0)), 0.0, 1e-9);
-  EXPECT_NEAR(glm::distance(at("neck"), pose.position.back()), 0.0, 1e-9);
+  EXPECT_EQ(anatomy.chest, stick_node(character, "chest"));
+  EXPECT_NEAR(glm::distance(at("chest"), pose.position.back()), 0.0, 1e-9);
   EXPECT_NEAR(glm::distance(at("neck"), at("arm.L")), std::hypot(0.2, 0.1), 1e-9);
 }
 
@@ -717,6 +790,7 @@ TEST(Anatomy, ReadsASkeletonWithoutAForkFromEndToEnd) {
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1, 2, 3, 4, 5}));
   EXPECT_EQ(anatomy.chest_index, 5u);
+  EXPECT_EQ(anatomy.chest, -1);
   EXPECT_TRUE(anatomy.left_arm.empty());
   EXPECT_NEAR(anatomy.spine_length, 1.0, 1e-12);
 }

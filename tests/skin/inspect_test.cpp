@@ -25,16 +25,18 @@ TEST(Inspect, GivesTheDocumentedKeys) {
   const json root = inspect(character);
   EXPECT_EQ(root["schema"], "backbend.inspect/1");
   EXPECT_EQ(root["spine"], json({"hips", "spine_1", "spine_2", "neck", "head"}));
-  EXPECT_EQ(root["chest"], "neck");
+  EXPECT_EQ(root["chest"], "spine_2");
   EXPECT_EQ(root["arms"]["left"], json({"clavicle.L", "arm.L", "hand.L"}));
   EXPECT_EQ(root["arms"]["right"][0], "clavicle.R");
   EXPECT_EQ(root["legs"]["left"][0], "thigh.L");
-  EXPECT_EQ(root["driven"]["joints"].size(), 4u);
+  EXPECT_EQ(root["driven"]["joints"].size(), 3u);
+  EXPECT_EQ(root["driven"]["end"], "spine_2");
+  EXPECT_EQ(root["driven"]["why"], "chest: 'spine_2', which both arms hang from");
   EXPECT_EQ(root["left"], json({1.0, 0.0, 0.0}));
   EXPECT_EQ(root["up"], json({0.0, 1.0, 0.0}));
   EXPECT_EQ(root["forward"], json({0.0, 0.0, 1.0}));
   EXPECT_EQ(root["driven"]["arms_follow"], "chest");
-  EXPECT_NEAR(root["driven"]["joints"][1]["fraction"].get<double>(), 1.0 / 3.0, 1e-12);
+  EXPECT_NEAR(root["driven"]["joints"][1]["fraction"].get<double>(), 0.5, 1e-12);
   EXPECT_EQ(root["vertices"], character.vertex_count());
   EXPECT_TRUE(root["meshes"].is_array());
   EXPECT_TRUE(root["weights"]["bleed"].is_array());
@@ -119,10 +121,10 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(inspect_text(character, anatomy), R"(stick.glb
   body     1 part, 93 vertices at 93 places, 32 triangles, 31 joints
-  size     height 1.48, spine 0.5 (reference length), in the file's unit
+  size     height 1.48, spine 0.3333 (reference length), in the file's unit
   axes     up +Y, faces +Z, its left +X
   spine    hips > spine_1 > spine_2 > neck > head   sure
-  chest    neck
+  chest    spine_2
   arms     clavicle.L > arm.L > hand.L
            clavicle.R > arm.R > hand.R
   legs     thigh.L > shin.L > foot.L
@@ -133,10 +135,10 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            up +Y: away from the feet
            faces +Z: left and right by the joints' names
            arms: 'clavicle.L' and 'clavicle.R' by their names
-           chest: 'neck', the first joint called neck
+           chest: 'spine_2', which both arms hang from
            loose joint 'toe.L' goes with 'foot.L', which it touches
-  driven   by arc fraction: hips 0, spine_1 0.33, spine_2 0.67, neck 1
-           arms go with the chest
+  driven   by arc fraction: hips 0, spine_1 0.5, spine_2 1
+           arms go with the chest, which they hang from
            10 helper joints, 76.9 % of torso weight, static here: fix_1, fix_2, fix_3, fix_4, fix_5, fix_6, fix_7, fix_8 and 2 more
            1 joint, 3.2 % of all weight, that nothing moves: prop
   weights  vertices moved 88 by 1, 1 by 2, 1 by 5, 2 by 8 joints
@@ -155,8 +157,8 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
     scene  (no joint)
       hips  [hips]  3.3
         spine_1  [spine]  3
-          spine_2  [spine]  2.5
-            neck  [chest]  3.1
+          spine_2  [chest]  2.5
+            neck  [spine]  3.1
               head  [head]  3.1
             clavicle.L  [arm L]  3
               arm.L  [arm L]  3.3
@@ -198,13 +200,11 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
 "mirrored_share":0.40860215053763443,"worst":0.6999999992549419,"worst_vertex":23},"tiny":1,
 "tiny_below":0.009999999776482582,"unweighted":1,"vertices_by_influences":[1,88,1,0,0,1,0,0,
 2],"worst_sum":0.875})"));
-  EXPECT_EQ(
-      root["driven"],
-      json::parse(R"({"arms_follow":"chest","followers":[{"goes_with":"foot.L","joint":"toe.L"}],
+  EXPECT_EQ(root["driven"], json::parse(R"({"arms_follow":"chest","end":"spine_2",
+"why":"chest: 'spine_2', which both arms hang from","followers":[{"goes_with":"foot.L","joint":"toe.L"}],
 "helper_torso_share":0.7692307692307692,"helpers":["fix_1","fix_2","fix_3","fix_4","fix_5",
 "fix_6","fix_7","fix_8","fix_9","fix_10"],"joints":[{"fraction":0.0,"name":"hips"},
-{"fraction":0.3333333333333333,"name":"spine_1"},{"fraction":0.6666666666666669,
-"name":"spine_2"},{"fraction":1.0,"name":"neck"}],"unreached":["prop"],
+{"fraction":0.49999999999999983,"name":"spine_1"},{"fraction":1.0,"name":"spine_2"}],"unreached":["prop"],
 "unreached_share":0.0322580645109604})"));
   EXPECT_EQ(root["meshes"],
             json::parse(R"([{"material":"clay","name":"body","triangles":32,"vertices":93}])"));

@@ -22,7 +22,7 @@ struct Joint {
 struct Rig {
   const char* name;
   std::vector<Joint> joints;
-  const char *hip, *chest, *head, *left_arm, *left_leg;
+  const char *hip, *neck, *head, *left_arm, *left_leg;
 };
 
 Character built(const Rig& rig) {
@@ -262,17 +262,21 @@ TEST_P(EveryRig, IsKnownByItsNames) {
   ASSERT_TRUE(match);
   EXPECT_EQ(match->name, rig.name);
   EXPECT_EQ(match->hip, stick_node(character, rig.hip));
-  EXPECT_EQ(match->chest, stick_node(character, rig.chest));
+  EXPECT_EQ(match->neck, stick_node(character, rig.neck));
   EXPECT_EQ(match->head, stick_node(character, rig.head));
   EXPECT_EQ(require_template(character, rig.name).hip, match->hip);
 }
 
-TEST_P(EveryRig, IsDrivenFromItsHipsToTheBaseOfItsNeck) {
+TEST_P(EveryRig, IsDrivenFromItsHipsToWhereItsArmsHang) {
   const Rig& rig = GetParam();
   const Character character = built(rig);
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(anatomy.spine.front(), stick_node(character, rig.hip));
-  EXPECT_EQ(anatomy.spine[anatomy.chest_index], stick_node(character, rig.chest));
+  const int clavicle = stick_node(character, rig.left_arm);
+  const int ribs = character.nodes[static_cast<std::size_t>(clavicle)].parent;
+  EXPECT_EQ(anatomy.chest, ribs);
+  EXPECT_EQ(anatomy.spine[anatomy.chest_index], ribs);
+  EXPECT_EQ(anatomy.spine[anatomy.neck_index], stick_node(character, rig.neck));
   EXPECT_EQ(anatomy.head, stick_node(character, rig.head));
   EXPECT_EQ(anatomy.left_arm.front(), stick_node(character, rig.left_arm));
   EXPECT_EQ(anatomy.left_leg.front(), stick_node(character, rig.left_leg));
@@ -310,14 +314,14 @@ TEST(RigTemplates, ALowerJointOfTheNeckIsItsBase) {
   Rig rig = *std::find_if(std::begin(kRigs), std::end(kRigs),
                           [](const Rig& each) { return std::string(each.name) == "humanik"; });
   const auto neck = std::find_if(rig.joints.begin(), rig.joints.end(), [&](const Joint& joint) {
-    return std::string(joint.name) == rig.chest;
+    return std::string(joint.name) == rig.neck;
   });
   const Joint lower{"lowerneck", neck->parent, {0, 1.44, 0}};
   neck->parent = "lowerneck";
   rig.joints.insert(neck, lower);
   const Character character = built(rig);
   const Anatomy anatomy = find_anatomy(character);
-  EXPECT_EQ(character.nodes[static_cast<std::size_t>(anatomy.spine[anatomy.chest_index])].name,
+  EXPECT_EQ(character.nodes[static_cast<std::size_t>(anatomy.spine[anatomy.neck_index])].name,
             "lowerneck");
 }
 

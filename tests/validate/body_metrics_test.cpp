@@ -16,26 +16,29 @@ using solver::BodyPose;
 using solver::Mapping;
 
 /// A tube of radius 0.12 from hips (y 0.8) to neck (y 1.4) on six spine joints, capped by a head,
-/// with an arm to each side at y 1.3.
+/// with an arm to each side at y 1.3. The arms hang from the neck, which ends the driven chain, or
+/// from the joint below.
 struct Figure {
   skin::Character character;
   skin::Anatomy anatomy;
 
-  Figure() {
+  explicit Figure(int chest = 6) {
     add_joint("hips", -1, {0, 0.8, 0});
     for (int i = 1; i <= 5; ++i)
       add_joint("spine" + std::to_string(i), i - 1, {0, 0.8 + 0.1 * i, 0});
     add_joint("neck", 5, {0, 1.4, 0});  // 6
     add_joint("head", 6, {0, 1.5, 0});  // 7
-    add_arm("l", 1.0);                  // 8..10
-    add_arm("r", -1.0);                 // 11..13
+    add_arm("l", 1.0, chest);           // 8..10
+    add_arm("r", -1.0, chest);          // 11..13
     anatomy.spine = {0, 1, 2, 3, 4, 5, 6, 7};
-    anatomy.chest_index = 6;
+    anatomy.chest = chest;
+    anatomy.chest_index = static_cast<std::size_t>(chest);
+    anatomy.neck_index = 6;
     anatomy.head = 7;
     anatomy.left_arm = {8, 9, 10};
     anatomy.right_arm = {11, 12, 13};
     anatomy.height = 1.0;
-    anatomy.spine_length = 0.6;
+    anatomy.spine_length = 0.1 * chest;
     add_tube({0, 0.7, 0}, {0, 1, 0}, 0.9, 0.12, 90, 32, [](double along) {
       const double bone = std::clamp((along - 0.1) / 0.1 - 0.5, 0.0, 6.0);
       const int below = std::min(static_cast<int>(bone), 5);
@@ -63,8 +66,8 @@ struct Figure {
         {static_cast<int>(character.nodes.size()), glm::inverse(node.world_from_node)});
     character.nodes.push_back(node);
   }
-  void add_arm(const std::string& side, double sign) {
-    const int chest = 5, first = static_cast<int>(character.nodes.size());
+  void add_arm(const std::string& side, double sign, int chest) {
+    const int first = static_cast<int>(character.nodes.size());
     add_joint("clavicle_" + side, chest, {0.03 * sign, 1.3, 0});
     add_joint("upperarm_" + side, first, {0.14 * sign, 1.3, 0});
     add_joint("hand_" + side, first + 1, {0.6 * sign, 1.3, 0});
@@ -112,7 +115,7 @@ struct Figure {
 };
 
 struct Measured {
-  Figure figure;
+  Figure figure{};
   skin::SpineDriver driver{figure.character, figure.anatomy};
   BodyMetrics metrics{figure.character, figure.anatomy, driver};
 
@@ -195,6 +198,63 @@ TEST(BodyMetrics, ArmsOnTheTopControlDoNotDriftAndOnTheEffectorTheyDo) {
   EXPECT_LT(m.pose("even", body).arm_drift, 1e-5);
   EXPECT_LT(m.pose("curve", body, {{"arms", std::string("top")}}).arm_drift, 1e-5);
   EXPECT_GT(m.pose("curve", body).arm_drift, 0.003);
+}
+
+// On the mesh the arms ride on the ribs: what is read is where the rig's own arm parent would have
+// taken them.
+TEST(BodyMetrics, APlantedArmDriftIsReadWithItsSize) {
+  const Measured m;
+  const auto rig = build_system({"even", {}}, m.driver.rest_chain());
+  const std::vector<double> control = rig->controls_for({.extension = 0.7}, Mapping::chest);
+  const solver::SpinePose clean = rig->solve(control);
+  const auto read = [&](const solver::SpinePose& pose) {
+    const skin::PosedMesh mesh = skin::skin(m.figure.character, m.driver.drive(*rig, pose));
+    return m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, 0.0).arm_drift;
+  };
+  EXPECT_LT(read(clean), 1e-9);
+  for (const double shift : {0.001, 0.01, 0.05}) {
+    solver::SpinePose pose = clean;
+    pose.arms.posed_origin += glm::dvec3(0.0, 0.6 * shift, 0.8 * shift);
+    EXPECT_NEAR(read(pose), shift, 1e-9);  // the figure is 1 high
+  }
+  // Turned about the line through the chain's end along Y: the hand's tip stands 0.72 aside, its
+  // radius is 0.04.
+  for (const double turn : {0.01, 0.1}) {
+    solver::SpinePose pose = clean;
+    pose.arms.turn = clean.arms.turn * rotation({0.0, turn, 0.0});
+    EXPECT_NEAR(read(pose), 2.0 * std::sin(0.5 * turn) * std::hypot(0.72, 0.04), 1e-6);
+  }
+}
+
+TEST(BodyMetrics, SlicesGoOnAsFarAsTheLastJointBends) {
+  // The chain ends at y 1.3, the neck starts at 1.4: 1.2 of the chain's length.
+  const Measured m{Figure(5)};
+  EXPECT_NEAR(m.metrics.slices().slice.front().s, 0.05, 1e-6);
+  EXPECT_NEAR(m.metrics.slices().slice.back().s, 0.95 * 1.2, 1e-6);
+  EXPECT_EQ(m.metrics.slice_place(63), "slice 64/64 spine5..neck");
+  // Nothing is asked of them beyond the chest: a twist that ends there is no wringing above.
+  const BodyMeasures still = m.pose("even", {});
+  EXPECT_LT(still.slices.kink_worst_deg, 1e-2);
+  const BodyMeasures twisted = m.pose("even", {.twist = radians_from(30.0)});
+  EXPECT_GT(twisted.slices.measured, 60u);
+  EXPECT_GT(twisted.slices.least_area_ratio, 0.95);
+  // A surface that is torn between ribs and neck is seen, though no joint of the chain is there.
+  const auto torn = [](const Measured& on) {
+    const auto rig = build_system({"even", {}}, on.driver.rest_chain());
+    const std::vector<double> control = rig->controls_for({}, Mapping::chest);
+    const solver::SpinePose pose = rig->solve(control);
+    skin::PosedMesh mesh = skin::skin(on.figure.character, on.driver.drive(*rig, pose));
+    const glm::dvec3 pivot(0, 1.345, 0);
+    const glm::dquat turn = rotation({0.0, 0.0, 0.5});
+    for (glm::vec3& p : mesh.position)
+      if (p.y > pivot.y && std::abs(p.x) < 0.121f)
+        p = glm::vec3(pivot + turn * (glm::dvec3(p) - pivot));
+    return on.metrics.measure(rig_at_rest(*rig), control, pose, mesh, 0.0).surface.strain_most;
+  };
+  Figure to_the_chest(5);
+  to_the_chest.anatomy.neck_index = 0;
+  EXPECT_LT(torn(Measured{to_the_chest}), 1.1);
+  EXPECT_GT(torn(m), 2.0);
 }
 
 // What moves as one body is left out of the search: it must not be where anything happens.

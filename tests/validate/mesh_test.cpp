@@ -353,22 +353,35 @@ TEST(Mesh, WhatIsNotANumberIsCountedAndNothingElseSaid) {
   EXPECT_EQ(surface(t, position, t.tube.normal, no_intent(t.slices, t.rest_slices)).not_finite, 2u);
 }
 
-TEST(PartDrift, IsNothingForAPartThatItsCarrierCarries) {
+TEST(PartDrift, IsHowFarTwoMotionsTakeThePartApart) {
   const SlicedTube t(Tube(4));
   const solver::RigidMotion chest{rotation({0.4, 0.2, -0.9}), {0, 1, 0}, {0.3, 0.8, 0.1}};
-  std::vector<glm::vec3> position;
-  for (const glm::vec3& p : t.tube.position)
-    position.push_back(glm::vec3(chest.apply(glm::dvec3(p))));
-  std::vector<std::uint8_t> part(position.size(), 0);
+  std::vector<std::uint8_t> part(t.tube.position.size(), 0);
   for (std::size_t v = 100; v < 200; ++v) part[v] = 1;
-  EXPECT_LT(part_drift(t.tube.position, position, part, chest).distance, 1e-6);
-  position[150].x += 0.02f;
-  position[300].x += 1.0f;  // not of the part
-  const PartDrift drift = part_drift(t.tube.position, position, part, chest);
-  EXPECT_NEAR(drift.distance, 0.02, 1e-6);
-  EXPECT_EQ(drift.vertex, 150);
-  position[120].z = std::nanf("");
-  EXPECT_TRUE(std::isnan(part_drift(t.tube.position, position, part, chest).distance));
+  EXPECT_EQ(part_drift(t.tube.position, part, chest, chest).distance, 0.0);
+  // Shifted: all by as much.
+  solver::RigidMotion arms = chest;
+  arms.posed_origin += glm::dvec3(0.02, 0.0, 0.0);
+  EXPECT_NEAR(part_drift(t.tube.position, part, arms, chest).distance, 0.02, 1e-12);
+  // Turned by an angle about a line: a chord of twice its half's sine at the part's farthest
+  // vertex, whatever lies beyond it elsewhere.
+  const double angle = 0.3;
+  arms = chest;
+  arms.turn = chest.turn * rotation({0.0, angle, 0.0});  // about the tube's own axis through origin
+  double farthest = 0.0;
+  int where = -1;
+  for (std::size_t v = 100; v < 200; ++v) {
+    const glm::dvec3 p(t.tube.position[v]);
+    if (const double aside = std::hypot(p.x, p.z); aside > farthest) {
+      farthest = aside;
+      where = static_cast<int>(v);
+    }
+  }
+  const PartDrift drift = part_drift(t.tube.position, part, arms, chest);
+  EXPECT_NEAR(drift.distance, 2.0 * std::sin(0.5 * angle) * farthest, 1e-12);
+  EXPECT_EQ(drift.vertex, where);
+  arms.posed_origin.x = std::nan("");
+  EXPECT_TRUE(std::isnan(part_drift(t.tube.position, part, arms, chest).distance));
 }
 
 }  // namespace

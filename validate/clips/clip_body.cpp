@@ -231,7 +231,7 @@ void ClipBody::match_by_place(const skin::Clip& clip) {
   skin::Anatomy theirs;
   try {
     skeleton = bare_skeleton(clip);
-    theirs = skin::find_anatomy(skeleton);
+    theirs = up_to_the_neck(skeleton, skin::find_anatomy(skeleton));
   } catch (const CharacterError&) {
     return;  // names are all there is: check_spine() says what is missing
   }
@@ -538,6 +538,15 @@ double ClipBody::blending_error() const {
   const auto at = distance.begin() + static_cast<std::ptrdiff_t>(distance.size() * 99 / 100);
   std::nth_element(distance.begin(), at, distance.end());
   return *at;
+}
+
+skin::Anatomy up_to_the_neck(const skin::Character& character, skin::Anatomy anatomy) {
+  const auto at = [&](Index k) {
+    return origin(character.nodes[static_cast<Index>(anatomy.spine[k])].world_from_node);
+  };
+  for (; anatomy.chest_index < anatomy.neck_index; ++anatomy.chest_index)
+    anatomy.spine_length += glm::distance(at(anatomy.chest_index), at(anatomy.chest_index + 1));
+  return anatomy;
 }
 
 }  // namespace backbend::validate

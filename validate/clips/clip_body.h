@@ -78,4 +78,8 @@ class ClipBody {
   std::vector<std::string> notes_;
 };
 
+/// The same anatomy, its chain taken on to the base of the neck: a clip moves the joint that the
+/// arms hang from as it moves those below it, and where that one bends is seen by the next.
+skin::Anatomy up_to_the_neck(const skin::Character& character, skin::Anatomy anatomy);
+
 }  // namespace backbend::validate

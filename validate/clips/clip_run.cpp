@@ -196,13 +196,16 @@ Report run_clip(const ClipRequest& request, Progress& progress) {
       hints = skin::hints_with(*sidecar, std::move(hints));
     }
     const skin::Character skeleton = bare_skeleton(clip);
-    const skin::Anatomy anatomy = skeleton_anatomy(skeleton, with_clip(std::move(hints), clip));
+    const skin::Anatomy anatomy =
+        up_to_the_neck(skeleton, skeleton_anatomy(skeleton, with_clip(std::move(hints), clip)));
     return judge_body(request, clip, {skeleton, anatomy, nullptr, sidecar}, progress);
   }
   ConfirmedCharacter confirmed =
       load_confirmed(own_body ? request.clip : request.character, request.hints);
   if (confirmed.sidecar) skin::apply_sidecar(*confirmed.sidecar, clip);
-  const Stage stage(std::move(confirmed.character), confirmed.hints);
+  skin::Anatomy anatomy =
+      up_to_the_neck(confirmed.character, skin::find_anatomy(confirmed.character, confirmed.hints));
+  const Stage stage(std::move(confirmed.character), std::move(anatomy));
   const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
   return judge_body(request, clip,
                     {stage.character(), stage.anatomy(), &metrics, confirmed.sidecar}, progress);

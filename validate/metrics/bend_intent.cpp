@@ -36,12 +36,13 @@ class TransportedCurve {
     const auto [i, share] = place(s);
     return rotation(turn_between(frame_[i], frame_[i + 1]) * share) * frame_[i];
   }
-  /// Turning per arc fraction around s, over a window that stays on the curve.
+  /// Turning per arc fraction around s, over the part of a window that is on the curve: half of it
+  /// or more on the curve itself; beyond its end, where nothing turns, it runs out to 0.
   glm::dvec3 turning(double s, double window) const {
     const double low = std::clamp(s - 0.5 * window, 0.0, 1.0);
     const double high = std::clamp(s + 0.5 * window, 0.0, 1.0);
     if (!(high > low)) return glm::dvec3(0.0);
-    return arc_between(tangent(low), tangent(high)) / (high - low);
+    return arc_between(tangent(low), tangent(high)) / std::max(high - low, 0.5 * window);
   }
 
  private:
@@ -86,7 +87,7 @@ BendIntent bend_intent(const SpineSlices& slices, const SlicePose& rest, const I
   BendIntent out;
   for (std::size_t r = 0; r < slices.slice.size(); ++r) {
     const double s = slices.slice[r].s;
-    const glm::dquat frame = rotation(posed.tangent(s) * (twist * s)) * untwisted(s);
+    const glm::dquat frame = rotation(posed.tangent(s) * (twist * std::min(s, 1.0))) * untwisted(s);
     out.frame.push_back(frame);
     out.rest_tangent.push_back(at_rest.tangent(s));
     out.centre.push_back(posed.at(s) + frame * (rest.centre[r] - at_rest.at(s)));

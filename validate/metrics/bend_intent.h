@@ -32,7 +32,8 @@ struct IntentInput {
 };
 
 /// The ideal motion of the slices: frames carried along the intended curve without twist from the
-/// hip's turn, then twisted evenly so that the last is the chest's turn.
+/// hip's turn, then twisted evenly so that the last is the chest's turn. Slices beyond the chest go
+/// rigidly with it.
 BendIntent bend_intent(const SpineSlices& slices, const SlicePose& rest, const IntentInput& in);
 
 /// The intent of a body that is asked nothing, or moved rigidly as a whole.

@@ -31,19 +31,42 @@ std::vector<std::uint8_t> arm_vertices(const skin::Character& character,
   return out;
 }
 
+/// Arc of each spine joint along the rest pose, hips first, against that of the chest.
+std::vector<double> spine_fractions(const skin::Character& character,
+                                    const skin::Anatomy& anatomy) {
+  std::vector<double> arc;
+  const auto at = [&](std::size_t k) {
+    return glm::dvec3(
+        character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node[3]);
+  };
+  for (std::size_t k = 0; k < anatomy.spine.size(); ++k)
+    arc.push_back(k == 0 ? 0.0 : arc.back() + glm::distance(at(k - 1), at(k)));
+  const double length = arc[anatomy.chest_index];
+  for (double& a : arc) a /= length;
+  return arc;
+}
+
+// Of the chain from hips to where the neck starts.
+constexpr double kFirstSlice = 0.05, kLastSlice = 0.95;
+
+/// Where the last slice is cut. The chain's last joint bends the body, too: half of that bend
+/// stands beyond the joint, and beyond one bone nothing but rigid ribs follows.
+double last_slice(const std::vector<double>& fraction, const skin::Anatomy& anatomy) {
+  if (anatomy.neck_index <= anatomy.chest_index) return kLastSlice;
+  const double bone = 1.0 - fraction[anatomy.chest_index - 1];
+  return std::max(kLastSlice, std::min(kLastSlice * fraction[anatomy.neck_index], 1.0 + bone));
+}
+
 /// The rigid motion that each vertex goes with whatever the pose, numbered; -1 where several blend.
 /// Nodes that the driver moves alike in one pose without any symmetry, it moves alike in all.
 std::vector<int> rigid_groups(const skin::Character& character, const skin::SpineDriver& driver) {
   const auto system = solver::build_system({"even", {}}, driver.rest_chain());
   solver::SpinePose pose =
       system->solve(system->controls_for({0.41, 0.0, 0.23, 0.37}, solver::Mapping::spread));
-  // Other rigs let hips and arms go other ways than the chest.
-  const auto stray = [](solver::RigidMotion& motion, const glm::dvec3& turn) {
-    motion.turn = rotation(turn) * motion.turn;
-    motion.posed_origin += turn;
-  };
-  stray(pose.hip, {0.11, -0.07, 0.05});
-  stray(pose.arms, {-0.09, 0.13, 0.03});
+  // Other rigs let the hips go another way.
+  const glm::dvec3 stray(0.11, -0.07, 0.05);
+  pose.hip.turn = rotation(stray) * pose.hip.turn;
+  pose.hip.posed_origin += stray;
   const std::vector<glm::dmat4> world = driver.drive(*system, pose);
   std::vector<glm::dmat4> motion;  // distinct ones, from rest
   std::vector<int> of_joint;
@@ -107,7 +130,11 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                       joints};
   const SpineLine line(joints);
   const std::vector<float> coordinate = spine_coordinate(mesh, line);
-  slices_ = cut_slices(mesh, line, coordinate, driver.rest_chain().left, kSliceCount);
+  spine_fraction_ = spine_fractions(character, anatomy);
+  for (const int node : anatomy.spine)
+    spine_name_.push_back(character.nodes[static_cast<std::size_t>(node)].name);
+  slices_ = cut_slices(mesh, line, coordinate, driver.rest_chain().left, kSliceCount, kFirstSlice,
+                       last_slice(spine_fraction_, anatomy));
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
   mesh_ = prepare_mesh(mesh, line, coordinate, slices_);
@@ -115,14 +142,6 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                     rigid_groups(character, driver));
   has_arms_ = driver.arms_follow_chest();
   if (has_arms_) arm_ = arm_vertices(character, anatomy);
-
-  const double length = chain_length(joints);
-  double arc = 0.0;
-  for (std::size_t i = 0; i < joints.size() && i < anatomy.spine.size(); ++i) {
-    if (i > 0) arc += glm::distance(joints[i - 1], joints[i]);
-    spine_fraction_.push_back(arc / length);
-    spine_name_.push_back(character.nodes[static_cast<std::size_t>(anatomy.spine[i])].name);
-  }
 }
 
 BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
@@ -154,7 +173,7 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
   out.crossing = crossing.area;
   out.crossing_vertex = crossing.vertex;
   if (has_arms_) {
-    const PartDrift drift = part_drift(rest_position_, mesh.position, arm_, pose.chest);
+    const PartDrift drift = part_drift(rest_position_, arm_, pose.arms, pose.chest);
     out.arm_drift = drift.distance / height_;
     out.arm_drift_vertex = drift.vertex;
   }

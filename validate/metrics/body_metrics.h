@@ -19,7 +19,8 @@ struct BodyMeasures {
   ChainMeasures chain;
   SliceMeasures slices;
   MeshMeasures surface;
-  double arm_drift = 0.0;  // of the arm vertices in the chest's frame, share of the height; NaN
+  double arm_drift = 0.0;  // how far what the rig moves arms with would take the arms' vertices
+                           // from where the chest control takes them, share of the height; NaN
                            // where the character has no arms that the chest carries
   int arm_drift_vertex = -1;
   double crossing = 0.0;  // share of the surface whose triangles run through others and did not at

@@ -455,14 +455,15 @@ std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> p
   return map;
 }
 
-PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const glm::vec3> position,
-                     std::span<const std::uint8_t> part, const solver::RigidMotion& carrier) {
-  assert(rest_position.size() == position.size() && part.size() == position.size());
+PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const std::uint8_t> part,
+                     const solver::RigidMotion& moved, const solver::RigidMotion& carrier) {
+  assert(part.size() == rest_position.size());
   PartDrift out;
   double largest = 0.0;  // squared
-  for (std::size_t v = 0; v < position.size(); ++v) {
+  for (std::size_t v = 0; v < part.size(); ++v) {
     if (!part[v]) continue;
-    const glm::dvec3 off = carrier.apply(glm::dvec3(rest_position[v])) - glm::dvec3(position[v]);
+    const glm::dvec3 at(rest_position[v]);
+    const glm::dvec3 off = carrier.apply(at) - moved.apply(at);
     const double square = glm::dot(off, off);
     if (!(square <= largest)) {  // NaN is kept
       largest = square;

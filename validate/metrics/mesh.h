@@ -99,13 +99,13 @@ MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> posit
 std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> position,
                               const BendIntent& intent, double bone);
 
-/// How far vertices have moved against a rigid motion that should carry them: the largest distance
-/// over those with `part` set, and where. The lengths are those of the mesh.
+/// How far apart two rigid motions take the vertices with `part` set: the largest distance, and
+/// where. The lengths are those of the mesh.
 struct PartDrift {
   double distance = 0.0;
   int vertex = -1;
 };
-PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const glm::vec3> position,
-                     std::span<const std::uint8_t> part, const solver::RigidMotion& carrier);
+PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const std::uint8_t> part,
+                     const solver::RigidMotion& moved, const solver::RigidMotion& carrier);
 
 }  // namespace backbend::validate

@@ -212,6 +212,8 @@ MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
                : 0;
   };
 
+  // Where slices go on beyond the chest, so does what is judged with them.
+  const float highest = std::max(1.0f, static_cast<float>(slices.slice.back().s));
   std::vector<Triangle> triangle;
   for (const glm::uvec3& corner : mesh.triangle) {
     const glm::dvec3 p(mesh.position[corner.x]);
@@ -241,7 +243,7 @@ MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
              coordinate[mesh.place[corner.z]]) /
             3.0f;
       t.offset = glm::vec3(p + (e1 + e2) / 3.0 - line.point(t.s));
-      t.on_spine = t.s >= 0.0f && t.s <= 1.0f;
+      t.on_spine = t.s >= 0.0f && t.s <= highest;
       if (t.on_spine) t.slice = static_cast<std::uint32_t>(nearest_slice(t.s));
     }
     rest.area += t.area;

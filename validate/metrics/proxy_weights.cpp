@@ -9,16 +9,19 @@
 namespace backbend::validate {
 namespace {
 
-/// Index into Character::joints of each driven spine joint, hips first; nothing if one has none.
+/// Index into Character::joints of each spine joint, hips first, up to the base of the neck;
+/// nothing if one of the `driven` first ones has none.
 std::optional<std::vector<std::uint16_t>> spine_joints(const skin::Character& character,
                                                        const skin::Anatomy& anatomy,
-                                                       std::size_t count) {
+                                                       std::size_t driven) {
   std::vector<std::uint16_t> joints;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::size_t i = 0; i < std::max(driven, anatomy.neck_index + 1); ++i) {
     const auto found =
         std::ranges::find(character.joints, anatomy.spine[i], &skin::SkinJoint::node);
-    if (found == character.joints.end()) return std::nullopt;
-    joints.push_back(static_cast<std::uint16_t>(found - character.joints.begin()));
+    if (found != character.joints.end())
+      joints.push_back(static_cast<std::uint16_t>(found - character.joints.begin()));
+    else if (i < driven)
+      return std::nullopt;
   }
   return joints;
 }
@@ -72,7 +75,10 @@ std::optional<std::vector<skin::Influences>> proxy_weights(const skin::Character
     for (int k = 0; k < skin::kMaxInfluences; ++k) {
       const Entry entry{out[v].joint[k], out[v].weight[k]};
       if (!(entry.weight > 0.0f)) continue;
-      if (std::ranges::find(*spine, entry.joint) != spine->end())
+      const auto found = std::ranges::find(*spine, entry.joint);
+      // Above the chest nothing bends: whose the weight is there changes nothing.
+      const bool above = found - spine->begin() >= std::ssize(fraction);
+      if (found != spine->end() && !(above && s >= 1.0))
         of_spine += entry.weight;
       else
         entries.push_back(entry);

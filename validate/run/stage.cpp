@@ -46,9 +46,9 @@ skin::Character load_character(const std::filesystem::path& file) {
 
 skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy& whole) {
   skin::Anatomy neck = whole;
-  const std::size_t joints = whole.spine.size() - whole.chest_index;
-  const std::size_t first =
-      joints >= 3 || whole.chest_index == 0 ? whole.chest_index : whole.chest_index - 1;
+  const std::size_t base = whole.neck_index > 0 ? whole.neck_index : whole.chest_index;
+  const std::size_t joints = whole.spine.size() - base;
+  const std::size_t first = joints >= 3 || base == 0 ? base : base - 1;
   neck.spine.assign(whole.spine.begin() + static_cast<std::ptrdiff_t>(first), whole.spine.end());
   if (neck.spine.size() < 2) {
     throw skin::CharacterError(character.file_name +
@@ -56,6 +56,8 @@ skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy
                                "ends of the chain to drive");
   }
   neck.chest_index = neck.spine.size() - 1;
+  neck.neck_index = 0;
+  neck.chest = -1;
   neck.left_arm.clear();
   neck.right_arm.clear();
   neck.spine_length = 0.0;

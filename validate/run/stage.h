@@ -20,7 +20,8 @@ struct PosedCharacter {
   skin::PosedMesh mesh;
 };
 
-/// Which chain of the skeleton a rig drives: hips to the base of the neck, or the neck itself.
+/// Which chain of the skeleton a rig drives: hips to the joint that the arms hang from, or the
+/// neck.
 enum class DrivenChain { spine, neck };
 
 /// The same character with its neck for a spine: from its base to the head, nothing hanging from it
