@@ -6,6 +6,7 @@
 
 #include "validate/calibrate/calibration_body.h"
 #include "validate/calibrate/faults.h"
+#include "validate/run/arm_pose.h"
 
 namespace backbend::validate {
 namespace {
@@ -44,7 +45,10 @@ TEST_F(Readings, ArmShiftGrowsWithTheShift) {
   const auto shifted = [&](double by) {
     solver::SpinePose moved = spine_;
     inject_arm_drift(moved, glm::dvec3(0.0), {0.0, by, 0.0});
-    return arm_shift(views(moved), views(spine_));
+    const auto carried_by = [&](const solver::RigidMotion& motion) {
+      return take_views(photographer_, pose_with_arms(body_->stage(), *rig_, spine_, motion));
+    };
+    return arm_shift(carried_by(moved.arms), carried_by(spine_.chest));
   };
   // The body of 1.8 fills a picture 240 pixels high: some 120 of them stand for a length of 1.
   const ImageReading far = shifted(0.1);
@@ -54,6 +58,15 @@ TEST_F(Readings, ArmShiftGrowsWithTheShift) {
   EXPECT_FALSE(far.camera.empty());
   EXPECT_NEAR(shifted(0.02).value, 0.2 * far.value, 1.0);
   EXPECT_GT(shifted(0.004).value, 0.2);
+}
+
+TEST_F(Readings, ArmsCarriedByTheChestStandWhereTheMeshHasThem) {
+  // `even` leaves nothing between the chest control and the chain's end, which the arms hang from.
+  EXPECT_LT(arm_shift(take_views(photographer_,
+                                 pose_with_arms(body_->stage(), *rig_, spine_, spine_.arms)),
+                      views(spine_))
+                .value,
+            0.05);
 }
 
 TEST_F(Readings, ATiltThatJumpsIsAKinkAndAnotherCleanRigHasNone) {

@@ -7,6 +7,7 @@
 #include "validate/calibrate/faults.h"
 #include "validate/evidence/image_readings.h"
 #include "validate/metrics/rig_probe.h"
+#include "validate/run/arm_pose.h"
 
 namespace backbend::validate {
 namespace {
@@ -133,10 +134,10 @@ class PictureTrials {
          .floor = kVisibleArmPx,
          .sizes = {0.2, 0.5, 1.0, 2.0}},
         [this](const PosedCharacter& posed, const Case&) {
-          solver::SpinePose carried = posed.spine;
-          carried.arms = carried.chest;
-          return arm_shift(views(posed),
-                           views(poses_.body().stage().pose(poses_.rig(), std::move(carried))));
+          const auto carried_by = [&](const solver::RigidMotion& motion) {
+            return views(pose_with_arms(poses_.body().stage(), poses_.rig(), posed.spine, motion));
+          };
+          return arm_shift(carried_by(posed.spine.arms), carried_by(posed.spine.chest));
         });
     // On finer spines the fault is lower than a row of pixels.
     if (poses_.body().bones() <= kCoarseBones)

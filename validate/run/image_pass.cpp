@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "validate/farm/measure_job.h"
+#include "validate/run/arm_pose.h"
 #include "validate/run/ideal_bend.h"
 
 namespace backbend::validate {
@@ -104,16 +105,15 @@ ImageWitness ImagePass::witness_kink(const RigRecord& rig, const PoseDegrees& po
 }
 
 ImageWitness ImagePass::witness_arms(const RigRecord& rig, const PoseDegrees& pose) {
-  const PosedCharacter posed =
-      stage_.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
-  solver::SpinePose carried = posed.spine;
-  carried.arms = carried.chest;
-  const PoseViews here = take_views(photographer_, posed);
-  const PoseViews there = take_views(photographer_, stage_.pose(*rig.system, std::move(carried)));
+  const solver::SpinePose posed = rig.system->solve(controls_at(*rig.system, pose, rig.mapping));
+  const PoseViews here =
+      take_views(photographer_, pose_with_arms(stage_, *rig.system, posed, posed.arms));
+  const PoseViews there =
+      take_views(photographer_, pose_with_arms(stage_, *rig.system, posed, posed.chest));
   ImageWitness witness = witness_of(arm_shift(here, there), "arm_shift_px", kVisibleArmPx);
   witness.note = witness.measured
-                     ? "centre or 95 % outline distance of an arm's matte from where the chest "
-                       "control would carry it"
+                     ? "centre or 95 % outline distance of an arm's matte, carried by the rig's "
+                       "own arm parent, from where the chest control would carry it"
                      : "no camera sees an arm";
   return witness;
 }
