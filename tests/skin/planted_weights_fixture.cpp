@@ -112,8 +112,7 @@ Character smoothed(const Character& character, int times) {
       for (int k = 0; k < 3; ++k)
         for (const auto& [joint, weight] : at[out.place[t[(k + 1) % 3]]])
           sum[out.place[t[k]]][joint] += 0.3 * weight;
-    for (Index v = 0; v < out.vertex_count(); ++v)
-      out.influences[v] = packed(sum[out.place[v]]);
+    for (Index v = 0; v < out.vertex_count(); ++v) out.influences[v] = packed(sum[out.place[v]]);
   }
   return out;
 }
@@ -201,8 +200,7 @@ Character subdivided(const Character& character) {
   };
   for (const glm::uvec3& t : character.triangles) {
     const std::uint32_t a = between(t.x, t.y), b = between(t.y, t.z), c = between(t.z, t.x);
-    out.triangles.insert(out.triangles.end(),
-                         {{t.x, a, c}, {a, t.y, b}, {c, b, t.z}, {a, b, c}});
+    out.triangles.insert(out.triangles.end(), {{t.x, a, c}, {a, t.y, b}, {c, b, t.z}, {a, b, c}});
   }
   out.parts.resize(1);
   out.parts[0].first_vertex = out.parts[0].first_triangle = 0;
@@ -216,14 +214,12 @@ Character scaled(const Character& character, double factor) {
   Character out = character;
   const glm::dmat4 grow = glm::scale(glm::dmat4(1.0), glm::dvec3(factor));
   for (Node& node : out.nodes) {
-    node.world_from_node[3] =
-        glm::dvec4(factor * glm::dvec3(node.world_from_node[3]), 1.0);
-    node.parent_from_node[3] =
-        glm::dvec4(factor * glm::dvec3(node.parent_from_node[3]), 1.0);
+    node.world_from_node[3] = glm::dvec4(factor * glm::dvec3(node.world_from_node[3]), 1.0);
+    node.parent_from_node[3] = glm::dvec4(factor * glm::dvec3(node.parent_from_node[3]), 1.0);
   }
   for (SkinJoint& joint : out.joints)
-    joint.joint_from_mesh = grow * joint.joint_from_mesh *
-                            glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 / factor));
+    joint.joint_from_mesh =
+        grow * joint.joint_from_mesh * glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 / factor));
   for (glm::vec3& p : out.bind_position) p = glm::vec3(factor * glm::dvec3(p));
   weld_again(out);
   return out;
