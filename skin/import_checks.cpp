@@ -132,8 +132,8 @@ std::vector<glm::dmat3> axis_turns() {
 }
 
 std::string times_text(double scale) {
-  return scale >= 1.0 ? number_text(scale, 3) + " times its skeleton's size"
-                      : "1/" + number_text(1.0 / scale, 3) + " of its skeleton's size";
+  return scale >= 1.0 ? "about " + number_text(scale, 2) + " times its skeleton's size"
+                      : "about 1/" + number_text(1.0 / scale, 2) + " of its skeleton's size";
 }
 
 /// The unit that explains a scale, if one does.

@@ -22,6 +22,7 @@ using Index = std::size_t;
 
 // Lengths are shares of the body's largest side.
 constexpr double kOffMiddle = 0.12;     // nearer the middle both sides share vertices
+constexpr double kAsFarOut = 0.6;       // ... or further out than this share of the joint's own
 constexpr double kFar = 0.15;           // from a joint's area
 constexpr double kSpilt = 0.2;          // a weight that fades halves within less
 constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
@@ -128,7 +129,7 @@ class FaultFinder {
     if (!(size_ > 0.0) || !(all_ > 0.0)) return out;
     image_ = mirrored_nodes(character_, mirror_);
     find_distant(out);
-    find_asymmetry(out.asymmetry);
+    find_asymmetry(out.asymmetry, out.wrong_side);
     find_order(out.order);
     find_seams(out.seams);
     return out;
@@ -273,8 +274,10 @@ class FaultFinder {
         if (w.weight < kCounts || w.node == main_[p]) continue;
         const int image = image_[static_cast<Index>(w.node)];
         const double joint_aside = glm::dot(at(w.node) - mirror_.middle, mirror_.left);
+        // Legs stand closer together than arms: what is as far out as they are is theirs.
+        const double off_middle = std::min(kOffMiddle * size_, kAsFarOut * std::abs(joint_aside));
         const bool other_side =
-            image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > kOffMiddle * size_;
+            image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
         const bool distant = steps_between(main_[p], w.node) >= kFarJoints;
         if (!other_side && !distant) continue;
         double distance = distance_to_area(w.node, point_[p], far_away);
@@ -307,7 +310,7 @@ class FaultFinder {
            on(anatomy_.right_arm, kArmJoints);
   }
 
-  void find_asymmetry(WeightAnswer& out) {
+  void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
     // The skeleton first.
     for (Index n = 0; n < image_.size(); ++n) {
       if (!(total_[n] > kLeastArea * all_)) continue;
@@ -337,6 +340,8 @@ class FaultFinder {
     std::map<std::pair<int, bool>, double> whole, lacks;
     std::map<std::pair<int, bool>, std::map<int, double>> instead;
     std::map<std::pair<int, bool>, double> worst;
+    std::map<int, WeightFault> swapped;  // what one side's joint has of the other's
+    std::map<int, double> worst_swapped;
     for (Index p = 0; p < point_.size(); ++p) {
       if (image[p] >= point_.size() || weights_[p].empty() || weights_[image[p]].empty()) continue;
       const bool left = glm::dot(point_[p] - mirror_.middle, mirror_.left) > 0.0;
@@ -347,6 +352,19 @@ class FaultFinder {
       if (apart.share < kCounts || !is_upper_body(apart.least)) continue;
       const std::pair<int, bool> key(apart.least, left);
       lacks[key] += apart.share;
+      const double joint_aside = glm::dot(at(apart.most) - mirror_.middle, mirror_.left);
+      if (apart.most == image_[static_cast<Index>(apart.least)] && apart.most != apart.least &&
+          (joint_aside > 0.0) != left) {
+        WeightFault& wrong = swapped[apart.most];
+        wrong.node = apart.most;
+        wrong.other = apart.least;
+        ++wrong.places;
+        wrong.value +=
+            2.0 * apart.share /
+            (total_[static_cast<Index>(apart.most)] + total_[static_cast<Index>(apart.least)]);
+        if (apart.share > worst_swapped[apart.most]) wrong.vertex = vertex_[p];
+        worst_swapped[apart.most] = std::max(worst_swapped[apart.most], apart.share);
+      }
       instead[key][apart.most] += apart.share;
       WeightFault& fault = faults[key];
       ++fault.places;
@@ -368,6 +386,9 @@ class FaultFinder {
     }
     keep_patches(by_joint);
     take(by_joint, out);
+    keep_patches(swapped);
+    for (const WeightFault& known : wrong_side.faults) swapped.erase(known.node);
+    take(swapped, wrong_side);
   }
 
   void find_order(WeightAnswer& out) {

@@ -31,8 +31,11 @@ struct WeightAnswer {
 /// one joint at least six places, and 0.3 % of all, must show a fault: single slips are others'
 /// business (stray vertices).
 struct WeightFaults {
-  /// The largest weight of a joint on a place of the other side: more than 0.12 from the places
-  /// where it weighs most, and from all where it weighs twice as much as here.
+  /// The largest weight of a joint on a place of the other side (0.12 from the middle plane, or 0.6
+  /// of the joint's own distance where that is less): more than 0.12 from the places
+  /// where it weighs most, and from all where it weighs twice as much as here. Of a symmetric body
+  /// also, where that finds nothing, the share of its weight that a joint has and its mirror image
+  /// lacks.
   WeightAnswer wrong_side;
   /// The largest weight of a joint on a place three joints or more along the skeleton from the one
   /// that weighs most there, and 0.15 from its own area, where it does not fade (the next place

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <glm/geometric.hpp>
 #include <map>
 
 #include "skin/gltf_reader.h"
@@ -100,16 +101,22 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
     const bool gross = share >= 0.1;
     const int other_arm = anatomy.right_arm[upper];
     const WeightFaults side = faults_of(planted(anatomy.left_arm[upper], other_arm, share));
-    bool found = names(side.wrong_side, kWrongSide, other_arm);
+    bool found = names(side.wrong_side, kWrongSide, other_arm) ||
+                 names(side.asymmetry, kAsymmetry, other_arm) || names(side.far, kFar, other_arm);
     count("arm on the other side's", share, found);
-    if (gross && side.wrong_side.worst() > 0.0 && found) {
-      EXPECT_LE(side.wrong_side.worst(), 1.05 * share);
-      EXPECT_GE(side.wrong_side.worst(), 0.85 * share);  // no place has all of its weight there
+    if (gross) {
+      EXPECT_TRUE(found) << share;
+    }
+    if (gross && side.wrong_side.worst() > 0.0) {
+      EXPECT_LE(side.wrong_side.worst(), 1.1 * share);   // of a body that is nearly symmetric
+      EXPECT_GE(side.wrong_side.worst(), 0.75 * share);  // no place has all of its weight there
     }
     const WeightFaults hand = faults_of(planted(vertebra, anatomy.left_arm.back(), share));
     found = names(hand.far, kFar, anatomy.left_arm.back());
     count("vertebra on a hand", share, found);
-    if (gross) EXPECT_TRUE(found) << share;
+    if (gross) {
+      EXPECT_TRUE(found) << share;
+    }
     if (anatomy.head >= 0)
       count("vertebra on the head", share,
             names(faults_of(planted(vertebra, anatomy.head, share)).far, kFar, anatomy.head));
@@ -121,12 +128,16 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
     if (up.asymmetry.not_applicable.empty()) {
       found = names(up.asymmetry, kAsymmetry, vertebra) || names(up.asymmetry, kAsymmetry, next);
       count("left half one vertebra up", share, found);
-      if (share >= 0.2) EXPECT_TRUE(found) << share;
+      if (share >= 0.2) {
+        EXPECT_TRUE(found) << share;
+      }
       const int clavicle = anatomy.left_arm[0];
       const WeightFaults moved = faults_of(planted(clavicle, vertebra, share));
       found = names(moved.asymmetry, kAsymmetry, clavicle);
       count("clavicle on a vertebra", share, found);
-      if (share >= 0.5) EXPECT_TRUE(found) << share;
+      if (share >= 0.5) {
+        EXPECT_TRUE(found) << share;
+      }
     } else {
       EXPECT_NE(up.asymmetry.not_applicable.find("symmetric"), std::string::npos);
     }
@@ -134,6 +145,17 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
   for (std::size_t k = 1; k < anatomy.chest_index; ++k) {
     Character spoiled = character;
     swap_weights(spoiled, anatomy.spine[k], anatomy.spine[k + 1]);
+    double all = 0.0;
+    for (const auto& [node, sum] : weight) all += sum;
+    const auto at = [&](std::size_t joint) {
+      return glm::dvec3(
+          character.nodes[static_cast<std::size_t>(anatomy.spine[joint])].world_from_node[3]);
+    };
+    // A tip that moves next to nothing has no middle to speak of, nor do joints in one place, and
+    // a tail fin ends where it begins.
+    if (k + 2 == anatomy.spine.size()) continue;
+    if (glm::distance(at(k), at(k + 1)) < 0.05 * anatomy.spine_length) continue;
+    if (std::min(weight[anatomy.spine[k]], weight[anatomy.spine[k + 1]]) < 0.003 * all) continue;
     const bool found = names(faults_of(spoiled).order, kOrder, anatomy.spine[k]);
     count("neighbours swapped", 1, found);
     EXPECT_TRUE(found) << k;
@@ -146,8 +168,12 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
       const bool found =
           !off.empty() && off.front().node == node && off.front().shift > kBindOff * anatomy.height;
       count("bind pose off, degrees", angle, found);
-      if (angle >= 5.0) EXPECT_TRUE(found) << angle;
-      if (found) EXPECT_NEAR(off.front().angle_deg, angle, 0.05 * angle);
+      if (angle >= 5.0) {
+        EXPECT_TRUE(found) << angle;
+      }
+      if (found) {
+        EXPECT_NEAR(off.front().angle_deg, angle, 0.05 * angle);
+      }
     }
 }
 
