@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "skin/anatomy.h"
 #include "skin/gltf_reader.h"
+#include "skin/import_checks.h"
 #include "skin/inspect.h"
 #include "skin/sidecar.h"
 #include "skin/weight_suggestions.h"
@@ -82,6 +83,9 @@ void add_inspect(const Registry& registry) {
                          path.c_str());
         }
         std::printf("%s\n", text.c_str());
+        // All is shown; that nothing can be judged of such a file is said as the judges say it.
+        std::fflush(stdout);
+        skin::require_possible_import(character);
         return 0;
       });
   command

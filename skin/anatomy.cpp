@@ -8,6 +8,8 @@
 #include "skin/arm_attachment.h"
 #include "skin/chain_arc.h"
 #include "skin/facing.h"
+#include "skin/import_checks.h"
+#include "skin/loose_joints.h"
 #include "skin/printable.h"
 #include "skin/rig_templates.h"
 #include "skin/skeleton_shape.h"
@@ -17,9 +19,6 @@ namespace backbend::skin {
 namespace {
 
 using Index = std::size_t;
-
-// A loose joint that stands this near to a driven one (share of the size) belongs to it.
-constexpr double kTouches = 0.03;
 
 class Finder {
  public:
@@ -38,6 +37,7 @@ class Finder {
     find_chest();
     find_followers();
     measure();
+    doubt_import();
     return std::move(out_);
   }
 
@@ -389,26 +389,15 @@ class Finder {
       if (const int parent = character_.nodes[n].parent; parent >= 0)
         driven[n] = driven[n] || driven[static_cast<Index>(parent)];
 
-    std::vector<bool> carried = driven;
-    for (Index n = 0; n < driven.size(); ++n) {
-      const int parent = character_.nodes[n].parent;
-      carried[n] = carried[n] || (parent >= 0 && carried[static_cast<Index>(parent)]);
-      if (carried[n] || !shape_.is_joint[n] || shape_.weight_below[n] <= 0.0) continue;
-      // An ancestor of the body is not loose.
-      if (shape_.is_ancestor(character_, static_cast<int>(n), out_.spine.front())) continue;
-      double nearest = kTouches * shape_.size;
-      int leader = -1;
-      for (Index m = 0; m < driven.size(); ++m) {
-        const double distance = glm::distance(shape_.position[m], shape_.position[n]);
-        if (!driven[m] || distance >= nearest) continue;
-        nearest = distance;
-        leader = static_cast<int>(m);
-      }
-      if (leader < 0) continue;
-      carried[n] = true;
-      out_.followers.push_back({static_cast<int>(n), leader});
-      say("loose joint " + name(static_cast<int>(n)) + " goes with " + name(leader) +
-          ", which it touches");
+    out_.followers =
+        find_loose_joints(character_, shape_, driven, out_.spine.front(), out_.reasons);
+  }
+
+  /// Nothing is sure of a body that does not fit its skeleton.
+  void doubt_import() {
+    for (const ImportFact& fact : check_import(character_)) {
+      out_.sure = false;
+      say(fact.code + ": " + fact.message);
     }
   }
 

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <vector>
+
+#include "skin/printable.h"
 
 namespace backbend::skin {
 namespace {
@@ -38,34 +41,73 @@ std::string axis_text(const glm::dvec3& v) {
   return "an oblique axis";
 }
 
-glm::dvec3 find_up(const SkeletonShape& shape, const Anatomy& anatomy, std::string& why) {
+double angle_deg(const glm::dvec3& a, const glm::dvec3& b) {
+  return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180.0 / 3.14159265358979;
+}
+
+// Legs of animals lean, and back and legs of one who sits or steps point elsewhere: only where both
+// say the same within this angle does a body stand askew.
+constexpr double kSameDirection = 12.0;
+
+/// Which way is up, and whether that is beyond doubt.
+struct Up {
+  glm::dvec3 axis{0.0, 1.0, 0.0};
+  std::string why = "the standard's";
+  bool sure = true;
+};
+
+Up find_up(const SkeletonShape& shape, const Anatomy& anatomy) {
   constexpr glm::dvec3 kStandard(0.0, 1.0, 0.0);
-  why = "the standard's";
-  if (anatomy.left_leg.size() < 2 || anatomy.right_leg.size() < 2) return kStandard;
+  if (anatomy.left_leg.size() < 2 || anatomy.right_leg.size() < 2) return {};
   // A pair of fins points anywhere.
-  if (shape.name[static_cast<Index>(anatomy.left_leg.front())].part == BodyPart::fin)
-    return kStandard;
+  if (shape.name[static_cast<Index>(anatomy.left_leg.front())].part == BodyPart::fin) return {};
   const glm::dvec3 down = at(shape, anatomy.left_leg.back()) - at(shape, anatomy.left_leg.front()) +
                           at(shape, anatomy.right_leg.back()) -
                           at(shape, anatomy.right_leg.front());
   const glm::dvec3 body = at(shape, anatomy.spine.back()) - at(shape, anatomy.spine.front());
+  if (glm::length(down) == 0.0) return {};
   const glm::dvec3 up = snapped(-down);
+  if (up == kStandard) return {kStandard, "away from the feet", true};
   // Someone who sits: the legs point forward, the back does not.
-  if (glm::length(up) == 0.0 || (up != kStandard && snapped(body) == kStandard)) return kStandard;
-  why = "away from the feet";
-  return up;
+  if (snapped(body) == kStandard) return {};
+  const std::string lean =
+      number_text(std::round(angle_deg(-down, kStandard)), 3) + " deg from the standard's +Y";
+  // Off every axis the legs alone prove nothing.
+  const bool oblique = (up.x != 0.0) + (up.y != 0.0) + (up.z != 0.0) > 1;
+  if (oblique && angle_deg(-down, body) > kSameDirection)
+    return {kStandard, "the standard's; the legs lean " + lean, angle_deg(-down, kStandard) < 60.0};
+  return {up, "away from the feet, " + lean, false};
 }
 
-/// Left by the names of pairs, zero where no name tells.
-glm::dvec3 left_by_name(const SkeletonShape& shape, const glm::dvec3& up) {
+/// Left by the names of pairs, zero where no name tells. Off every axis of the world only where all
+/// pairs say the same: of a body that takes a step they do not, and the nearest axis counts.
+glm::dvec3 left_by_name(const SkeletonShape& shape, const glm::dvec3& up, bool& sure) {
   glm::dvec3 sum(0.0);
+  std::vector<glm::dvec3> lines;
   for (const MirrorPair& pair : shape.pairs) {
     if (!pair.named || shape.name[static_cast<Index>(pair.left)].control) continue;
     sum += at(shape, shape.farthest[static_cast<Index>(pair.left)]) -
            at(shape, shape.farthest[static_cast<Index>(pair.right)]);
+    const glm::dvec3 line = without(at(shape, pair.left) - at(shape, pair.right), up);
+    if (glm::length(line) > 0.01 * shape.size) lines.push_back(line);
   }
   const glm::dvec3 level = without(sum, up);
-  return glm::length(level) > 0.01 * shape.size ? level : glm::dvec3(0.0);
+  if (!(glm::length(level) > 0.01 * shape.size)) return glm::dvec3(0.0);
+  const glm::dvec3 axis = snapped(level);
+  if (std::abs(axis.x) == 1.0 || std::abs(axis.y) == 1.0 || std::abs(axis.z) == 1.0) return level;
+  glm::dvec3 roots(0.0);
+  for (const glm::dvec3& line : lines) roots += glm::normalize(line);
+  const bool agree = std::all_of(lines.begin(), lines.end(), [&](const glm::dvec3& line) {
+    return angle_deg(line, roots) <= kSameDirection;
+  });
+  if (!lines.empty() && agree) return roots;
+  sure = false;
+  int most = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::abs(level[k]) > std::abs(level[most])) most = k;
+  glm::dvec3 nearest(0.0);
+  nearest[most] = level[most] > 0.0 ? 1.0 : -1.0;
+  return nearest;
 }
 
 /// The line across two limbs, in either sense.
@@ -129,11 +171,14 @@ glm::dvec3 forward_by_body(const Character& character, const SkeletonShape& shap
 }  // namespace
 
 void find_facing(const Character& character, const SkeletonShape& shape, Anatomy& anatomy) {
-  std::string up_why, forward_why;
-  anatomy.up = find_up(shape, anatomy, up_why);
-  glm::dvec3 left = left_by_name(shape, anatomy.up);
+  std::string forward_why;
+  const Up up = find_up(shape, anatomy);
+  anatomy.up = up.axis;
+  bool names_agree = true;
+  glm::dvec3 left = left_by_name(shape, anatomy.up, names_agree);
   if (glm::length(left) > 0.0) {
-    forward_why = "left and right by the joints' names";
+    forward_why = names_agree ? "left and right by the joints' names"
+                              : "the nearest axis; pairs of joints point different ways";
   } else {
     glm::dvec3 forward =
         snapped(forward_by_body(character, shape, anatomy, anatomy.up, forward_why));
@@ -148,7 +193,8 @@ void find_facing(const Character& character, const SkeletonShape& shape, Anatomy
   anatomy.left = snapped(glm::normalize(without(snapped(left), anatomy.up)));
   // Adding 0 turns -0 into 0, which would show in reports.
   anatomy.forward = glm::normalize(glm::cross(anatomy.left, anatomy.up)) + 0.0;
-  anatomy.reasons.push_back("up " + axis_text(anatomy.up) + ": " + up_why);
+  anatomy.sure = anatomy.sure && up.sure && names_agree;
+  anatomy.reasons.push_back("up " + axis_text(anatomy.up) + ": " + up.why);
   anatomy.reasons.push_back("faces " + axis_text(anatomy.forward) + ": " + forward_why);
 }
 

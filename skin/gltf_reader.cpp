@@ -9,6 +9,7 @@
 #include "skin/gltf_materials.h"
 #include "skin/gltf_skeleton.h"
 #include "skin/matrix_facts.h"
+#include "skin/printable.h"
 #include "skin/rest_pose.h"
 #include "skin/skinning.h"
 #include "skin/weld.h"
@@ -98,8 +99,35 @@ bool has_skin(const GltfGeometry& geometry) {
                      [](int skin) { return skin >= 0; });
 }
 
+/// A bind matrix that flattens the body has no inverse: nobody can say where its joint stood. One
+/// of a joint that moves nothing does no harm.
+void check_bind_matrices(const std::string& file, const GltfGeometry& geometry,
+                         Character& character) {
+  std::vector<bool> moves(character.joints.size(), false);
+  for (const Influences& influences : character.influences)
+    for (std::size_t k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+      moves[influences.joint[k]] = true;
+  for (std::size_t s = 0; s < geometry.skins.size(); ++s)
+    for (std::size_t j = 0; j < geometry.skins[s].node.size(); ++j) {
+      const int node = geometry.skins[s].node[j];
+      const glm::dmat4& matrix = geometry.skins[s].joint_from_mesh[j];
+      if (is_invertible(matrix)) continue;
+      const std::string story = "/skins/" + std::to_string(s) + "/joints/" + std::to_string(j) +
+                                ": joint " +
+                                in_quotes(character.nodes[static_cast<std::size_t>(node)].name) +
+                                " has a singular inverse bind matrix (it flattens the body)";
+      for (std::size_t n = 0; n < character.joints.size(); ++n)
+        if (moves[n] && character.joints[n].node == node &&
+            character.joints[n].joint_from_mesh == matrix)
+          throw CharacterError(file + ": " + story +
+                               ": bind it again, with the scale of mesh and armature applied");
+      character.warnings.push_back({"ibm_singular", story + "; it moves nothing"});
+    }
+}
+
 void finish_character(const GltfDocument& document, const GltfGeometry& geometry,
                       Character& character) {
+  check_bind_matrices(document.file, geometry, character);
   for (Warning& warning : settle_rest_pose(character, geometry.skins, geometry.vertex_skin))
     character.warnings.push_back(std::move(warning));
   hold_unweighted(character, geometry);

@@ -4,6 +4,8 @@
 
 #include <glm/gtc/type_ptr.hpp>
 
+#include "skin/printable.h"
+
 namespace backbend::skin {
 namespace {
 
@@ -61,12 +63,20 @@ GltfSkins read_skins(const tinygltf::Model& model, const std::string& file,
         fail(bind_place, "fewer matrices than joints");
       binds = accessors.numbers(from.inverseBindMatrices, 16, bind_place);
     }
+    std::vector<int> first(index_of_file_node.size(), -1);  // place in the list, of each node
     for (std::size_t j = 0; j < from.joints.size(); ++j) {
       const int node = from.joints[j];
       if (node < 0 || static_cast<std::size_t>(node) >= index_of_file_node.size())
         fail(place + "/joints/" + std::to_string(j),
              "node " + std::to_string(node) + " does not exist");
       skin.node.push_back(index_of_file_node[static_cast<std::size_t>(node)]);
+      int& twin = first[static_cast<std::size_t>(node)];
+      if (twin >= 0)
+        fail(place + "/joints/" + std::to_string(j),
+             "joint " + in_quotes(nodes[static_cast<std::size_t>(skin.node.back())].name) +
+                 " stands twice in this skin (also at " + std::to_string(twin) +
+                 "); a skin lists each joint once");
+      twin = static_cast<int>(j);
       skin.joint_from_mesh.push_back(
           binds.empty() ? glm::dmat4(1.0) : glm::dmat4(glm::make_mat4(binds.data() + 16 * j)));
       number.push_back(numbers.number(skin.node.back(), skin.joint_from_mesh.back()));

@@ -30,7 +30,8 @@ struct GltfSkins {
   std::vector<Warning> warnings;
 };
 
-/// Throws CharacterError for a joint that does not exist or too few inverse bind matrices.
+/// Throws CharacterError for a joint that does not exist or stands twice in a skin, and for too few
+/// inverse bind matrices.
 GltfSkins read_skins(const tinygltf::Model& model, const std::string& file,
                      const GltfAccessors& accessors, const std::vector<int>& index_of_file_node,
                      const std::vector<Node>& nodes, JointNumbers& numbers);

@@ -3,9 +3,11 @@
 
 #include "skin/anatomy_hints.h"
 #include "skin/driver_coverage.h"
+#include "skin/import_checks.h"
 #include "skin/inspect.h"
 #include "skin/rig_templates.h"
 #include "skin/skeleton_shape.h"
+#include "skin/weight_faults.h"
 #include "skin/weight_hygiene.h"
 
 namespace backbend::skin {
@@ -39,6 +41,50 @@ json meshes_json(const Character& character) {
   return out;
 }
 
+json answer_json(const Character& character, const Anatomy& anatomy, const WeightAnswer& answer) {
+  if (!answer.not_applicable.empty()) return {{"not_applicable", answer.not_applicable}};
+  const auto name = [&](int node) {
+    return node < 0 ? json(nullptr) : json(character.nodes[static_cast<std::size_t>(node)].name);
+  };
+  json list = json::array();
+  constexpr std::size_t kMost = 16;
+  for (std::size_t k = 0; k < answer.faults.size() && k < kMost; ++k) {
+    const WeightFault& fault = answer.faults[k];
+    list.push_back({{"joint", name(fault.node)},
+                    {"other", name(fault.other)},
+                    {"share", fault.value},
+                    {"distance", fault.distance},
+                    {"places", fault.places},
+                    {"vertex", fault.places > 0 ? json(fault.vertex) : json(nullptr)},
+                    {"where", place_of_fault(character, anatomy, fault)}});
+  }
+  return {{"joints", answer.faults.size()}, {"worst", list}};
+}
+
+json faults_json(const Character& character, const Anatomy& anatomy) {
+  const WeightFaults faults = find_weight_faults(character, anatomy);
+  json bind = json::array();
+  for (const JointBindOff& off : joints_bound_off(character))
+    bind.push_back({{"joint", character.nodes[static_cast<std::size_t>(off.node)].name},
+                    {"angle_deg", off.angle_deg},
+                    {"shift", off.shift},
+                    {"vertex", off.vertex}});
+  return {{"wrong_side", answer_json(character, anatomy, faults.wrong_side)},
+          {"far", answer_json(character, anatomy, faults.far)},
+          {"asymmetry", answer_json(character, anatomy, faults.asymmetry)},
+          {"order", answer_json(character, anatomy, faults.order)},
+          {"seams", answer_json(character, anatomy, faults.seams)},
+          {"bind_off", bind}};
+}
+
+json import_json(const Character& character) {
+  json out = json::array();
+  for (const ImportFact& fact : check_import(character))
+    out.push_back(
+        {{"code", fact.code}, {"impossible", fact.impossible}, {"message", fact.message}});
+  return out;
+}
+
 json weights_json(const Character& character, const Anatomy& anatomy) {
   const WeightHygiene weights = judge_weights(character, anatomy);
   json bleed = json::array();
@@ -60,7 +106,8 @@ json weights_json(const Character& character, const Anatomy& anatomy) {
             {"asymmetric_places", weights.asymmetric},
             {"worst", weights.worst_asymmetry},
             {"worst_vertex", weights.worst_asymmetric_vertex}}},
-          {"bleed", bleed}};
+          {"bleed", bleed},
+          {"faults", faults_json(character, anatomy)}};
 }
 
 /// The joint that the arms hang from, null where there is none.
@@ -148,6 +195,7 @@ std::string inspect_json(const Character& character, const Anatomy& anatomy) {
                      {"places", character.place_count},
                      {"triangles", character.triangles.size()},
                      {"joints", character.joints.size()},
+                     {"import", import_json(character)},
                      {"meshes", meshes_json(character)},
                      {"weights", weights_json(character, anatomy)},
                      {"driven", driven_json(character, anatomy)},

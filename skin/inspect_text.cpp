@@ -6,6 +6,7 @@
 #include "skin/inspect.h"
 #include "skin/printable.h"
 #include "skin/skeleton_shape.h"
+#include "skin/weight_faults.h"
 #include "skin/weight_hygiene.h"
 
 namespace backbend::skin {
@@ -140,6 +141,7 @@ void add_weights(const Character& character, const Anatomy& anatomy, Lines& out)
                                  : " (worst " + percent(weights.worst_asymmetry) + ", vertex " +
                                        std::to_string(weights.worst_asymmetric_vertex) + ")");
   out.add("weights", "symmetry: " + symmetry);
+  for (const std::string& line : weight_fault_lines(character, anatomy)) out.add("weights", line);
   if (weights.bleed.empty()) return out.add("weights", "bleed: none");
   constexpr Index kMost = 6;
   std::vector<Bleed> worst = weights.bleed;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 
+#include "skin/bind_agreement.h"
 #include "skin/matrix_facts.h"
 #include "skin/printable.h"
 
@@ -44,6 +45,57 @@ int bound_parent(const std::vector<Node>& nodes, const BindPose& bind, std::size
   while (parent >= 0 && !bind[static_cast<std::size_t>(parent)])
     parent = nodes[static_cast<std::size_t>(parent)].parent;
   return parent;
+}
+
+/// The box of the vertices of a skin in the mesh's own space.
+BodyBox box_of(const Character& character, const std::vector<int>& vertex_skin, int skin) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  BodyBox box{glm::dvec3(kFar), glm::dvec3(-kFar)};
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    if (vertex_skin[v] != skin) continue;
+    box.low = glm::min(box.low, glm::dvec3(character.bind_position[v]));
+    box.high = glm::max(box.high, glm::dvec3(character.bind_position[v]));
+  }
+  return box;
+}
+
+/// What is left of the bind poses of all skins' joints that were bound wrongly.
+struct Misbound {
+  bool others_agree = true;  // in every skin the node pose is the bind pose but for those
+  std::vector<std::pair<int, glm::dmat4>> right;  // node, and where a right bind would have put it
+};
+
+Misbound find_misbound(const Character& character, const std::vector<BoundSkin>& skins,
+                       const std::vector<int>& vertex_skin) {
+  Misbound out;
+  for (std::size_t s = 0; s < skins.size(); ++s) {
+    const BoundSkin& skin = skins[s];
+    const BodyBox box = box_of(character, vertex_skin, static_cast<int>(s));
+    if (!(box.size() > 0.0)) continue;  // no vertex has it
+    std::vector<BoundJoint> joints;
+    for (std::size_t j = 0; j < skin.node.size(); ++j) {
+      if (!is_invertible(skin.joint_from_mesh[j])) continue;
+      const glm::dmat4 world =
+          character.nodes[static_cast<std::size_t>(skin.node[j])].world_from_node *
+          skin.joint_from_mesh[j];
+      if (is_finite(world)) joints.push_back({skin.node[j], world});
+    }
+    const auto off = find_bind_off(character.nodes, joints, box);
+    for (const BindOff& one : off) {
+      if (!is_invertible(one.agreed)) continue;
+      out.right.emplace_back(
+          one.node, skin.world_from_mesh * glm::affineInverse(one.agreed) *
+                        character.nodes[static_cast<std::size_t>(one.node)].world_from_node);
+    }
+    for (const BoundJoint& joint : joints) {
+      const bool known = std::any_of(off.begin(), off.end(),
+                                     [&](const BindOff& one) { return one.node == joint.node; });
+      if (!known && apart(joint.world_from_mesh, skin.world_from_mesh, box) >
+                        kPoseDiffers * longest_axis(skin.world_from_mesh) * box.size())
+        out.others_agree = false;
+    }
+  }
+  return out;
 }
 
 /// Whether most bones are as long, and most joints as large, at bind as in the nodes.
@@ -142,11 +194,16 @@ std::vector<Warning> settle_rest_pose(Character& character, const std::vector<Bo
   if (!(spread.farthest > kPoseDiffers * spread.size)) return {};
   const std::string apart =
       number_text(100.0 * spread.farthest / spread.size, 3) + " % of the character's size apart";
-  const BindPose bind = bind_pose(character.nodes, skins);
+  // A joint that was bound wrongly stays where its node stands against its neighbours, so that the
+  // fault is seen: were the bind pose taken for the rest, it would be gone.
+  const Misbound misbound = find_misbound(character, skins, vertex_skin);
+  if (misbound.others_agree && !misbound.right.empty()) return {};
+  BindPose bind = bind_pose(character.nodes, skins);
   if (!is_skeleton(character.nodes, bind, spread.size))
     return {{"bind_pose_unusable", "node pose and inverse binds are " + apart +
                                        " and the binds describe no skeleton: the node pose is "
                                        "taken as the rest"}};
+  for (const auto& [node, world] : misbound.right) bind[static_cast<std::size_t>(node)] = world;
   move_to(character.nodes, bind);
   return {{"rest_is_bind_pose", "the node pose and the pose the skin was bound in are " + apart +
                                     ": the bind pose is taken as the rest"}};

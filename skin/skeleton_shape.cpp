@@ -49,6 +49,17 @@ bool named_pair(const NameFacts& a, const NameFacts& b) {
          a.without_side == b.without_side;
 }
 
+/// Names of two sides that differ in more than the side: numbers that an exporter counted all
+/// nodes with (`LeftLeg_015`, `RightLeg_019`).
+bool numbered_apart(const NameFacts& a, const NameFacts& b) {
+  const auto letters = [](std::string text) {
+    std::erase_if(text, [](char c) { return c >= '0' && c <= '9'; });
+    return text;
+  };
+  return a.side != Side::none && b.side != Side::none && a.side != b.side && a.part == b.part &&
+         letters(a.without_side) == letters(b.without_side);
+}
+
 /// Whether the ends of two branches lie across one of the world's axes.
 bool mirrors(const SkeletonShape& shape, std::size_t a, std::size_t b) {
   const double reach = std::max(shape.reach[a], shape.reach[b]);
@@ -60,6 +71,70 @@ bool mirrors(const SkeletonShape& shape, std::size_t a, std::size_t b) {
   return length > kApart * shape.size && along > kMirrorAngle * length;
 }
 
+/// Whether no other child of these could be the one or the other.
+bool only_two(const SkeletonShape& shape, const std::vector<int>& children, std::size_t a,
+              std::size_t b) {
+  return std::none_of(children.begin(), children.end(), [&](int child) {
+    const auto c = static_cast<std::size_t>(child);
+    return c != a && c != b &&
+           (numbered_apart(shape.name[a], shape.name[c]) ||
+            numbered_apart(shape.name[b], shape.name[c]));
+  });
+}
+
+int root_of(const Character& character, int node) {
+  while (character.nodes[static_cast<std::size_t>(node)].parent >= 0)
+    node = character.nodes[static_cast<std::size_t>(node)].parent;
+  return node;
+}
+
+bool is_limb(const NameFacts& name) {
+  return name.part == BodyPart::clavicle || name.part == BodyPart::arm ||
+         name.part == BodyPart::leg || name.part == BodyPart::fin;
+}
+
+/// Limbs whose two sides hang from different nodes, as mechanisms and separate armatures have
+/// them: the topmost joints of one name, left and right, with no pair above them.
+void find_parted_pairs(const Character& character, SkeletonShape& shape) {
+  std::map<std::string, std::pair<int, int>> sides;  // first left and right joint of each name
+  std::vector<int> other(character.nodes.size(), -1);
+  const auto unusable = [&](std::size_t n) {
+    return !shape.is_joint[n] || shape.name[n].control || shape.name[n].end;
+  };
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    if (unusable(n) || shape.name[n].side == Side::none) continue;
+    auto& [left, right] = sides.try_emplace(shape.name[n].without_side, -1, -1).first->second;
+    int& slot = shape.name[n].side == Side::left ? left : right;
+    if (slot < 0) slot = static_cast<int>(n);
+  }
+  for (const auto& [name, pair] : sides) {
+    if (pair.first < 0 || pair.second < 0) continue;
+    other[static_cast<std::size_t>(pair.first)] = pair.second;
+    other[static_cast<std::size_t>(pair.second)] = pair.first;
+  }
+  for (const MirrorPair& pair : shape.pairs) {
+    other[static_cast<std::size_t>(pair.left)] = pair.right;
+    other[static_cast<std::size_t>(pair.right)] = pair.left;
+  }
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    const int right = other[n];
+    if (right < 0 || shape.name[n].side != Side::left || !is_limb(shape.name[n])) continue;
+    const int parent = character.nodes[n].parent;
+    if (parent == character.nodes[static_cast<std::size_t>(right)].parent) continue;
+    int above = parent;
+    while (above >= 0 &&
+           (other[static_cast<std::size_t>(above)] < 0 ||
+            !shape.is_ancestor(character, other[static_cast<std::size_t>(above)], right)))
+      above = character.nodes[static_cast<std::size_t>(above)].parent;
+    if (above >= 0) continue;  // further down a limb that is known
+    int common = parent;
+    while (common >= 0 && !shape.is_ancestor(character, common, right))
+      common = character.nodes[static_cast<std::size_t>(common)].parent;
+    if (common < 0) common = root_of(character, static_cast<int>(n));
+    shape.pairs.push_back({common, static_cast<int>(n), right, true});
+  }
+}
+
 void find_pairs(const Character& character, SkeletonShape& shape) {
   for (std::size_t parent = 0; parent < character.nodes.size(); ++parent) {
     const auto& children = shape.children[parent];
@@ -69,7 +144,9 @@ void find_pairs(const Character& character, SkeletonShape& shape) {
         const auto a = static_cast<std::size_t>(children[i]);
         const auto b = static_cast<std::size_t>(children[k]);
         if (!shape.is_joint[a] || !shape.is_joint[b]) continue;
-        const bool named = named_pair(shape.name[a], shape.name[b]);
+        const bool named =
+            named_pair(shape.name[a], shape.name[b]) ||
+            (numbered_apart(shape.name[a], shape.name[b]) && only_two(shape, children, a, b));
         const bool sided = shape.name[a].side != Side::none || shape.name[b].side != Side::none;
         const bool alike = shape.name[a].part == shape.name[b].part;
         if (!named && (sided || !alike || !mirrors(shape, a, b))) continue;
@@ -77,47 +154,6 @@ void find_pairs(const Character& character, SkeletonShape& shape) {
         shape.pairs.push_back(
             {static_cast<int>(parent), children[swap ? k : i], children[swap ? i : k], named});
       }
-  }
-}
-
-bool is_limb(BodyPart part) {
-  return part == BodyPart::arm || part == BodyPart::clavicle || part == BodyPart::leg ||
-         part == BodyPart::fin;
-}
-
-/// Whether a joint above bears a side: what hangs from a limb is no limb's root.
-bool below_a_side(const Character& character, const SkeletonShape& shape, std::size_t node) {
-  for (int above = character.nodes[node].parent; above >= 0;
-       above = character.nodes[static_cast<std::size_t>(above)].parent)
-    if (const auto a = static_cast<std::size_t>(above);
-        shape.is_joint[a] && shape.name[a].side != Side::none)
-      return true;
-  return false;
-}
-
-/// Limbs whose names pair them though they hang from different nodes: clavicles behind helpers of
-/// their own, or on two vertebrae. Their parent is the joint that carries both.
-void find_parted_pairs(const Character& character, SkeletonShape& shape) {
-  struct Roots {
-    std::vector<int> left, right;
-  };
-  std::map<std::string, Roots> limbs;
-  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
-    const NameFacts& name = shape.name[n];
-    if (!shape.is_joint[n] || name.side == Side::none || name.control || name.end ||
-        !is_limb(name.part) || below_a_side(character, shape, n))
-      continue;
-    Roots& roots = limbs[name.without_side];
-    (name.side == Side::left ? roots.left : roots.right).push_back(static_cast<int>(n));
-  }
-  for (const auto& [name, roots] : limbs) {
-    if (roots.left.size() != 1 || roots.right.size() != 1) continue;  // whose is whose?
-    const int left = roots.left.front(), right = roots.right.front();
-    int parent = character.nodes[static_cast<std::size_t>(left)].parent;
-    if (parent == character.nodes[static_cast<std::size_t>(right)].parent) continue;
-    while (parent >= 0 && !shape.is_ancestor(character, parent, right))
-      parent = character.nodes[static_cast<std::size_t>(parent)].parent;
-    if (parent >= 0) shape.pairs.push_back({parent, left, right, true});
   }
 }
 

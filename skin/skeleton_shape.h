@@ -7,8 +7,9 @@
 
 namespace backbend::skin {
 
-/// Two branches that mirror each other: arms, legs, ears. Siblings, or limbs that their names pair.
-/// Indices into Character::nodes.
+/// Two branches that mirror each other: arms, legs, ears. Siblings, but for limbs whose sides hang
+/// from different nodes: `parent` is then the nearest node above both, or the root above the left
+/// one. Indices into Character::nodes.
 struct MirrorPair {
   int parent = -1;            // the lowest node above both
   int left = -1, right = -1;  // where no name tells the sides: in order of the file

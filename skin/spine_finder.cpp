@@ -245,6 +245,8 @@ class EndFinder {
     for (const LimbPair& limb : limbs_) {
       const bool named = limb.kind == LimbPair::Kind::leg;
       if (limb.kind == LimbPair::Kind::arm || (by_name && !named)) continue;
+      // Legs on a root of their own say nothing of where on the body they start.
+      if (common_ancestor(character_, limb.pair.parent, out_.head) < 0) continue;
       if (lowest < 0 || (named && !by_name) ||
           shape_.is_ancestor(character_, limb.pair.parent, lowest))
         lowest = limb.pair.parent;

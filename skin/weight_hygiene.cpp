@@ -7,8 +7,8 @@
 #include <numeric>
 #include <tuple>
 
-#include "skin/joint_names.h"
-#include "skin/matrix_facts.h"
+#include "skin/mirror_image.h"
+#include "skin/point_cells.h"
 #include "skin/skinning.h"
 
 namespace backbend::skin {
@@ -18,6 +18,8 @@ using Index = std::size_t;
 
 constexpr double kMirrorTolerance = 0.002;  // of the height
 constexpr double kAsymmetryCounts = 0.05;
+constexpr std::size_t kPiece = 12;  // places: as few as a cube with its edges cut
+constexpr float kFixed = 0.9f;
 
 /// Disjoint sets over 0..count-1; the smallest member stands for its set.
 class Sets {
@@ -72,7 +74,14 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
                 WeightHygiene& out) {
   // One element for each (place, influence): joined where neighbours share the joint.
   Sets islands(static_cast<Index>(character.place_count) * kMaxInfluences);
-  Sets shells(character.place_count);
+  // Shells are counted part by part: where a costume's vertices stand on the body's they touch, no
+  // more.
+  Sets shells(character.vertex_count());
+  std::map<std::pair<Index, Index>, Index> first_at;  // vertex of a part at a place
+  for (Index part = 0; part < character.parts.size(); ++part)
+    for (Index v = character.parts[part].first_vertex;
+         v < character.parts[part].first_vertex + Index{character.parts[part].vertex_count}; ++v)
+      shells.join(v, first_at.try_emplace({part, character.place[v]}, v).first->second);
   const auto weighs = [&](Index place, Index k) {
     return character.influences[vertex[place]].weight[k] > kTinyWeight;
   };
@@ -80,7 +89,7 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
     for (int corner = 0; corner < 3; ++corner) {
       const Index a = character.place[triangle[corner]];
       const Index b = character.place[triangle[(corner + 1) % 3]];
-      shells.join(a, b);
+      shells.join(triangle[corner], triangle[(corner + 1) % 3]);
       for (Index i = 0; i < kMaxInfluences && weighs(a, i); ++i)
         for (Index k = 0; k < kMaxInfluences && weighs(b, k); ++k)
           if (node_of(character, character.influences[vertex[a]], i) ==
@@ -90,6 +99,7 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
 
   struct Island {
     double weight = 0.0;
+    float least = 1.0f;  // of the joint's weights in it
     Bleed facts;
   };
   std::map<std::tuple<int, Index, Index>, Island> found;  // node, shell, island
@@ -97,8 +107,10 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
     for (Index k = 0; k < kMaxInfluences && weighs(place, k); ++k) {
       const Influences& influences = character.influences[vertex[place]];
       const int node = node_of(character, influences, k);
-      Island& island = found[{node, shells.find(place), islands.find(place * kMaxInfluences + k)}];
+      Island& island =
+          found[{node, shells.find(vertex[place]), islands.find(place * kMaxInfluences + k)}];
       island.weight += influences.weight[k];
+      island.least = std::min(island.least, influences.weight[k]);
       island.facts.node = node;
       ++island.facts.places;
       if (influences.weight[k] > island.facts.largest) {
@@ -118,6 +130,8 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
       if (at == main) continue;
       const Bleed& island = at->second.facts;
       if (island.largest < kBleedCounts) continue;
+      // A buckle or a plate that is fixed to one joint all over was not painted by accident.
+      if (island.places >= kPiece && at->second.least >= kFixed) continue;
       if (out.bleed.empty() || out.bleed.back().node != island.node)
         out.bleed.push_back({island.node});
       Bleed& sum = out.bleed.back();
@@ -128,50 +142,6 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
       }
     }
   }
-}
-
-/// The reflection that swaps a character's left and right.
-struct Mirror {
-  glm::dvec3 left, middle;
-  glm::dvec3 operator()(const glm::dvec3& p) const {
-    return p - 2.0 * glm::dot(p - middle, left) * left;
-  }
-};
-
-/// The node on the other side of each node, itself in the middle.
-std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror) {
-  std::map<std::tuple<std::string, int, Side>, int> by_name;
-  std::vector<NameFacts> facts;
-  for (const Node& node : character.nodes) facts.push_back(read_joint_name(node.name));
-  for (Index n = 0; n < facts.size(); ++n)
-    if (facts[n].side != Side::none)
-      by_name.emplace(
-          std::tuple(facts[n].without_side, static_cast<int>(facts[n].part), facts[n].side),
-          static_cast<int>(n));
-  std::vector<int> out(facts.size());
-  for (Index n = 0; n < facts.size(); ++n) {
-    out[n] = static_cast<int>(n);
-    if (facts[n].side != Side::none) {
-      const Side other = facts[n].side == Side::left ? Side::right : Side::left;
-      const auto found =
-          by_name.find({facts[n].without_side, static_cast<int>(facts[n].part), other});
-      if (found != by_name.end()) out[n] = found->second;
-      continue;
-    }
-    // No side in the name: the nearest joint to the mirrored place, itself where that is nearest.
-    const glm::dvec3 image = mirror(origin(character.nodes[n].world_from_node));
-    double nearest = glm::distance(image, origin(character.nodes[n].world_from_node));
-    for (const SkinJoint& joint : character.joints) {
-      const auto m = static_cast<Index>(joint.node);
-      if (facts[m].side != Side::none) continue;
-      const double distance = glm::distance(image, origin(character.nodes[m].world_from_node));
-      if (distance < 0.5 * nearest) {
-        nearest = distance;
-        out[n] = joint.node;
-      }
-    }
-  }
-  return out;
 }
 
 /// Half the sum of the differences between one vertex's weights and its image's, 0..1.
@@ -189,69 +159,16 @@ double difference(const Character& character, const std::vector<int>& other, Ind
   return 0.5 * total;
 }
 
-/// Places in cells of one edge length, to find the nearest to a point.
-class Cells {
- public:
-  Cells(std::vector<glm::dvec3> points, double edge) : points_(std::move(points)), edge_(edge) {
-    for (Index p = 0; p < points_.size(); ++p)
-      if (has_cell(points_[p])) cells_.push_back({key(points_[p]), p});
-    std::sort(cells_.begin(), cells_.end());
-  }
-  /// The nearest point within one edge length, or points_.size().
-  Index nearest(const glm::dvec3& at) const {
-    Index best = points_.size();
-    if (!has_cell(at)) return best;
-    double least = edge_;
-    const auto [x, y, z] = key(at);
-    for (long dx = -1; dx <= 1; ++dx)
-      for (long dy = -1; dy <= 1; ++dy) {
-        // Cells are sorted by z last: three in a row are one run.
-        auto cell = std::lower_bound(cells_.begin(), cells_.end(),
-                                     Cell{Key{x + dx, y + dy, z - 1}, Index{0}});
-        for (; cell != cells_.end() && cell->first <= Key{x + dx, y + dy, z + 1}; ++cell) {
-          const double distance = glm::distance(points_[cell->second], at);
-          if (distance >= least) continue;
-          least = distance;
-          best = cell->second;
-        }
-      }
-    return best;
-  }
-
- private:
-  using Key = std::tuple<long, long, long>;
-  using Cell = std::pair<Key, Index>;
-  /// Cells are counted in whole numbers; single precision has none of an edge out there anyway.
-  bool has_cell(const glm::dvec3& p) const {
-    constexpr double kMost = 1e15;
-    return std::abs(p.x) < kMost * edge_ && std::abs(p.y) < kMost * edge_ &&
-           std::abs(p.z) < kMost * edge_;
-  }
-  Key key(const glm::dvec3& p) const {
-    const auto cell = [&](double x) { return static_cast<long>(std::floor(x / edge_)); };
-    return {cell(p.x), cell(p.y), cell(p.z)};
-  }
-  std::vector<glm::dvec3> points_;
-  double edge_;
-  std::vector<Cell> cells_;
-};
-
 void judge_symmetry(const Character& character, const Anatomy& anatomy,
                     const std::vector<std::uint32_t>& vertex, WeightHygiene& out) {
   const double edge = kMirrorTolerance * anatomy.height;
   if (!(edge > 0.0) || character.place_count == 0) return;
-  const auto at = [&](int node) {
-    return origin(character.nodes[static_cast<Index>(node)].world_from_node);
-  };
-  Mirror mirror{anatomy.left, at(anatomy.spine.front())};
-  const auto& left = anatomy.left_arm.empty() ? anatomy.left_leg : anatomy.left_arm;
-  const auto& right = anatomy.right_arm.empty() ? anatomy.right_leg : anatomy.right_arm;
-  if (!left.empty() && !right.empty()) mirror.middle = 0.5 * (at(left.front()) + at(right.front()));
+  const Mirror mirror = mirror_of(character, anatomy);
 
   const PosedMesh rest = rest_mesh(character);
   std::vector<glm::dvec3> points;
   for (const std::uint32_t v : vertex) points.emplace_back(rest.position[v]);
-  const Cells cells(points, edge);
+  const PointCells cells(points, edge);
   const std::vector<int> other = mirrored_nodes(character, mirror);
   Index mirrored = 0;
   for (Index place = 0; place < points.size(); ++place) {

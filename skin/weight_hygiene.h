@@ -43,8 +43,9 @@ struct WeightHygiene {
 };
 
 /// Bleed: for each joint the places it weighs more than kTinyWeight fall into islands joined by
-/// edges; on each connected shell of the mesh all but the heaviest are bleed, if a
-/// weight in them reaches kBleedCounts.
+/// edges; on each connected shell of each part of the mesh all but the heaviest are bleed, if a
+/// weight in them reaches kBleedCounts. Pieces of a costume are not: shells of their own, and
+/// islands of twelve places or more that one joint holds by 90 % or more all over.
 WeightHygiene judge_weights(const Character& character, const Anatomy& anatomy);
 
 }  // namespace backbend::skin

@@ -1,4 +1,5 @@
 #include "validate/run/judge.h"
+#include "validate/run/judge_input.h"
 
 #include <gtest/gtest.h>
 
@@ -200,8 +201,8 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
   const RigRecord rig = measured("even");
   const WeightHygiene weights = examine_weights(character.influences, character.triangles,
                                                 character.place, character.place_count);
-  const std::vector<Finding> findings = judge_input(rig, context, weights, true);
-  ASSERT_EQ(findings.size(), 3u);
+  const std::vector<Finding> findings = judge_input(rig, context, weights, true).findings;
+  ASSERT_GE(findings.size(), 3u);  // what hangs on a hand is far from it as well
   EXPECT_EQ(findings[0].code, "BB060");
   EXPECT_NEAR(findings[0].value, 3.0, 1e-9);
   EXPECT_EQ(findings[1].code, "BB061");
@@ -209,11 +210,11 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
   EXPECT_EQ(findings[2].code, "BB062");
   EXPECT_EQ(findings[2].vertex, static_cast<int>(stray));
   for (const Finding& finding : findings) {
-    EXPECT_EQ(finding.owner, Owner::input);
+    EXPECT_EQ(finding.owner, finding.code < "BB063" ? Owner::input : Owner::weights);
     EXPECT_EQ(finding.verdict, Verdict::fail);
   }
   // A rig is not to blame for the file.
-  for (const Finding& finding : judge_input(rig, context, weights, false))
+  for (const Finding& finding : judge_input(rig, context, weights, false).findings)
     EXPECT_EQ(finding.verdict, Verdict::stress);
   // The same body without the faults.
   const JudgeContext clean{tube(), limits, envelope, "tube.glb"};
@@ -222,7 +223,7 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
       judge_input(rig, clean,
                   examine_weights(good.influences, good.triangles, good.place, good.place_count),
                   true)
-          .empty());
+          .findings.empty());
 }
 
 TEST(Coverage, AsksAChainOfFewJointsForNoTwistJump) {

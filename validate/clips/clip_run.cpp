@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "skin/anatomy_hints.h"
+#include "skin/import_checks.h"
 #include "skin/matrix_facts.h"
 #include "skin/printable.h"
 #include "validate/clips/clip_judge.h"
@@ -202,6 +203,7 @@ Report run_clip(const ClipRequest& request, Progress& progress) {
   }
   ConfirmedCharacter confirmed =
       load_confirmed(own_body ? request.clip : request.character, request.hints);
+  skin::require_possible_import(confirmed.character);
   if (confirmed.sidecar) skin::apply_sidecar(*confirmed.sidecar, clip);
   skin::Anatomy anatomy =
       up_to_the_neck(confirmed.character, skin::find_anatomy(confirmed.character, confirmed.hints));

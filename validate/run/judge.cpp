@@ -217,54 +217,6 @@ std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context
   return findings;
 }
 
-std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& context,
-                                 const WeightHygiene& weights, bool judges_weights) {
-  const skin::Character& character = context.stage.character();
-  const struct {
-    std::string_view code;
-    double value;
-    int vertex;
-    std::string detail;
-  } facts[] = {
-      // The reader has made all sums 1 and kept the worst of those that storage does not explain.
-      {"BB060", 100.0 * std::abs(1.0 - character.worst_weight_sum), character.worst_weight_vertex,
-       std::to_string(character.renormalised_vertices) + " vertices, the worst summing to " +
-           number_text(character.worst_weight_sum, 4)},
-      {"BB061", static_cast<double>(character.unweighted.size()),
-       character.unweighted.empty() ? -1 : static_cast<int>(character.unweighted.front()),
-       std::to_string(character.unweighted.size()) + " vertices stay behind"},
-      {"BB062", static_cast<double>(weights.stray), weights.stray_vertex,
-       "the worst has " + number_text(100.0 * weights.stray_weight, 1) +
-           " % of its weight on joints that no neighbour knows"}};
-  std::vector<Finding> findings;
-  for (const auto& fact : facts) {
-    const Check& check = *find_check(fact.code);
-    const double limit = context.limits.of(fact.code).value;
-    if (judge(check, fact.value, limit) != Verdict::fail) continue;
-    Finding finding;
-    finding.code = fact.code;
-    finding.character = character.name;
-    finding.rig = rig.plan.name;
-    finding.mapping = mapping_name(rig.mapping);
-    finding.pose = "rest";
-    finding.vertex = fact.vertex;
-    finding.value = fact.value;
-    finding.limit = limit;
-    finding.unit = check.unit;
-    finding.owner = check.owner;
-    finding.verdict = judges_weights ? Verdict::fail : Verdict::stress;
-    finding.detail = std::string(check.name) + ": " + fact.detail;
-    finding.image.note = "no picture metric looks at this";
-    finding.reproduce = "backbend inspect " + context.character;
-    findings.push_back(std::move(finding));
-  }
-  return findings;
-}
-
-std::vector<Coverage> input_coverage() {
-  return {{"BB060", 1, 1, 0, 0}, {"BB061", 1, 1, 0, 0}, {"BB062", 1, 1, 0, 0}};
-}
-
 std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context) {
   std::vector<Headroom> result;
   for (const std::string_view channel : kBendChannels) {

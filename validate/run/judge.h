@@ -2,7 +2,6 @@
 #include <string>
 #include <vector>
 
-#include "validate/metrics/weight_hygiene.h"
 #include "validate/report/report.h"
 #include "validate/run/measure.h"
 #include "validate/verdicts/limits.h"
@@ -34,14 +33,6 @@ std::string command_for(const RigRecord& rig, const std::string& character, Driv
 /// number. Metrics of the whole body have none.
 void set_place(MetricId metric, int place, const std::vector<std::string>& joint_names,
                Finding& finding);
-
-/// What is wrong with the character's file whatever the pose, as findings of one rig, so that every
-/// form of the report shows them where the rig's others are: weight sums, unweighted and stray
-/// vertices. They decide only where the character itself is on trial (`judges_weights`).
-std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& context,
-                                 const WeightHygiene& weights, bool judges_weights);
-/// The coverage of these checks: each is measured once, on the file.
-std::vector<Coverage> input_coverage();
 
 /// Per body channel: the largest angle up to which no deciding check fails, over the sweeps that
 /// move that channel alone.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "skin/import_checks.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/compare/comparison.h"
 #include "validate/compare/surface_match.h"
@@ -26,6 +27,7 @@
 #include "validate/run/confirmed.h"
 #include "validate/run/image_pass.h"
 #include "validate/run/judge.h"
+#include "validate/run/judge_input.h"
 #include "validate/run/owner.h"
 #include "validate/run/verdict.h"
 
@@ -148,10 +150,11 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   const skin::Character& character = context.stage.character();
   const WeightHygiene weights = examine_weights(character.influences, character.triangles,
                                                 character.place, character.place_count);
-  for (Finding& finding : judge_input(*record, context, weights, suite.judges_weights))
-    report.findings.push_back(std::move(finding));
+  InputJudgement input = judge_input(*record, context, weights, suite.judges_weights);
+  for (Finding& finding : input.findings) report.findings.push_back(std::move(finding));
   const auto rig = report.rigs.end() - (records.end() - record);
-  for (const Coverage& each : input_coverage()) rig->coverage.push_back(each);
+  for (const Coverage& each : input.coverage) rig->coverage.push_back(each);
+  for (std::string& note : input.notes) report.characters.back().notes.push_back(std::move(note));
 }
 
 /// What pictures and geometry were both asked about: every sweep, and every finding.
@@ -219,6 +222,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
                            const std::filesystem::path& file, const OutputFolder& folder,
                            Ledger& ledger, Progress& progress, Report& report) {
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
+  skin::require_possible_import(confirmed.character);
   // Findings and pictures go by a character's name: a second file of one name gets a number.
   const std::string name = confirmed.character.name;
   const auto taken = [&](const CharacterFacts& each) {

@@ -254,6 +254,58 @@ constexpr std::array kChecks = {
           "weights vary smoothly over a surface; a vertex alone with its joint is torn out of it",
           Owner::input, "a wrong paint stroke, mirrored weights that matched the wrong vertex",
           "take the weights of the neighbours", "", "weights against neighbours' weights"},
+    Check{
+        "BB063", "wrong side", Subject::input,
+        "the largest weight of a joint on the other side of the body, away from the middle and "
+        "from its own area",
+        "% of weight", 4.0, Sense::at_most, true,
+        "healthy bodies of eleven kinds, smoothed, cut down and refined, have none; 4 % of an arm "
+        "that is raised by 1 m pull the other side along by 4 cm",
+        Owner::weights, "weights mirrored onto the wrong vertices, a brush that went through",
+        "take that joint off the named side; mirror the weights of the healthy one", "",
+        "weights against the middle plane and the joints' areas"},
+    Check{"BB064", "far influence", Subject::input,
+          "the largest weight of a joint whose own area is more than 15 % of the body's size away, "
+          "three joints or more along the skeleton, and that does not fade towards it",
+          "% of weight", 4.0, Sense::at_most, true,
+          "healthy bodies have none that does not fade; 4 % of a hand that moves by 1 m draw the "
+          "skin out by 4 cm",
+          Owner::weights, "bleed of automatic weights, a flood that reached too far",
+          "take that joint off the named part, and give its weight to the joints there", "",
+          "distance to the area and along the skeleton"},
+    Check{
+        "BB065", "asymmetric weights", Subject::input,
+        "the share of a joint's weight that its mirror image has and it lacks, of spine, clavicles "
+        "and upper arms of a body and a skeleton that mirror themselves",
+        "% of weight", 12.0, Sense::at_most, true,
+        "healthy painted bodies reach 10 % (a snake's chest), humans 1 %; beyond, one side bends "
+        "otherwise than the other",
+        Owner::weights, "one side painted on, weights not mirrored afterwards",
+        "mirror the better side's weights to the other", "",
+        "sum of what is missing over mirrored places, against the image's whole"},
+    Check{
+        "BB066", "order along the spine", Subject::input,
+        "how far the middle of a spine joint's weights stands beyond that of the joint after it",
+        "% of spine", 3.0, Sense::at_most, true,
+        "joints that follow each other move areas that follow each other: healthy bodies keep the "
+        "order, and joints that nearly share a place may slip by 3 %",
+        Owner::weights, "weights of two vertebrae swapped, groups that lost their names",
+        "look at the two joints' weights; swap them back", "", "weighted middles along the spine"},
+    Check{"BB067", "seam", Subject::input,
+          "the largest difference between the weights of vertices at one place", "% of weight",
+          20.0, Sense::at_most, true,
+          "copies of one vertex should move alike; painted animals differ by up to 15 % at a few "
+          "places where the gap hides, beyond 20 % it gapes",
+          Owner::weights, "parts weighted one by one, limits of influences cut differently",
+          "copy the weights of one side of the seam to the other", "", "weights of one place"},
+    Check{"BB068", "bind pose off", Subject::input,
+          "how far the surface stands from where it would be, were a joint bound where the joints "
+          "around it were",
+          "% of height", 0.1, Sense::at_most, true,
+          "stored matrices round to 0.001 %; 0.1 % is 2 mm on a human, which a close-up shows",
+          Owner::input, "a joint moved after binding, a bind pose set with a joint posed",
+          "set the bind pose of the named joint anew, or bind again", "",
+          "inverse bind matrices against their neighbours'"},
     Check{"BB070", "image and geometry disagree", Subject::tool,
           "findings on which picture and geometry contradict each other beyond their calibrated "
           "errors",

@@ -1,0 +1,522 @@
+#include "skin/weight_faults.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <map>
+#include <memory>
+#include <numeric>
+
+#include "skin/chain_arc.h"
+#include "skin/import_checks.h"
+#include "skin/matrix_facts.h"
+#include "skin/mirror_image.h"
+#include "skin/point_cells.h"
+#include "skin/printable.h"
+#include "skin/skinning.h"
+
+namespace backbend::skin {
+namespace {
+
+using Index = std::size_t;
+
+// Lengths are shares of the body's largest side.
+constexpr double kOffMiddle = 0.12;     // nearer the middle both sides share vertices
+constexpr double kAsFarOut = 0.6;       // ... or further out than this share of the joint's own
+constexpr double kFar = 0.15;           // from a joint's area
+constexpr double kSpilt = 0.2;          // a weight that fades halves within less
+constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
+constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
+constexpr int kFarJoints = 3;           // along the skeleton
+constexpr double kCounts = 0.01;        // less of a vertex's weight is a crumb
+constexpr double kMirrored = 0.95;      // of the places, to speak of a symmetric body
+constexpr double kMirrorSlack = 0.002;  // between a place and its image
+constexpr double kJointSlack = 0.01;    // between a joint and its image
+constexpr double kPatch = 0.003;        // of the places, and ...
+constexpr double kPatchPlaces = 6.0;    // ... this many: fewer are single slips
+constexpr double kLeastArea = 0.002;    // of all weight: less has no middle to speak of
+
+/// The weights of one place on nodes.
+struct NodeWeight {
+  int node = -1;
+  double weight = 0.0;
+};
+using PlaceWeights = std::vector<NodeWeight>;
+
+PlaceWeights weights_of(const Character& character, Index vertex) {
+  PlaceWeights out;
+  const Influences& influences = character.influences[vertex];
+  for (Index k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k) {
+    const int node = character.joints[influences.joint[k]].node;
+    const auto known =
+        std::find_if(out.begin(), out.end(), [&](const NodeWeight& w) { return w.node == node; });
+    if (known == out.end())
+      out.push_back({node, influences.weight[k]});
+    else
+      known->weight += influences.weight[k];
+  }
+  return out;
+}
+
+/// Half the sum of the differences between two places' weights, 0..1, and the joint with the
+/// largest; `image` leads from the first one's joints to the second's.
+struct Difference {
+  double share = 0.0;
+  int most = -1, least = -1;  // where the second has most more and most less than the first
+};
+Difference difference(const PlaceWeights& a, const PlaceWeights& b, const std::vector<int>* image) {
+  std::map<int, double> sum;
+  for (const NodeWeight& w : a)
+    sum[image ? (*image)[static_cast<Index>(w.node)] : w.node] -= w.weight;
+  for (const NodeWeight& w : b) sum[w.node] += w.weight;
+  Difference out;
+  double high = 0.0, low = 0.0;
+  for (const auto& [node, weight] : sum) {
+    out.share += 0.5 * std::abs(weight);
+    if (weight > high) {
+      high = weight;
+      out.most = node;
+    }
+    if (weight < low) {
+      low = weight;
+      out.least = node;
+    }
+  }
+  return out;
+}
+
+class FaultFinder {
+ public:
+  FaultFinder(const Character& character, const Anatomy& anatomy)
+      : character_(character), anatomy_(anatomy), mirror_(mirror_of(character, anatomy)) {
+    std::vector<bool> unweighted(character.vertex_count(), false);
+    for (const std::uint32_t v : character.unweighted) unweighted[v] = true;
+    vertex_.assign(character.place_count, 0);
+    weights_.resize(character.place_count);
+    for (Index v = character.vertex_count(); v-- > 0;)
+      vertex_[character.place[v]] = static_cast<std::uint32_t>(v);
+    const PosedMesh rest = rest_mesh(character);
+    for (const std::uint32_t v : vertex_) point_.emplace_back(rest.position[v]);
+    for (Index p = 0; p < weights_.size(); ++p)
+      if (!unweighted[vertex_[p]]) weights_[p] = weights_of(character, vertex_[p]);
+    for (const Node& node : character.nodes) parent_.push_back(node.parent);
+    for (const Follower& one : anatomy.followers)
+      parent_[static_cast<Index>(one.node)] = one.leader;
+    main_.assign(weights_.size(), -1);
+    total_.assign(character.nodes.size(), 0.0);
+    for (Index p = 0; p < weights_.size(); ++p) {
+      double most = 0.0;
+      for (const NodeWeight& w : weights_[p]) {
+        total_[static_cast<Index>(w.node)] += w.weight;
+        if (w.weight > most) {
+          most = w.weight;
+          main_[p] = w.node;
+        }
+      }
+    }
+    glm::dvec3 low = point_.empty() ? glm::dvec3(0.0) : point_.front(), high = low;
+    for (const glm::dvec3& p : point_) {
+      low = glm::min(low, p);
+      high = glm::max(high, p);
+    }
+    const glm::dvec3 sides = high - low;
+    size_ = std::max({sides.x, sides.y, sides.z});
+    all_ = std::accumulate(total_.begin(), total_.end(), 0.0);
+  }
+
+  WeightFaults find() {
+    WeightFaults out;
+    if (!(size_ > 0.0) || !(all_ > 0.0)) return out;
+    image_ = mirrored_nodes(character_, mirror_);
+    find_distant(out);
+    find_asymmetry(out.asymmetry, out.wrong_side);
+    find_order(out.order);
+    find_seams(out.seams);
+    return out;
+  }
+
+ private:
+  glm::dvec3 at(int node) const {
+    return origin(character_.nodes[static_cast<Index>(node)].world_from_node);
+  }
+
+  /// Joints on the way from one to another along the skeleton.
+  int steps_between(int a, int b) const {
+    std::vector<int> up;
+    for (int n = a; n >= 0 && up.size() < parent_.size(); n = parent_[static_cast<Index>(n)])
+      up.push_back(n);
+    int steps = 0;
+    for (int n = b; n >= 0 && steps < static_cast<int>(parent_.size());
+         n = parent_[static_cast<Index>(n)], ++steps)
+      if (const auto found = std::find(up.begin(), up.end(), n); found != up.end())
+        return steps + static_cast<int>(found - up.begin());
+    return 1'000'000;  // of another root
+  }
+
+  /// The area of a joint: places where it weighs most; of one that never does, its bone.
+  double distance_to_area(int node, const glm::dvec3& point, double enough) {
+    auto& cells = area_[node];
+    if (!cells) {
+      std::vector<glm::dvec3> points;
+      for (Index p = 0; p < main_.size(); ++p)
+        if (main_[p] == node) points.push_back(point_[p]);
+      points.push_back(at(node));
+      for (Index n = 0; n < character_.nodes.size(); ++n)
+        if (character_.nodes[n].parent == node && total_[n] > 0.0) {
+          const glm::dvec3 end = at(static_cast<int>(n));
+          for (int k = 1; k <= 4; ++k) points.push_back(glm::mix(at(node), end, 0.25 * k));
+        }
+      cells = std::make_unique<PointCells>(std::move(points), kFar * size_);
+    }
+    const Index nearest = cells->nearest(point);
+    return nearest == cells->size() ? enough : glm::distance(cells->point(nearest), point);
+  }
+
+  /// Whether no edges lead from a place to the joint's area over places that it weighs, too. On
+  /// another shell, a costume's, it has an area of its own.
+  bool stands_alone(int node, Index place) {
+    auto& island = island_[node];
+    if (island.empty()) {
+      if (edges_.empty()) list_edges();
+      island.assign(weights_.size(), false);
+      std::vector<bool> has(weights_.size(), false);
+      std::vector<Index> pending;
+      for (Index p = 0; p < weights_.size(); ++p)
+        for (const NodeWeight& w : weights_[p])
+          if (w.node == node && w.weight >= kCounts) has[p] = true;
+      // From all places where it weighs most: what is not reached stands alone.
+      std::vector<bool> reached(weights_.size(), false);
+      for (Index p = 0; p < weights_.size(); ++p)
+        if (main_[p] == node) {
+          reached[p] = true;
+          pending.push_back(p);
+        }
+      while (!pending.empty()) {
+        const Index p = pending.back();
+        pending.pop_back();
+        for (Index e = first_edge_[p]; e < first_edge_[p + 1]; ++e)
+          if (has[edges_[e]] && !reached[edges_[e]]) {
+            reached[edges_[e]] = true;
+            pending.push_back(edges_[e]);
+          }
+      }
+      for (Index p = 0; p < weights_.size(); ++p) island[p] = has[p] && !reached[p];
+    }
+    return island[place];
+  }
+
+  void list_edges() {
+    std::vector<std::pair<Index, Index>> pairs;
+    for (const glm::uvec3& t : character_.triangles)
+      for (int k = 0; k < 3; ++k) {
+        const Index a = character_.place[t[k]], b = character_.place[t[(k + 1) % 3]];
+        pairs.emplace_back(a, b);
+        pairs.emplace_back(b, a);
+      }
+    std::sort(pairs.begin(), pairs.end());
+    first_edge_.assign(weights_.size() + 1, 0);
+    for (const auto& [a, b] : pairs) {
+      ++first_edge_[a + 1];
+      edges_.push_back(b);
+    }
+    for (Index p = 0; p < weights_.size(); ++p) first_edge_[p + 1] += first_edge_[p];
+  }
+
+  /// How far the nearest place is at which a joint weighs twice as much: short where its weight
+  /// fades, long where it was spilt.
+  double distance_to_double(int node, double weight, const glm::dvec3& point) {
+    auto& places = places_of_[node];
+    if (places.empty())
+      for (Index p = 0; p < weights_.size(); ++p)
+        for (const NodeWeight& w : weights_[p])
+          if (w.node == node) places.emplace_back(w.weight, p);
+    double nearest = glm::distance(at(node), point);
+    for (const auto& [w, place] : places)
+      if (w >= 2.0 * weight) nearest = std::min(nearest, glm::distance(point_[place], point));
+    return nearest;
+  }
+
+  void add(std::map<int, WeightFault>& faults, int node, int other, double share, double distance,
+           Index place) {
+    WeightFault& fault = faults[node];
+    ++fault.places;
+    fault.distance = std::max(fault.distance, distance);
+    if (share <= fault.value) return;
+    fault.node = node;
+    fault.other = other;
+    fault.value = share;
+    fault.vertex = vertex_[place];
+  }
+
+  /// Single slips are for the check of stray vertices.
+  void keep_patches(std::map<int, WeightFault>& faults) const {
+    const double least = std::max(kPatchPlaces, kPatch * static_cast<double>(point_.size()));
+    for (auto each = faults.begin(); each != faults.end();)
+      each =
+          static_cast<double>(each->second.places) < least ? faults.erase(each) : std::next(each);
+  }
+
+  static void take(std::map<int, WeightFault>& from, WeightAnswer& to) {
+    for (auto& [node, fault] : from) to.faults.push_back(fault);
+    std::stable_sort(to.faults.begin(), to.faults.end(),
+                     [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });
+  }
+
+  void find_distant(WeightFaults& out) {
+    std::map<int, WeightFault> wrong, far;
+    const double far_away = kFar * size_;
+    bool sided = false;
+    for (Index n = 0; n < image_.size(); ++n)
+      sided |= total_[n] > 0.0 && image_[n] != static_cast<int>(n);
+    for (Index p = 0; p < weights_.size(); ++p) {
+      const double aside = glm::dot(point_[p] - mirror_.middle, mirror_.left);
+      for (const NodeWeight& w : weights_[p]) {
+        if (w.weight < kCounts || w.node == main_[p]) continue;
+        const int image = image_[static_cast<Index>(w.node)];
+        const double joint_aside = glm::dot(at(w.node) - mirror_.middle, mirror_.left);
+        // Legs stand closer together than arms: what is as far out as they are is theirs.
+        const double off_middle = std::min(kOffMiddle * size_, kAsFarOut * std::abs(joint_aside));
+        const bool other_side =
+            image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
+        const bool distant = steps_between(main_[p], w.node) >= kFarJoints;
+        if (!other_side && !distant) continue;
+        double distance = distance_to_area(w.node, point_[p], far_away);
+        const bool is_wrong = other_side && distance > kOffMiddle * size_;
+        const bool alone =
+            distant && distance > kIsland * size_ && !is_wrong && stands_alone(w.node, p);
+        if (!is_wrong && !alone && !(distant && distance >= far_away)) continue;
+        distance = distance_to_double(w.node, w.weight, point_[p]);
+        if (is_wrong && distance > kOffMiddle * size_)
+          add(wrong, w.node, image, w.weight, distance, p);
+        else if (distant && distance >= (alone ? kIsland : kSpilt) * size_)
+          add(far, w.node, main_[p], w.weight, distance, p);
+      }
+    }
+    if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
+    keep_patches(wrong);
+    keep_patches(far);
+    take(wrong, out.wrong_side);
+    take(far, out.far);
+  }
+
+  /// Spine or arms: what the spine's motion shows. Feet, fingers, tails and ears of many a healthy
+  /// character differ.
+  bool is_upper_body(int node) const {
+    const auto on = [&](const std::vector<int>& chain, Index count) {
+      const auto end = chain.begin() + static_cast<std::ptrdiff_t>(std::min(count, chain.size()));
+      return std::find(chain.begin(), end, node) != end;
+    };
+    return on(anatomy_.spine, anatomy_.spine.size()) || on(anatomy_.left_arm, kArmJoints) ||
+           on(anatomy_.right_arm, kArmJoints);
+  }
+
+  void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
+    // The skeleton first.
+    for (Index n = 0; n < image_.size(); ++n) {
+      if (!(total_[n] > kLeastArea * all_)) continue;
+      const int node = static_cast<int>(n);
+      if (glm::distance(mirror_(at(node)), at(image_[n])) > kJointSlack * size_) {
+        out.not_applicable = "the skeleton is not symmetric: joint " +
+                             in_quotes(character_.nodes[n].name) + " has no mirror image";
+        return;
+      }
+    }
+    const PointCells cells(point_, kMirrorSlack * size_);
+    std::vector<Index> image(point_.size());
+    Index mirrored = 0;
+    for (Index p = 0; p < point_.size(); ++p) {
+      image[p] = cells.nearest(mirror_(point_[p]));
+      mirrored += image[p] < point_.size();
+    }
+    const double share = static_cast<double>(mirrored) / static_cast<double>(point_.size());
+    if (share < kMirrored) {
+      out.not_applicable = "the body is not symmetric: " + number_text(100.0 * share, 3) +
+                           " % of its places have a mirror image, " +
+                           number_text(100.0 * kMirrored, 3) + " % are needed";
+      return;
+    }
+    // Of each joint, what its side lacks of the other side's weight; a middle joint has two sides.
+    std::map<std::pair<int, bool>, WeightFault> faults;
+    std::map<std::pair<int, bool>, double> whole, lacks;
+    std::map<std::pair<int, bool>, std::map<int, double>> instead;
+    std::map<std::pair<int, bool>, double> worst;
+    std::map<int, WeightFault> swapped;  // what one side's joint has of the other's
+    std::map<int, double> worst_swapped;
+    for (Index p = 0; p < point_.size(); ++p) {
+      if (image[p] >= point_.size() || weights_[p].empty() || weights_[image[p]].empty()) continue;
+      const bool left = glm::dot(point_[p] - mirror_.middle, mirror_.left) > 0.0;
+      // What this place should have, by its image.
+      for (const NodeWeight& w : weights_[image[p]])
+        whole[{image_[static_cast<Index>(w.node)], left}] += w.weight;
+      const Difference apart = difference(weights_[image[p]], weights_[p], &image_);
+      if (apart.share < kCounts || !is_upper_body(apart.least)) continue;
+      const std::pair<int, bool> key(apart.least, left);
+      lacks[key] += apart.share;
+      const double joint_aside = glm::dot(at(apart.most) - mirror_.middle, mirror_.left);
+      if (apart.most == image_[static_cast<Index>(apart.least)] && apart.most != apart.least &&
+          (joint_aside > 0.0) != left) {
+        WeightFault& wrong = swapped[apart.most];
+        wrong.node = apart.most;
+        wrong.other = apart.least;
+        ++wrong.places;
+        wrong.value +=
+            2.0 * apart.share /
+            (total_[static_cast<Index>(apart.most)] + total_[static_cast<Index>(apart.least)]);
+        if (apart.share > worst_swapped[apart.most]) wrong.vertex = vertex_[p];
+        worst_swapped[apart.most] = std::max(worst_swapped[apart.most], apart.share);
+      }
+      instead[key][apart.most] += apart.share;
+      WeightFault& fault = faults[key];
+      ++fault.places;
+      if (apart.share <= worst[key]) continue;
+      worst[key] = apart.share;
+      fault.vertex = vertex_[p];
+    }
+    std::map<int, WeightFault> by_joint;
+    for (auto& [key, fault] : faults) {
+      fault.node = key.first;
+      const int image_of = image_[static_cast<Index>(key.first)];
+      const double all = image_of == key.first ? whole[key] : total_[static_cast<Index>(image_of)];
+      fault.value = std::min(1.0, lacks[key] / std::max(all, 1e-300));
+      fault.other =
+          std::max_element(instead[key].begin(), instead[key].end(),
+                           [](const auto& x, const auto& y) { return x.second < y.second; })
+              ->first;
+      if (WeightFault& known = by_joint[key.first]; fault.value > known.value) known = fault;
+    }
+    keep_patches(by_joint);
+    take(by_joint, out);
+    keep_patches(swapped);
+    for (const WeightFault& known : wrong_side.faults) swapped.erase(known.node);
+    take(swapped, wrong_side);
+  }
+
+  void find_order(WeightAnswer& out) {
+    std::vector<glm::dvec3> chain;
+    std::vector<double> arc;
+    for (const int node : anatomy_.spine) {
+      arc.push_back(chain.empty() ? 0.0 : arc.back() + glm::distance(chain.back(), at(node)));
+      chain.push_back(at(node));
+    }
+    const double length = arc.back();
+    std::vector<double> weight(chain.size(), 0.0), sum(chain.size(), 0.0);
+    std::map<int, Index> place_on_spine;
+    for (Index k = 0; k < anatomy_.spine.size(); ++k) place_on_spine[anatomy_.spine[k]] = k;
+    if (!(length > 0.0)) return;
+    for (Index p = 0; p < weights_.size(); ++p) {
+      double along = -1.0;
+      for (const NodeWeight& w : weights_[p]) {
+        const auto found = place_on_spine.find(w.node);
+        if (found == place_on_spine.end()) continue;
+        if (along < 0.0) along = nearest_arc(chain, point_[p]);
+        weight[found->second] += w.weight;
+        sum[found->second] += w.weight * along;
+      }
+    }
+    int below = -1;
+    for (Index k = 0; k <= anatomy_.chest_index; ++k) {
+      if (weight[k] < kLeastArea * all_) continue;
+      if (below >= 0) {
+        const auto b = static_cast<Index>(below);
+        const double back = sum[b] / weight[b] - sum[k] / weight[k];
+        if (back > 0.0) {
+          WeightFault fault;
+          fault.node = anatomy_.spine[b];
+          fault.other = anatomy_.spine[k];
+          fault.value = back / length;
+          fault.distance = back;
+          out.faults.push_back(fault);
+        }
+      }
+      below = static_cast<int>(k);
+    }
+    std::stable_sort(out.faults.begin(), out.faults.end(),
+                     [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });
+  }
+
+  void find_seams(WeightAnswer& out) {
+    std::map<int, WeightFault> faults;
+    for (Index v = 0; v < character_.vertex_count(); ++v) {
+      const Index p = character_.place[v];
+      if (vertex_[p] == v || weights_[p].empty()) continue;
+      const Difference apart = difference(weights_[p], weights_of(character_, v), nullptr);
+      if (apart.share < kCounts) continue;
+      add(faults, apart.most, apart.least, apart.share, 0.0, p);
+    }
+    take(faults, out);
+  }
+
+  const Character& character_;
+  const Anatomy& anatomy_;
+  const Mirror mirror_;
+  std::vector<std::uint32_t> vertex_;      // the first of each place
+  std::vector<glm::dvec3> point_;          // of each place, at rest
+  std::vector<PlaceWeights> weights_;      // of each place; none where it came without
+  std::vector<int> main_;                  // the node that weighs most
+  std::vector<double> total_;              // weight of each node, in places
+  std::vector<int> parent_;                // of each node; of a loose joint what it goes with
+  std::vector<int> image_;                 // of each node: the one on the other side
+  std::vector<Index> edges_, first_edge_;  // neighbours of each place, one after another
+  std::map<int, std::vector<bool>> island_;
+  std::map<int, std::unique_ptr<PointCells>> area_;
+  std::map<int, std::vector<std::pair<double, Index>>> places_of_;  // weight and place, by node
+  double all_ = 0.0;
+  double size_ = 0.0;  // the body's largest side
+};
+
+}  // namespace
+
+WeightFaults find_weight_faults(const Character& character, const Anatomy& anatomy) {
+  return FaultFinder(character, anatomy).find();
+}
+
+std::string place_of_fault(const Character& character, const Anatomy& anatomy,
+                           const WeightFault& fault) {
+  if (fault.places == 0) return "";
+  const Region region = vertex_regions(character, anatomy)[fault.vertex];
+  for (const Part& part : character.parts)
+    if (fault.vertex >= part.first_vertex && fault.vertex < part.first_vertex + part.vertex_count)
+      return std::string(region_name(region)) + " of part " + in_quotes(part.name);
+  return std::string(region_name(region));
+}
+
+std::vector<std::string> weight_fault_lines(const Character& character, const Anatomy& anatomy) {
+  const WeightFaults faults = find_weight_faults(character, anatomy);
+  const auto name = [&](int node) {
+    return in_quotes(character.nodes[static_cast<Index>(node)].name);
+  };
+  const auto percent = [](double share) { return number_text(100.0 * share, 3) + " %"; };
+  std::vector<std::string> out;
+  const auto add = [&](const char* what, const WeightAnswer& answer) {
+    std::string line = std::string(what) + ": ";
+    if (!answer.not_applicable.empty()) {
+      out.push_back(line + "not applicable, " + answer.not_applicable);
+      return;
+    }
+    if (answer.faults.empty()) {
+      out.push_back(line + "none");
+      return;
+    }
+    const WeightFault& worst = answer.faults.front();
+    line += name(worst.node) + " " + percent(worst.value);
+    if (worst.other >= 0) line += ", where " + name(worst.other) + " is";
+    if (worst.places > 0)
+      line += " (" + plural(worst.places, "place") + ", " +
+              place_of_fault(character, anatomy, worst) + ", vertex " +
+              std::to_string(worst.vertex) + ")";
+    if (answer.faults.size() > 1)
+      line += "; " + plural(answer.faults.size() - 1, "joint") + " more";
+    out.push_back(line);
+  };
+  add("on the other side", faults.wrong_side);
+  add("far from its area", faults.far);
+  add("left against right", faults.asymmetry);
+  add("out of order along the spine", faults.order);
+  add("different at one place", faults.seams);
+  for (const JointBindOff& off : joints_bound_off(character))
+    out.push_back("bind pose: " + name(off.node) + " is bound " + number_text(off.angle_deg, 3) +
+                  " deg off, its surface stands up to " + number_text(off.shift, 3) + " off");
+  return out;
+}
+
+}  // namespace backbend::skin

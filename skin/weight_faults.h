@@ -1,0 +1,66 @@
+#pragma once
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "skin/anatomy.h"
+
+namespace backbend::skin {
+
+/// One joint's weights that are wrong in one way.
+struct WeightFault {
+  int node = -1;             // the joint that has the weight
+  int other = -1;            // the joint whose area or image it is in; -1: none
+  double value = 0.0;        // share of a vertex's weight, 0..1; of weight_order: of the spine
+  double distance = 0.0;     // how far it stands from where it should, in the file's unit
+  std::uint32_t vertex = 0;  // that shows it most
+  std::size_t places = 0;    // that show it
+};
+
+/// The answer to one question: all joints at fault, the worst first; or why it was not asked.
+struct WeightAnswer {
+  std::string not_applicable;  // empty: it was asked
+  std::vector<WeightFault> faults;
+
+  double worst() const { return faults.empty() ? 0.0 : faults.front().value; }
+};
+
+/// Faults of the weights that show without any pose. Values are what is found, not yet judged: what
+/// is too much is for the checks to say. Lengths below are shares of the body's largest side. Of
+/// one joint at least six places, and 0.3 % of all, must show a fault: single slips are others'
+/// business (stray vertices).
+struct WeightFaults {
+  /// The largest weight of a joint on a place of the other side (0.12 from the middle plane, or 0.6
+  /// of the joint's own distance where that is less): more than 0.12 from the places
+  /// where it weighs most, and from all where it weighs twice as much as here. Of a symmetric body
+  /// also, where that finds nothing, the share of its weight that a joint has and its mirror image
+  /// lacks.
+  WeightAnswer wrong_side;
+  /// The largest weight of a joint on a place three joints or more along the skeleton from the one
+  /// that weighs most there, and 0.15 from its own area, where it does not fade (the next place
+  /// with twice the weight is 0.2 away); or 0.08 where no edges lead from there to its area.
+  WeightAnswer far;
+  /// Left against right: the share of a joint's weight that its mirror image has and it lacks
+  /// (a middle joint: one side of the other's), over places with a mirror image. Asked of spine,
+  /// clavicles and upper arms, where 95 % of the places and all joints with weight have an image.
+  WeightAnswer asymmetry;
+  /// Joints of the spine up to the chest whose middles of weight do not stand in the chain's order:
+  /// by how much of the spine's length the lower one stands beyond the upper.
+  WeightAnswer order;
+  /// Vertices at one place with different weights, half the sum of the differences: they come apart
+  /// in motion.
+  WeightAnswer seams;
+};
+
+/// Asks all of them. The character's rest is what its nodes say.
+WeightFaults find_weight_faults(const Character& character, const Anatomy& anatomy);
+
+/// Where a fault is, in words: `arm_L of part "Body"`; empty for one without a place.
+std::string place_of_fault(const Character& character, const Anatomy& anatomy,
+                           const WeightFault& fault);
+
+/// What was found, for a person, one line a question; and the joints whose bind pose is off.
+std::vector<std::string> weight_fault_lines(const Character& character, const Anatomy& anatomy);
+
+}  // namespace backbend::skin

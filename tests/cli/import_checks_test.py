@@ -1,0 +1,119 @@
+"""What does not fit together in a file is refused with its cure, or not called sure; what fits is judged."""
+
+import json
+import math
+
+import dae
+import glb
+from harness import BAD_INPUT, CommandTest, character
+
+
+def scaled(factor):
+    def vertex(_, position, joints, weights):
+        return [factor * c for c in position], joints, weights
+    return vertex
+
+
+class BrokenImports(CommandTest):
+    def refusal(self, name, data, *words):
+        """check and inspect both refuse the file with these words on one line."""
+        path = self.folder / name
+        path.write_bytes(data if isinstance(data, bytes) else data.encode())
+        for command in (["check", path, "--quick"], ["inspect", path]):
+            result = self.backbend(*command)
+            self.assertEqual(result.returncode, BAD_INPUT, (command[0], result.stderr))
+            for word in words:
+                self.assertIn(word, result.stderr, command[0])
+
+    def test_a_body_of_another_size_than_its_skeleton_is_refused_with_the_unit(self):
+        self.refusal("large.glb", glb.tube(vertex=scaled(100)), "body_size", "times its skeleton's size",
+                     "centimetres and metres", "apply transforms")
+        self.refusal("small.glb", glb.tube(vertex=scaled(1 / 500)), "body_size", "1/")
+
+    def test_a_collada_file_of_a_tiny_body_is_refused(self):
+        self.refusal("tiny.dae", dae.tube(body=1 / 500), "body_size")
+        fits = self.folder / "fits.dae"
+        fits.write_text(dae.tube())
+        self.assertIn("sure", self.assert_runs("inspect", fits).stdout)
+
+    def test_a_body_beside_its_skeleton_is_refused(self):
+        def aside(_, position, joints, weights):
+            return [position[0] + 3, *position[1:]], joints, weights
+        self.refusal("aside.glb", glb.tube(vertex=aside), "body_place", "beside its skeleton")
+
+    def test_a_joint_twice_in_a_skin_is_refused_by_name(self):
+        def twice(document):
+            document["skins"][0]["joints"][2] = document["skins"][0]["joints"][1]
+        self.refusal("twice.glb", glb.tube(change=twice), "'spine'", "twice")
+
+    def test_a_singular_bind_matrix_is_refused_by_its_joint(self):
+        flat = glb.with_bind_matrix(glb.tube(), 2, lambda m: [*m[:8], 0, 0, 0, 0, *m[12:]])
+        self.refusal("flat.glb", flat, "'chest'", "singular")
+
+    def test_sparse_positions_are_read(self):
+        plain, sparse = self.folder / "plain.glb", self.folder / "sparse.glb"
+        plain.write_bytes(glb.tube())
+        sparse.write_bytes(glb.with_sparse_positions(glb.tube()))
+        found = [json.loads(self.assert_runs("inspect", file, "--json").stdout) for file in (plain, sparse)]
+        for key in ("height", "spine_length", "sure", "places"):
+            self.assertEqual(found[0][key], found[1][key], key)
+
+    def test_limbs_of_other_meshes_and_roots_are_found(self):
+        for number in (True, False):
+            path = self.folder / "three_meshes.glb"
+            path.write_bytes(glb.of_three_meshes(number))
+            found = json.loads(self.assert_runs("inspect", path, "--json").stdout)
+            for side in ("left", "right"):
+                self.assertEqual(len(found["arms"][side]), 3, found["arms"])
+                self.assertEqual(len(found["legs"][side]), 3, found["legs"])
+                self.assertIn(side, found["arms"][side][0].lower())
+            self.assertEqual(found["driven"]["unreached"], [])
+            self.assertEqual(found["import"], [])
+
+
+class FaultyWeights(CommandTest):
+    def check(self, data):
+        path = self.folder / "faulty.glb"
+        path.write_bytes(data)
+        result = self.backbend("check", path, "--quick", "--json", "-o", "run")
+        report = json.loads((self.folder / "run/report.json").read_text())
+        return result, report
+
+    def test_a_joint_that_is_bound_off_fails_by_name_and_angle(self):
+        turn = math.radians(5)
+
+        def turned(m):
+            c, s = math.cos(turn), math.sin(turn)
+            columns = [m[4 * k:4 * k + 4] for k in range(4)]
+            return [v for x, y, z, w in columns for v in (c * x - s * y, s * x + c * y, z, w)]
+        result, report = self.check(glb.with_bind_matrix(glb.tube(), 2, turned))
+        (finding,) = [f for f in report["findings"] if f["code"] == "BB068"]
+        self.assertEqual((finding["verdict"], finding["owner"]), ("fail", "INPUT"))
+        self.assertIn("chest is bound 5.0 deg", finding["detail"])
+        self.assertEqual(result.returncode, 1)
+
+    def test_swapped_vertebrae_fail_by_name(self):
+        def swap(_, position, joints, weights):
+            return position, [{1: 2, 2: 1}.get(j, j) for j in joints], weights
+        names = ["hips", "spine_1", "spine_2", "chest", "neck", "head"]
+        _, report = self.check(glb.tube(names=names, vertex=swap, rings=40))
+        (finding,) = [f for f in report["findings"] if f["code"] == "BB066"]
+        self.assertEqual((finding["verdict"], finding["owner"]), ("fail", "WEIGHTS"))
+        self.assertIn("spine_1", finding["detail"])
+
+
+class HealthyCharacters(CommandTest):
+    def test_none_fails_a_check_of_its_file(self):
+        files = ["mh_male_13k.glb", "mh_female_cmu_13k.glb", "quaternius_female_24k.glb", "bunny.glb",
+                 "cesium_man.glb", "apatosaurus.glb", "alpaca.glb", "snake.glb", "shark.glb", "arnaud.fbx"]
+        for name in files:
+            with self.subTest(name):
+                found = json.loads(self.assert_runs("inspect", character(name), "--json").stdout)
+                self.assertEqual(found["import"], [])
+                self.assertTrue(found["sure"])
+                faults = found["weights"]["faults"]
+                limits = {"wrong_side": 0.04, "far": 0.04, "asymmetry": 0.12, "order": 0.03, "seams": 0.2}
+                for kind, limit in limits.items():
+                    for fault in faults[kind].get("worst", []):
+                        self.assertLessEqual(fault["share"], limit, (kind, fault))
+                self.assertEqual(faults["bind_off"], [])

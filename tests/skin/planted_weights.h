@@ -1,0 +1,32 @@
+#pragma once
+// Faults of weights and binds as they happen, planted on any character, and healthy variants of it.
+#include <string>
+
+#include "skin/anatomy.h"
+
+namespace backbend::skin {
+
+/// Moves `share` of the weight that a joint has on each place to another joint, where `on` (a side
+/// of the middle plane: 1 left, -1 right, 0 both) says so. Returns the number of places changed.
+std::size_t move_weight(Character& character, const Anatomy& anatomy, int from, int to,
+                        double share, int on = 0);
+
+/// Swaps the weights of two joints.
+void swap_weights(Character& character, int a, int b);
+
+/// Binds a joint turned by an angle about its own origin, or shifted, against the others.
+void turn_bind(Character& character, int node, double angle_deg);
+
+/// Healthy variants. Weights averaged over neighbours, so many times.
+Character smoothed(const Character& character, int times);
+/// Vertices joined within cells of a size (share of the height), about `places` of them left.
+Character decimated(const Character& character, std::size_t places);
+/// Each triangle in four, weights averaged.
+Character subdivided(const Character& character);
+/// Body and skeleton in another unit.
+Character scaled(const Character& character, double factor);
+
+/// The node of that name; -1 for none.
+int planted_node(const Character& character, const std::string& name);
+
+}  // namespace backbend::skin

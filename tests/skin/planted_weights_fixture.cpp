@@ -1,0 +1,228 @@
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+#include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
+#include <map>
+#include <numeric>
+#include <tuple>
+
+#include "skin/matrix_facts.h"
+#include "skin/mirror_image.h"
+#include "skin/skinning.h"
+#include "skin/weld.h"
+#include "tests/skin/planted_weights.h"
+
+namespace backbend::skin {
+namespace {
+
+using Index = std::size_t;
+using Weights = std::map<std::uint16_t, double>;
+
+Weights of(const Influences& influences) {
+  Weights out;
+  for (Index k = 0; k < kMaxInfluences; ++k)
+    if (influences.weight[k] > 0.0f) out[influences.joint[k]] += influences.weight[k];
+  return out;
+}
+
+/// The largest eight, of sum 1.
+Influences packed(const Weights& weights) {
+  std::vector<std::pair<double, std::uint16_t>> list;
+  for (const auto& [joint, weight] : weights)
+    if (weight > 0.0) list.emplace_back(-weight, joint);
+  std::sort(list.begin(), list.end());
+  if (list.size() > kMaxInfluences) list.resize(kMaxInfluences);
+  double sum = 0.0;
+  for (const auto& [weight, joint] : list) sum -= weight;
+  Influences out;
+  for (Index k = 0; k < list.size(); ++k) {
+    out.joint[k] = list[k].second;
+    out.weight[k] = static_cast<float>(-list[k].first / sum);
+  }
+  return out;
+}
+
+std::vector<std::uint16_t> joints_of(const Character& character, int node) {
+  std::vector<std::uint16_t> out;
+  for (Index j = 0; j < character.joints.size(); ++j)
+    if (character.joints[j].node == node) out.push_back(static_cast<std::uint16_t>(j));
+  return out;
+}
+
+void weld_again(Character& character) {
+  Places places = weld(character.bind_position);
+  character.place = std::move(places.place);
+  character.place_count = places.count;
+}
+
+}  // namespace
+
+int planted_node(const Character& character, const std::string& name) {
+  for (Index n = 0; n < character.nodes.size(); ++n)
+    if (character.nodes[n].name == name) return static_cast<int>(n);
+  return -1;
+}
+
+std::size_t move_weight(Character& character, const Anatomy& anatomy, int from, int to,
+                        double share, int on) {
+  const Mirror mirror = mirror_of(character, anatomy);
+  const PosedMesh rest = rest_mesh(character);
+  const auto sources = joints_of(character, from), targets = joints_of(character, to);
+  std::size_t count = 0;
+  for (Index v = 0; v < character.vertex_count(); ++v) {
+    const double aside = glm::dot(glm::dvec3(rest.position[v]) - mirror.middle, mirror.left);
+    if (on * aside < 0.0) continue;
+    Weights weights = of(character.influences[v]);
+    double moved = 0.0;
+    for (const std::uint16_t joint : sources)
+      if (const auto found = weights.find(joint); found != weights.end()) {
+        moved += share * found->second;
+        found->second *= 1.0 - share;
+      }
+    if (moved <= 0.0) continue;
+    weights[targets.front()] += moved;
+    character.influences[v] = packed(weights);
+    ++count;
+  }
+  return count;
+}
+
+void swap_weights(Character& character, int a, int b) {
+  const auto first = joints_of(character, a).front(), second = joints_of(character, b).front();
+  for (Influences& influences : character.influences)
+    for (std::uint16_t& joint : influences.joint)
+      joint = joint == first ? second : joint == second ? first : joint;
+}
+
+void turn_bind(Character& character, int node, double angle_deg) {
+  for (const std::uint16_t j : joints_of(character, node))
+    character.joints[j].joint_from_mesh =
+        glm::rotate(glm::dmat4(1.0), glm::radians(angle_deg), glm::dvec3(0, 0, 1)) *
+        character.joints[j].joint_from_mesh;
+}
+
+Character smoothed(const Character& character, int times) {
+  Character out = character;
+  for (int n = 0; n < times; ++n) {
+    std::vector<Weights> at(out.place_count), sum(out.place_count);
+    for (Index v = out.vertex_count(); v-- > 0;) at[out.place[v]] = of(out.influences[v]);
+    sum = at;
+    for (const glm::uvec3& t : out.triangles)
+      for (int k = 0; k < 3; ++k)
+        for (const auto& [joint, weight] : at[out.place[t[(k + 1) % 3]]])
+          sum[out.place[t[k]]][joint] += 0.3 * weight;
+    for (Index v = 0; v < out.vertex_count(); ++v) out.influences[v] = packed(sum[out.place[v]]);
+  }
+  return out;
+}
+
+Character decimated(const Character& character, std::size_t places) {
+  glm::dvec3 low(character.bind_position.front()), high = low;
+  for (const glm::vec3& p : character.bind_position) {
+    low = glm::min(low, glm::dvec3(p));
+    high = glm::max(high, glm::dvec3(p));
+  }
+  const glm::dvec3 sides = high - low;
+  double cell = std::max({sides.x, sides.y, sides.z}) / 8.0;
+  using Key = std::tuple<long, long, long>;
+  std::map<Key, std::uint32_t> number;
+  for (;; cell *= 0.9) {
+    number.clear();
+    for (const glm::vec3& p : character.bind_position) {
+      const glm::dvec3 q = (glm::dvec3(p) - low) / cell;
+      number.try_emplace({std::lround(q.x), std::lround(q.y), std::lround(q.z)}, 0);
+    }
+    if (number.size() >= places) break;
+  }
+  Character out = character;
+  out.parts.resize(1);
+  out.uv.clear();
+  std::vector<glm::dvec3> point, normal;
+  std::vector<Weights> weights;
+  std::vector<double> count;
+  std::vector<std::uint32_t> of_vertex;
+  for (auto& [key, n] : number) n = static_cast<std::uint32_t>(-1);
+  for (Index v = 0; v < character.vertex_count(); ++v) {
+    const glm::dvec3 q = (glm::dvec3(character.bind_position[v]) - low) / cell;
+    std::uint32_t& n = number[{std::lround(q.x), std::lround(q.y), std::lround(q.z)}];
+    if (n == static_cast<std::uint32_t>(-1)) {
+      n = static_cast<std::uint32_t>(point.size());
+      point.emplace_back(0.0);
+      normal.emplace_back(0.0);
+      weights.emplace_back();
+      count.push_back(0.0);
+    }
+    of_vertex.push_back(n);
+    point[n] += glm::dvec3(character.bind_position[v]);
+    normal[n] += glm::dvec3(character.bind_normal[v]);
+    for (const auto& [joint, weight] : of(character.influences[v])) weights[n][joint] += weight;
+    count[n] += 1.0;
+  }
+  out.bind_position.clear();
+  out.bind_normal.clear();
+  out.influences.clear();
+  out.triangles.clear();
+  for (Index n = 0; n < point.size(); ++n) {
+    out.bind_position.emplace_back(point[n] / count[n]);
+    out.bind_normal.emplace_back(glm::length(normal[n]) > 0.0 ? glm::normalize(normal[n])
+                                                              : glm::dvec3(0, 1, 0));
+    out.influences.push_back(packed(weights[n]));
+  }
+  for (const glm::uvec3& t : character.triangles) {
+    const glm::uvec3 made(of_vertex[t.x], of_vertex[t.y], of_vertex[t.z]);
+    if (made.x != made.y && made.y != made.z && made.z != made.x) out.triangles.push_back(made);
+  }
+  out.parts[0].first_vertex = out.parts[0].first_triangle = 0;
+  out.parts[0].vertex_count = static_cast<std::uint32_t>(out.vertex_count());
+  out.parts[0].triangle_count = static_cast<std::uint32_t>(out.triangles.size());
+  weld_again(out);
+  return out;
+}
+
+Character subdivided(const Character& character) {
+  Character out = character;
+  out.uv.clear();
+  out.triangles.clear();
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> middle;
+  const auto between = [&](std::uint32_t a, std::uint32_t b) {
+    const auto key = std::minmax(a, b);
+    const auto [found, is_new] =
+        middle.try_emplace(key, static_cast<std::uint32_t>(out.vertex_count()));
+    if (is_new) {
+      out.bind_position.push_back(0.5f * (out.bind_position[a] + out.bind_position[b]));
+      out.bind_normal.push_back(out.bind_normal[a]);
+      Weights weights = of(out.influences[a]);
+      for (const auto& [joint, weight] : of(out.influences[b])) weights[joint] += weight;
+      out.influences.push_back(packed(weights));
+    }
+    return found->second;
+  };
+  for (const glm::uvec3& t : character.triangles) {
+    const std::uint32_t a = between(t.x, t.y), b = between(t.y, t.z), c = between(t.z, t.x);
+    out.triangles.insert(out.triangles.end(), {{t.x, a, c}, {a, t.y, b}, {c, b, t.z}, {a, b, c}});
+  }
+  out.parts.resize(1);
+  out.parts[0].first_vertex = out.parts[0].first_triangle = 0;
+  out.parts[0].vertex_count = static_cast<std::uint32_t>(out.vertex_count());
+  out.parts[0].triangle_count = static_cast<std::uint32_t>(out.triangles.size());
+  weld_again(out);
+  return out;
+}
+
+Character scaled(const Character& character, double factor) {
+  Character out = character;
+  const glm::dmat4 grow = glm::scale(glm::dmat4(1.0), glm::dvec3(factor));
+  for (Node& node : out.nodes) {
+    node.world_from_node[3] = glm::dvec4(factor * glm::dvec3(node.world_from_node[3]), 1.0);
+    node.parent_from_node[3] = glm::dvec4(factor * glm::dvec3(node.parent_from_node[3]), 1.0);
+  }
+  for (SkinJoint& joint : out.joints)
+    joint.joint_from_mesh =
+        grow * joint.joint_from_mesh * glm::scale(glm::dmat4(1.0), glm::dvec3(1.0 / factor));
+  for (glm::vec3& p : out.bind_position) p = glm::vec3(factor * glm::dvec3(p));
+  weld_again(out);
+  return out;
+}
+
+}  // namespace backbend::skin

@@ -1,0 +1,187 @@
+// Faults of weights planted on real characters are found and named with their size; their healthy
+// variants have none. The table of what was found is printed.
+#include "skin/weight_faults.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "skin/gltf_reader.h"
+#include "skin/import_checks.h"
+#include "tests/skin/planted_weights.h"
+#include "tests/skin/shared_characters.h"
+
+namespace backbend::skin {
+namespace {
+
+// As the table of checks has them: BB063 to BB068, as shares.
+constexpr double kWrongSide = 0.04, kFar = 0.04, kAsymmetry = 0.12, kOrder = 0.03, kSeam = 0.2,
+                 kBindOff = 0.001;
+
+bool is_clean(const Character& character) {
+  const Anatomy anatomy = find_anatomy(character);
+  const WeightFaults faults = find_weight_faults(character, anatomy);
+  const auto off = joints_bound_off(character);
+  return faults.wrong_side.worst() <= kWrongSide && faults.far.worst() <= kFar &&
+         faults.asymmetry.worst() <= kAsymmetry && faults.order.worst() <= kOrder &&
+         faults.seams.worst() <= kSeam &&
+         (off.empty() || off.front().shift <= kBindOff * anatomy.height);
+}
+
+bool names(const WeightAnswer& answer, double limit, int node) {
+  for (const WeightFault& fault : answer.faults)
+    if (fault.value > limit && (fault.node == node || fault.other == node)) return true;
+  return false;
+}
+
+/// Tries of one kind and size, and how many were found.
+std::map<std::pair<std::string, double>, std::pair<int, int>>& table() {
+  static std::map<std::pair<std::string, double>, std::pair<int, int>> rows;
+  return rows;
+}
+void count(const std::string& kind, double size, bool found) {
+  auto& [hits, tries] = table()[{kind, size}];
+  hits += found;
+  ++tries;
+}
+
+class PlantedWeights : public ::testing::TestWithParam<const char*> {
+ public:
+  static void TearDownTestSuite() {
+    for (const auto& [row, hits] : table())
+      std::printf("  %-28s %6.2f  %d of %d\n", row.first.c_str(), row.second, hits.first,
+                  hits.second);
+  }
+};
+
+TEST_P(PlantedWeights, OfHealthyVariantsAreClean) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const auto clean = [&](const char* kind, double size, const Character& variant) {
+    const bool is = is_clean(variant);
+    count(std::string("clean, flagged: ") + kind, size, !is);
+    EXPECT_TRUE(is) << kind << " " << size;
+  };
+  clean("as it is", 0, character);
+  clean("smoothed, times", 2, smoothed(character, 2));
+  for (const std::size_t places : {500u, 2000u, 5000u})
+    if (character.place_count > places)
+      clean("decimated, places", static_cast<double>(places), decimated(character, places));
+  clean("subdivided, times", 1, subdivided(character));
+  for (const double factor : {0.01, 2.54, 100.0})
+    clean("scaled", factor, scaled(character, factor));
+}
+
+TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  if (anatomy.left_arm.size() < 3 || anatomy.right_arm.size() < 3 || anatomy.chest_index < 2)
+    GTEST_SKIP() << "no arms to plant on";
+  // The first arm joint below the clavicle that moves most: twist helpers move little.
+  std::map<int, double> weight;
+  for (const Influences& influences : character.influences)
+    for (std::size_t k = 0; k < kMaxInfluences; ++k)
+      weight[character.joints[influences.joint[k]].node] += influences.weight[k];
+  std::size_t upper = 1;
+  if (weight[anatomy.left_arm[2]] > 2.0 * weight[anatomy.left_arm[1]]) upper = 2;
+  const int vertebra = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2)];
+  const int next = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2) + 1];
+  const auto planted = [&](int from, int to, double share, int on = 0) {
+    Character spoiled = character;
+    move_weight(spoiled, anatomy, from, to, share, on);
+    return spoiled;
+  };
+  const auto faults_of = [&](const Character& spoiled) {
+    return find_weight_faults(spoiled, anatomy);
+  };
+  for (const double share : {0.05, 0.1, 0.2, 0.5}) {
+    const bool gross = share >= 0.1;
+    const int other_arm = anatomy.right_arm[upper];
+    const WeightFaults side = faults_of(planted(anatomy.left_arm[upper], other_arm, share));
+    bool found = names(side.wrong_side, kWrongSide, other_arm) ||
+                 names(side.asymmetry, kAsymmetry, other_arm) || names(side.far, kFar, other_arm);
+    count("arm on the other side's", share, found);
+    if (gross) {
+      EXPECT_TRUE(found) << share;
+    }
+    if (gross && side.wrong_side.worst() > 0.0) {
+      EXPECT_LE(side.wrong_side.worst(), 1.1 * share);   // of a body that is nearly symmetric
+      EXPECT_GE(side.wrong_side.worst(), 0.75 * share);  // no place has all of its weight there
+    }
+    const WeightFaults hand = faults_of(planted(vertebra, anatomy.left_arm.back(), share));
+    found = names(hand.far, kFar, anatomy.left_arm.back());
+    count("vertebra on a hand", share, found);
+    if (gross) {
+      EXPECT_TRUE(found) << share;
+    }
+    if (anatomy.head >= 0)
+      count("vertebra on the head", share,
+            names(faults_of(planted(vertebra, anatomy.head, share)).far, kFar, anatomy.head));
+    const WeightFaults root = faults_of(planted(anatomy.left_arm[2], anatomy.spine[0], share));
+    count("arm on the hips", share,
+          names(root.far, kFar, anatomy.spine[0]) ||
+              names(root.asymmetry, kAsymmetry, anatomy.spine[0]));
+    const WeightFaults up = faults_of(planted(vertebra, next, share, 1));
+    if (up.asymmetry.not_applicable.empty()) {
+      found = names(up.asymmetry, kAsymmetry, vertebra) || names(up.asymmetry, kAsymmetry, next);
+      count("left half one vertebra up", share, found);
+      if (share >= 0.2) {
+        EXPECT_TRUE(found) << share;
+      }
+      const int clavicle = anatomy.left_arm[0];
+      const WeightFaults moved = faults_of(planted(clavicle, vertebra, share));
+      found = names(moved.asymmetry, kAsymmetry, clavicle);
+      count("clavicle on a vertebra", share, found);
+      if (share >= 0.5) {
+        EXPECT_TRUE(found) << share;
+      }
+    } else {
+      EXPECT_NE(up.asymmetry.not_applicable.find("symmetric"), std::string::npos);
+    }
+  }
+  for (std::size_t k = 1; k < anatomy.chest_index; ++k) {
+    Character spoiled = character;
+    swap_weights(spoiled, anatomy.spine[k], anatomy.spine[k + 1]);
+    double all = 0.0;
+    for (const auto& [node, sum] : weight) all += sum;
+    const auto at = [&](std::size_t joint) {
+      return glm::dvec3(
+          character.nodes[static_cast<std::size_t>(anatomy.spine[joint])].world_from_node[3]);
+    };
+    // A tip that moves next to nothing has no middle to speak of, nor do joints in one place, and
+    // a tail fin ends where it begins.
+    if (k + 2 == anatomy.spine.size()) continue;
+    if (glm::distance(at(k), at(k + 1)) < 0.05 * anatomy.spine_length) continue;
+    if (std::min(weight[anatomy.spine[k]], weight[anatomy.spine[k + 1]]) < 0.003 * all) continue;
+    const bool found = names(faults_of(spoiled).order, kOrder, anatomy.spine[k]);
+    count("neighbours swapped", 1, found);
+    EXPECT_TRUE(found) << k;
+  }
+  for (const double angle : {1.0, 2.0, 5.0, 10.0})
+    for (const int node : {vertebra, anatomy.left_arm[0]}) {
+      Character spoiled = character;
+      turn_bind(spoiled, node, angle);
+      const auto off = joints_bound_off(spoiled);
+      const bool found =
+          !off.empty() && off.front().node == node && off.front().shift > kBindOff * anatomy.height;
+      count("bind pose off, degrees", angle, found);
+      if (angle >= 5.0) {
+        EXPECT_TRUE(found) << angle;
+      }
+      if (found) {
+        EXPECT_NEAR(off.front().angle_deg, angle, 0.05 * angle);
+      }
+    }
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, PlantedWeights,
+                         ::testing::Values("mh_male_13k.glb", "mh_female_cmu_13k.glb",
+                                           "quaternius_female_24k.glb", "bunny.glb",
+                                           "cesium_man.glb", "apatosaurus.glb", "alpaca.glb",
+                                           "snake.glb", "shark.glb"));
+
+}  // namespace
+}  // namespace backbend::skin
