@@ -69,7 +69,8 @@ class JudgingAClip(CommandTest):
         found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
         self.assertEqual(len(found), 1, found)
         self.assertEqual(found[0]["place"], {"joint": "spine"})
-        self.assertEqual(found[0]["frame"], 1021)
+        self.assertEqual((found[0]["frame"], found[0]["time"]), (20, 20 / 24))
+        self.assertEqual(found[0]["owner"], "RIG")  # the clip says what its controls did
         self.assertAlmostEqual(found[0]["control_deg"], 0.0)
         # 178 degrees back where the motion around says 2 on.
         self.assertAlmostEqual(found[0]["value"], 180.0, delta=0.01)
@@ -174,7 +175,7 @@ class JudgingPoints(CommandTest):
             with self.subTest(cache.name):
                 self.assert_runs("check", self.body(), "--baked", cache, "-o", cache.name + ".out", code=1)
                 found = [f for f in report_of(self.folder / (cache.name + ".out"))["findings"] if f["code"] == "BB001"]
-                self.assertEqual([f["frame"] for f in found], [1021])
+                self.assertEqual([f["frame"] for f in found], [20])
 
     def test_steady_points_hold_no_flip(self):
         for cache in self.caches(steady):
@@ -211,7 +212,9 @@ class JudgingASkeletonsMotion(CommandTest):
 
     def assert_the_jump_was_found(self):
         found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
-        self.assertEqual([(f["frame"], f["place"]) for f in found], [(1013, {"joint": "chest"})])
+        self.assertEqual([(f["frame"], f["place"]) for f in found], [(12, {"joint": "chest"})])
+        self.assertAlmostEqual(found[0]["time"], 12 * 0.04, places=5)
+        self.assertEqual(found[0]["owner"], "MOTION")
 
     def test_its_chain_is_judged_without_a_body(self):
         result = self.assert_runs("check", "--baked", self.swaying(), "-o", "out", code=1)
