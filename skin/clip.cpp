@@ -3,6 +3,8 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <string_view>
 
 #include "skin/asset_folder.h"
@@ -41,6 +43,7 @@ void keep_sweep(Clip& clip, const std::string& name) {
         begin, begin + static_cast<std::ptrdiff_t>(sweep.count * width));
   };
   cut(clip.time, 1);
+  cut(clip.frame_number, 1);
   cut(clip.world, clip.joint_count());
   cut(clip.point, clip.point_count);
   cut(clip.control_value, clip.control.size());
@@ -48,6 +51,28 @@ void keep_sweep(Clip& clip, const std::string& name) {
 }
 
 }  // namespace
+
+std::vector<int> frame_numbers(const std::vector<double>& time) {
+  std::vector<int> out(time.size());
+  for (std::size_t f = 0; f < time.size(); ++f) out[f] = static_cast<int>(f);
+  double spacing = std::numeric_limits<double>::infinity();
+  for (std::size_t f = 1; f < time.size(); ++f) spacing = std::min(spacing, time[f] - time[f - 1]);
+  if (time.size() < 2 || !(spacing > 0.0)) return out;
+  // The smallest gap is the one that rounding has hit hardest: the whole span tells the spacing.
+  const double span = time.back() - time.front(), frames = std::round(span / spacing);
+  spacing = span / frames;
+  // A tenth of a frame: float seconds round a thousandth of one after an hour.
+  constexpr double kOff = 0.1, kMost = 1e8;
+  const double first = std::round(time.front() / spacing);
+  if (!(std::abs(first) + frames < kMost)) return out;
+  std::vector<int> grid;
+  for (const double t : time) {
+    const double number = std::round((t - time.front()) / spacing);
+    if (std::abs((t - time.front()) / spacing - number) > kOff) return out;
+    grid.push_back(static_cast<int>(first + number));
+  }
+  return grid.front() < 0 ? out : grid;
+}
 
 Clip read_clip(const std::filesystem::path& file, const ClipOptions& options) {
   const std::string ending = file.extension().string();

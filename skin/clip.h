@@ -31,6 +31,9 @@ struct Clip {
   bool in_metres = false;  // the form names its unit, and it was applied
 
   std::vector<double> time;  // seconds, one per frame, rising within a sweep
+  // The file's own number of each frame, counted from 0 at its second 0; -1 in a sweep whose poses
+  // have no time.
+  std::vector<int> frame_number;
   std::vector<ClipSweep> sweeps;
 
   std::vector<std::string> joint;  // names
@@ -72,6 +75,10 @@ Clip parse_backbend_clip(const std::string& file, const std::vector<std::uint8_t
 Clip parse_mdd(const std::string& file, const std::vector<std::uint8_t>& bytes);
 Clip parse_pc2(const std::string& file, const std::vector<std::uint8_t>& bytes,
                double frames_per_second);
+
+/// Numbers of frames at these rising times, seconds: whole multiples of their common spacing where
+/// they have one (a key at second 1 of a 30-per-second clip is frame 30), else 0, 1, 2 ...
+std::vector<int> frame_numbers(const std::vector<double>& time);
 
 /// Joint matrices that a clip may hold, over all its frames: 256 MB of them.
 constexpr std::size_t kMaxClipMatrices = std::size_t{1} << 21;

@@ -157,7 +157,12 @@ void read_poses(const Header& header, Clip& clip) {
     const bool starts = clip.sweeps.empty() || clip.sweeps.back().name != sweep;
     if (starts) clip.sweeps.push_back({sweep, p, 0});
     ++clip.sweeps.back().count;
-    clip.time.push_back(header.number(pose, place, "time").value_or(static_cast<double>(p) / rate));
+    const std::optional<double> time = header.number(pose, place, "time");
+    clip.time.push_back(time.value_or(static_cast<double>(p) / rate));
+    const double number = std::round(clip.time.back() * rate);
+    clip.frame_number.push_back(!time                           ? -1
+                                : number >= 0.0 && number < 1e9 ? static_cast<int>(number)
+                                                                : static_cast<int>(p));
     if (!starts && !(clip.time[p - 1] < clip.time[p]))
       header.fail(place + "/time", "does not lie after the one before it");
     if (const json* controls =

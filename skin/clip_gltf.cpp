@@ -294,6 +294,8 @@ Clip read_gltf_clip(const GltfDocument& document, const ClipOptions& options) {
       }
       clip.time.push_back(time);
     }
+    const std::vector<int> numbers = frame_numbers(times);
+    clip.frame_number.insert(clip.frame_number.end(), numbers.begin(), numbers.end());
     clip.sweeps.push_back({name, first, times.size()});
   }
   if (clip.sweeps.empty()) {

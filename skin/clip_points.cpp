@@ -72,6 +72,7 @@ Clip parse_mdd(const std::string& file, const std::vector<std::uint8_t>& bytes) 
     if (!std::isfinite(clip.time.back()) || (f > 0 && !(clip.time[f - 1] < clip.time[f])))
       fail(file, "time of frame " + std::to_string(f), "does not lie after the one before it");
   }
+  clip.frame_number = frame_numbers(clip.time);
   load_points(file, bytes.data() + header, frames, points, true, clip);
   clip.source = "MDD point cache";
   return clip;
@@ -96,6 +97,10 @@ Clip parse_pc2(const std::string& file, const std::vector<std::uint8_t>& bytes,
   Clip clip;
   for (std::uint64_t f = 0; f < frames; ++f) {
     clip.time.push_back((start + step * static_cast<double>(f)) / frames_per_second);
+    // The cache counts frames itself; what no whole number holds is counted from 0.
+    const double number = std::round(start + step * static_cast<double>(f));
+    clip.frame_number.push_back(number >= 0.0 && number < 1e9 ? static_cast<int>(number)
+                                                              : static_cast<int>(f));
     // A step is lost to rounding beside a first frame that is large enough.
     if (f > 0 && !(clip.time[f - 1] < clip.time[f]))
       fail(file, "time of frame " + std::to_string(f), "does not lie after the one before it");

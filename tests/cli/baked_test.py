@@ -69,7 +69,8 @@ class JudgingAClip(CommandTest):
         found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
         self.assertEqual(len(found), 1, found)
         self.assertEqual(found[0]["place"], {"joint": "spine"})
-        self.assertEqual(found[0]["frame"], 1021)
+        self.assertEqual((found[0]["frame"], found[0]["time"]), (20, 20 / 24))
+        self.assertEqual(found[0]["owner"], "RIG")  # the clip says what its controls did
         self.assertAlmostEqual(found[0]["control_deg"], 0.0)
         # 178 degrees back where the motion around says 2 on.
         self.assertAlmostEqual(found[0]["value"], 180.0, delta=0.01)
@@ -174,7 +175,7 @@ class JudgingPoints(CommandTest):
             with self.subTest(cache.name):
                 self.assert_runs("check", self.body(), "--baked", cache, "-o", cache.name + ".out", code=1)
                 found = [f for f in report_of(self.folder / (cache.name + ".out"))["findings"] if f["code"] == "BB001"]
-                self.assertEqual([f["frame"] for f in found], [1021])
+                self.assertEqual([f["frame"] for f in found], [20])
 
     def test_steady_points_hold_no_flip(self):
         for cache in self.caches(steady):
@@ -211,7 +212,9 @@ class JudgingASkeletonsMotion(CommandTest):
 
     def assert_the_jump_was_found(self):
         found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
-        self.assertEqual([(f["frame"], f["place"]) for f in found], [(1013, {"joint": "chest"})])
+        self.assertEqual([(f["frame"], f["place"]) for f in found], [(12, {"joint": "chest"})])
+        self.assertAlmostEqual(found[0]["time"], 12 * 0.04, places=5)
+        self.assertEqual(found[0]["owner"], "MOTION")
 
     def test_its_chain_is_judged_without_a_body(self):
         result = self.assert_runs("check", "--baked", self.swaying(), "-o", "out", code=1)
@@ -226,6 +229,82 @@ class JudgingASkeletonsMotion(CommandTest):
         self.assertIn("slice_area", report_of(self.folder / "out")["rigs"][0]["summary"])
 
 
+# Name, parent, place: a spine of four bones that is somebody.
+FIGURE = ([("hips", -1, (0, 1.0, 0))] + [(f"spine_0{k}", k - 1, (0, 1.0 + 0.12 * k, 0)) for k in range(1, 5)] +
+          [("neck", 4, (0, 1.6, 0)), ("head", 5, (0, 1.7, 0.01))])
+for _side, _x in (("Left", 1), ("Right", -1)):
+    for _names, _root, _places in (
+            (("Shoulder", "Arm", "ForeArm", "Hand"), 4, ((0.04, 1.56), (0.18, 1.56), (0.45, 1.56), (0.7, 1.56))),
+            (("UpLeg", "Leg", "Foot"), 0, ((0.1, 0.95), (0.1, 0.5), (0.1, 0.05)))):
+        for _k, (_name, (_across, _up)) in enumerate(zip(_names, _places)):
+            FIGURE.append((_side + _name, _root if _k == 0 else len(FIGURE) - 1,
+                           (_x * _across, _up, 0.05 if _name == "Foot" else 0)))
+
+
+def leaning_clip(path, clavicle_deg=0.0, arm_control=False, timed=True):
+    """The spine bends back to 60 degrees by one control; the clavicles turn against it, to `clavicle_deg`."""
+    place = {name: at for name, _, at in FIGURE}
+    joints = [(name, parent, [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, *at, 1]) for name, parent, at in FIGURE]
+    writer = backbend_clip.ClipWriter(joints, program="test")
+    for frame in range(31):
+        turned, at, matrices = {}, {}, []
+        for name, parent, rest in FIGURE:
+            above = FIGURE[parent][0] if parent >= 0 else None
+            own = -2.0 * frame / 4 if name.startswith("spine") else 0.0
+            own += clavicle_deg * frame / 30 if name.endswith("Shoulder") else 0.0
+            turned[name] = own + (turned[above] if above else 0.0)
+            if above:
+                a = math.radians(turned[above])
+                dx, dy, dz = (r - b for r, b in zip(rest, place[above]))
+                at[name] = [p + d for p, d in zip(at[above], (dx, math.cos(a) * dy - math.sin(a) * dz,
+                                                             math.sin(a) * dy + math.cos(a) * dz))]
+            else:
+                at[name] = list(rest)
+            a = math.radians(turned[name])
+            matrices.append([1, 0, 0, 0, 0, math.cos(a), math.sin(a), 0, 0, -math.sin(a), math.cos(a), 0,
+                             *at[name], 1])
+        controls = {"chest.rx": -2.0 * frame}
+        if arm_control:
+            controls["clavicles.rx"] = clavicle_deg * frame / 30
+        writer.add(matrices, None, sweep="extension", controls=controls)
+        if not timed:
+            del writer.header["poses"][-1]["time"]
+    writer.save(str(path))
+    return path
+
+
+class ClaviclesOfALivingRig(CommandTest):
+    def judged(self, code, **clip):
+        self.assert_runs("check", "--baked", leaning_clip(self.folder / "lean.clip", **clip), "-o", "out", code=code)
+        return report_of(self.folder / "out")
+
+    def test_their_drift_is_found_by_its_size_while_only_the_chest_control_moves(self):
+        for size in (1.8, 5, 30):
+            with self.subTest(size):
+                (found,) = [f for f in self.judged(1, clavicle_deg=size)["findings"] if f["verdict"] == "fail"]
+                self.assertEqual((found["code"], found["owner"], found["frame"]), ("BB020", "RIG", 30))
+                self.assertAlmostEqual(found["value"], size, delta=0.01 * size)
+                self.assertIn("Shoulder", found["place"]["joint"])
+
+    def test_what_a_control_of_the_arms_turned_is_no_drift(self):
+        report = self.judged(0, clavicle_deg=30, arm_control=True)
+        (row,) = [row for row in report["rigs"][0]["coverage"] if row["code"] == "BB020"]
+        self.assertEqual(row["not_applicable"], row["planned"])
+        self.assertTrue(any("clavicles.rx" in note for note in report["characters"][0]["notes"]), report["characters"])
+
+    def test_a_clean_rig_passes_and_is_ahead_of_one_that_drifts(self):
+        self.judged(0)
+        good, bad = (leaning_clip(self.folder / name, size) for name, size in (("good.clip", 0), ("bad.clip", 5)))
+        result = self.assert_runs("compare", good, bad, "--json")
+        (one,) = json.loads(result.stdout)["comparisons"]
+        self.assertEqual(one["ahead"], "b", one)
+        self.assertEqual(one["worst_of_a"][0]["code"], "BB020")
+
+    def test_poses_without_time_have_no_frame_and_no_second(self):
+        (found,) = [f for f in self.judged(1, clavicle_deg=5, timed=False)["findings"] if f["verdict"] == "fail"]
+        self.assertEqual((found["frame"], found["time"], found["pose_index"]), (None, None, 30))
+
+
 class JudgingRealMotion(CommandTest):
     def test_captures_as_bvh_hold_no_flip_on_a_body_of_other_names_and_stance(self):
         body = character("mh_female_cmu_13k.glb")
@@ -235,14 +314,10 @@ class JudgingRealMotion(CommandTest):
                 clip = character("motion/" + name)
                 result = self.backbend("check", body, "--baked", clip, "-o", name)
                 report = report_of(self.folder / name)
-                self.assertEqual(result.returncode, report["exit_code"], result.stderr)
-                jumps = ("BB001", "BB010", "BB020", "BB021")
-                self.assertEqual([f for f in report["findings"] if f["code"] in jumps], [])
+                self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
                 # What turns over where the legs join is there under an even bend too: not the spine's.
-                for finding in report["findings"]:
-                    if finding["code"] == "BB033":
-                        self.assertEqual((finding["owner"], finding["verdict"]), ("WEIGHTS", "stress"), finding)
-                self.assertIn("BB033", [f["code"] for f in report["findings"]])
+                self.assertEqual({f["verdict"] for f in report["findings"]} - {"stress"}, set())
+                self.assertNotIn("SOLVER", [f["owner"] for f in report["findings"]])
                 self.assertEqual(len(report["rigs"][0]["sweeps"][0]["control_deg"]), frames)
                 self.assertEqual("matched by their place" in result.stdout, renamed, result.stdout)
 
@@ -251,8 +326,7 @@ class JudgingRealMotion(CommandTest):
         result = self.backbend("check", "--baked", clip, "-o", "out")
         report = report_of(self.folder / "out")
         self.assertEqual(result.returncode, report["exit_code"], result.stderr)
-        self.assertIn(result.returncode, (0, 1))
-        self.assertEqual([f for f in report["findings"] if f["code"] in ("BB001", "BB010", "BB020", "BB021")], [])
+        self.assertEqual(result.returncode, 0, result.stdout)
         poses = sum(len(sweep["control_deg"]) for sweep in report["rigs"][0]["sweeps"])
         self.assertEqual(poses, 144)
 

@@ -58,9 +58,25 @@ TEST(ReportJson, HoldsEveryKeyOfTheSpecificationInAFinding) {
        {"code", "character", "rig", "sweep", "pose", "frame", "time", "control_deg", "place",
         "value", "limit", "unit", "verdict", "owner", "geometry", "image", "reproduce"})
     EXPECT_TRUE(document["findings"][0].contains(key)) << key;
-  EXPECT_EQ(document["findings"][0]["frame"], 1030);  // extension 58 is pose 29 of 0..180 by 2
+  EXPECT_EQ(document["findings"][0]["pose_index"], 29);  // extension 58 of 0..180 by 2
+  EXPECT_TRUE(document["findings"][0]["frame"].is_null());  // a sweep has no time
+  EXPECT_TRUE(document["findings"][0]["time"].is_null());
   EXPECT_EQ(document["findings"][0]["place"], (nlohmann::json{{"joint", "bone_07"}}));
   EXPECT_EQ(document["findings"][3]["image"], "not_measured");
+}
+
+TEST(ReportJson, AClipsFindingHasTheClipsOwnFrameAndSecond) {
+  Report report = sample_report();
+  report.findings[0].frame = 43;
+  report.findings[0].time_s = 43.0 / 30.0;
+  const std::string text = report_json(report);
+  const auto document = nlohmann::json::parse(text);
+  EXPECT_EQ(document["findings"][0]["frame"], 43);
+  EXPECT_EQ(document["findings"][0]["time"], 43.0 / 30.0);
+  const Report back = parse_report(text);
+  EXPECT_EQ(back.findings[0].frame, 43);
+  EXPECT_EQ(back.findings[0].time_s, 43.0 / 30.0);
+  EXPECT_EQ(back.findings[0].pose_index, 29);
 }
 
 TEST(ReportJson, KeepsEveryDoubleExactly) {

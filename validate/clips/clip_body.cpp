@@ -491,7 +491,8 @@ void ClipBody::hold_hips() {
   const int hips = anatomy_.spine.front();
   const glm::dvec3 rest = origin(character_.nodes[static_cast<Index>(hips)].world_from_node);
   for (Index f = 0; f < frames_; ++f) {
-    const glm::dquat back = glm::conjugate(turn(f, hips));
+    hips_turn_.push_back(turn(f, hips));
+    const glm::dquat back = glm::conjugate(hips_turn_.back());
     const glm::dvec3 posed = origin(world_[f][static_cast<Index>(hips)]);
     const glm::dmat4 hips_back = skin::rigid_matrix(back, posed, rest);
     for (glm::dmat4& world : world_[f]) world = hips_back * world;

@@ -40,6 +40,8 @@ class ClipBody {
   const std::vector<glm::dmat4>& world_from_node(std::size_t frame) const { return world_[frame]; }
   /// Rotation of a node from rest, in the hips' frame; not finite where the clip collapses it.
   glm::dquat turn(std::size_t frame, int node) const;
+  /// Rotation of the hips from rest, in the world, before they were held.
+  const glm::dquat& hips_turn(std::size_t frame) const { return hips_turn_[frame]; }
   /// Whether the clip says where the vertices are, so that no skinning is needed.
   bool has_points() const { return !point_.empty(); }
   /// The body as the clip has it: its own points, or linear blending of its joints.
@@ -74,6 +76,7 @@ class ClipBody {
   double unit_ = 1.0;            // the clip's in the character's
   std::vector<int> clip_joint_;  // of each node, -1 for none
   std::vector<std::vector<glm::dmat4>> world_;
+  std::vector<glm::dquat> hips_turn_;
   std::vector<glm::vec3> point_;  // [frames x vertices]
   std::vector<std::string> notes_;
 };

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
+#include "skin/matrix_facts.h"
 #include "validate/run/judge.h"
 #include "validate/verdicts/booking.h"
 
@@ -33,9 +35,9 @@ bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, Metri
     case MetricId::chain_kink:
       return record.has_corners;
     case MetricId::arm_drift:
-      return record.has_arms && record.clavicles_rest;
+      return record.has_arms && sweep.drift_applies;
     case MetricId::arm_shift:
-      return record.has_arms && sweep.range.count >= kLeastFrames;
+      return record.has_slides && sweep.range.count >= kLeastFrames;
     case MetricId::volume:
       return !record.open_mesh;
     default:
@@ -48,12 +50,26 @@ bool decides(MetricId metric, const Check& check) {
   return check.decides && metric != MetricId::length_change;
 }
 
+/// Whose the motion is: a rig's where the clip says what its controls did, or holds nothing but
+/// what a rig's deformers made; else it was captured or keyed.
+Owner owner_of_motion(const skin::Clip& clip) {
+  return clip.control.empty() && !clip.joint.empty() ? Owner::motion : Owner::rig;
+}
+
+Owner owner_of(const Check& check, const skin::Clip& clip) {
+  return check.owner == Owner::solver || check.subject == Subject::chain ? owner_of_motion(clip)
+                                                                         : check.owner;
+}
+
 std::string frame_text(const ClipContext& context, const ClipSweepRecord& sweep, Index pose) {
+  const Index f = sweep.range.first + pose;
   std::string text;
   if (!sweep.control.empty())
     text = sweep.control + " " + number_text(sweep.poses[pose].control_deg, 3) + ", ";
-  return text + "frame " + std::to_string(kFirstFrame + static_cast<int>(pose)) + " (" +
-         number_text(context.clip.time[sweep.range.first + pose], 3) + " s)";
+  const int number = context.clip.frame_number[f];
+  if (number < 0) return text + "pose " + std::to_string(pose);
+  return text + "frame " + std::to_string(number) + " (" + number_text(context.clip.time[f], 3) +
+         " s)";
 }
 
 Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
@@ -66,39 +82,81 @@ Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   finding.sweep = sweep.range.name;
   finding.pose = frame_text(context, sweep, pose);
   finding.pose_index = static_cast<int>(pose);
+  const Index f = sweep.range.first + pose;
+  if (context.clip.frame_number[f] >= 0) {
+    finding.frame = context.clip.frame_number[f];
+    finding.time_s = context.clip.time[f];
+  }
   finding.control_deg = sweep.poses[pose].control_deg;
   finding.limit = context.limits.of(code).value;
   finding.unit = check.unit;
-  finding.owner = check.owner;
+  finding.owner = owner_of(check, context.clip);
   finding.verdict = Verdict::fail;
-  finding.geometry["time_s"] = context.clip.time[sweep.range.first + pose];
   finding.image.note = "no pictures of clips are measured";
   finding.reproduce = context.command;
   return finding;
 }
 
-/// Jumps of several joints between the same two frames are one event: the widest is its finding.
+/// The jump that stands for all of one place: the widest of a single joint, the lowest on the chain
+/// where several are as wide; or, where many small ones add up, what they come to, at the lowest
+/// joint that turns by all of it.
+const ClipJump& leading_jump(const ClipRecord& record, std::span<const ClipJump> jumps) {
+  using Against = WatchedJoint::Against;
+  constexpr double kAsWide = 0.9, kAddsUp = 1.15;
+  const auto lowest_widest = [&](auto is_counted) {
+    const ClipJump* best = nullptr;
+    double widest = 0.0;
+    for (const ClipJump& jump : jumps)
+      if (is_counted(jump)) widest = std::max(widest, jump.size_deg);
+    for (const ClipJump& jump : jumps)
+      if (best == nullptr && is_counted(jump) && jump.size_deg >= kAsWide * widest) best = &jump;
+    return best;
+  };
+  const auto is_sum = [&](const ClipJump& jump) {
+    return record.watched[jump.joint].against == Against::hips;
+  };
+  const ClipJump* own = lowest_widest([&](const ClipJump& jump) { return !is_sum(jump); });
+  const ClipJump* sum = lowest_widest(is_sum);
+  if (own == nullptr) return *sum;
+  return sum != nullptr && sum->size_deg > kAddsUp * own->size_deg ? *sum : *own;
+}
+
+/// Jumps of several joints between the same two frames are one event.
 std::vector<Finding> flip_findings(const ClipRecord& record, const ClipContext& context,
                                    const ClipSweepRecord& sweep) {
+  using Against = WatchedJoint::Against;
   std::vector<Finding> out;
-  const std::vector<ClipJump>& jumps = sweep.flips.jumps;
+  const std::span<const ClipJump> jumps = sweep.flips.jumps;
   for (Index first = 0; first < jumps.size();) {
-    Index last = first, widest = first;
+    Index last = first;
     std::string joints;
     for (; last < jumps.size() && jumps[last].frame == jumps[first].frame; ++last) {
-      if (jumps[last].size_deg > jumps[widest].size_deg) widest = last;
-      joints += (joints.empty() ? "" : ", ") + record.watched[jumps[last].joint].name + " by " +
-                number_text(jumps[last].size_deg, 1) + " deg";
+      const WatchedJoint& joint = record.watched[jumps[last].joint];
+      if (joint.against != Against::hips)
+        joints += (joints.empty() ? "" : ", ") + joint.name + " by " +
+                  number_text(jumps[last].size_deg, 1) + " deg";
     }
-    const ClipJump& jump = jumps[widest];
+    const ClipJump& jump = leading_jump(record, jumps.subspan(first, last - first));
+    const WatchedJoint& joint = record.watched[jump.joint];
     Finding finding = start_finding(context, sweep, "BB001", jump.frame + 1);
     finding.value = jump.size_deg;
     finding.limit = jump.expected_deg;
-    finding.joint = record.watched[jump.joint].name;
-    finding.detail = "jump from one frame to the next: " + joints +
-                     "; the motion around explains " + number_text(jump.expected_deg, 1) + " deg";
+    finding.joint = joint.name;
+    finding.detail = jump.frames_out == 0   ? "jump from one frame to the next, and it stays: "
+                     : jump.frames_out == 1 ? "pop for one frame, out and back: "
+                                            : "pop, out and back after " +
+                                                  std::to_string(jump.frames_out) + " frames: ";
+    if (joint.against == Against::hips)
+      finding.detail += joint.name + " by " + number_text(jump.size_deg, 1) +
+                        " deg against the hips, what the joints below it add up to" +
+                        (joints.empty() ? "" : " (" + joints + ")");
+    else
+      finding.detail += joints;
+    if (joint.against == Against::world) finding.detail += ", in the world";
+    finding.detail += "; the motion around explains " + number_text(jump.expected_deg, 1) + " deg";
     finding.geometry["before_deg"] = sweep.poses[jump.frame].control_deg;
     finding.geometry["after_deg"] = finding.control_deg;
+    finding.geometry["frames_out"] = static_cast<double>(jump.frames_out);
     finding.geometry["joints"] = static_cast<double>(last - first);
     out.push_back(std::move(finding));
     first = last;
@@ -114,7 +172,8 @@ std::optional<Index> worst_failing(const ClipSweepRecord& sweep, MetricId metric
     const double value = sweep.poses[i].at(metric).value;
     if (judge(check, value, limit) != Verdict::fail) continue;
     const double here = excess(check, value, limit);
-    if (!worst || here > most) {
+    // Rounding makes no frame of a plateau the worst: the first one is.
+    if (!worst || here > most * (1.0 + 1e-3)) {
       worst = i;
       most = here;
     }
@@ -122,12 +181,16 @@ std::optional<Index> worst_failing(const ClipSweepRecord& sweep, MetricId metric
   return worst;
 }
 
-Finding metric_finding(const ClipContext& context, const ClipSweepRecord& sweep, MetricId metric,
-                       const Check& check, Index pose) {
+Finding metric_finding(const ClipRecord& record, const ClipContext& context,
+                       const ClipSweepRecord& sweep, MetricId metric, const Check& check,
+                       Index pose) {
   Finding finding = start_finding(context, sweep, check.code, pose);
   const Measured& measured = sweep.poses[pose].at(metric);
   finding.value = measured.value;
   set_place(metric, measured.place, context.system.joint_names(), finding);
+  const bool watched = metric == MetricId::arm_shift || metric == MetricId::arm_drift;
+  if (watched && measured.place >= 0)
+    finding.joint = record.watched[static_cast<Index>(measured.place)].name;
   if (!decides(metric, check)) finding.verdict = Verdict::stress;
   std::size_t frames = 0;
   for (const PoseRecord& each : sweep.poses)
@@ -135,8 +198,51 @@ Finding metric_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
                    finding.unit + ", over the limit in " + std::to_string(frames) + " of " +
                    std::to_string(sweep.poses.size()) + " frames";
+  if (metric == MetricId::arm_shift)
+    finding.detail = finding.joint + " slides on its parent by " + number_text(finding.value, 2) +
+                     " % of the spine (" +
+                     number_text(10.0 * finding.value * context.anatomy.spine_length, 1) +
+                     " mm); " + finding.detail;
+  if (metric == MetricId::arm_drift)
+    finding.detail = finding.joint + " turns by " + number_text(finding.value, 2) +
+                     " deg against what carries it, and nobody moved an arm; " + finding.detail;
   if (metric == MetricId::length_change)
     finding.detail += "; no option says how much stretch is meant";
+  return finding;
+}
+
+/// A joint that leaves its share of the bend over some frames of a sweep: kink, or roll where it
+/// turns about its own bone.
+std::optional<Finding> share_finding(const ClipRecord& record, const ClipContext& context,
+                                     const ClipSweepRecord& sweep) {
+  const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
+  Index worst = 0;
+  for (Index i = 1; i < sweep.shares.size(); ++i)
+    if (over(sweep.shares[i]) > over(sweep.shares[worst]) + 1e-3) worst = i;
+  if (sweep.shares.empty() || !(over(sweep.shares[worst]) > 0.0)) return std::nullopt;
+  const ShareExcess& excess = sweep.shares[worst];
+  const auto k = static_cast<Index>(record.share_joint[static_cast<Index>(excess.joint)]);
+  Finding finding = start_finding(context, sweep, "BB010", worst);
+  finding.value = excess.deg;
+  finding.limit = excess.limit_deg;
+  finding.joint = record.watched[k].name;
+  const auto place = [&](Index joint) {
+    const std::vector<int>& spine = context.anatomy.spine;
+    return skin::origin(
+        context.character.nodes[static_cast<Index>(spine[std::min(joint, spine.size() - 1)])]
+            .world_from_node);
+  };
+  const glm::dvec3 bone = place(k + 1) - place(k);
+  // Within 45 degrees of the bone it is a roll.
+  const bool rolls =
+      std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
+  const auto frames = std::count_if(sweep.shares.begin(), sweep.shares.end(),
+                                    [&](const ShareExcess& each) { return over(each) > 0.0; });
+  finding.detail = finding.joint + (rolls ? " rolls by " : " is bent by ") +
+                   number_text(finding.value, 2) + " deg beyond its share of the spine's " +
+                   "turn, in " + std::to_string(frames) + " of " +
+                   std::to_string(sweep.shares.size()) + " frames";
+  finding.geometry["frames"] = static_cast<double>(frames);
   return finding;
 }
 
@@ -161,9 +267,10 @@ LimitSet clip_limits() {
     limits.set(code, {value, LimitLayer::builtin, "baked clips", "backbend", reason});
   };
   set("BB001", ClipSettings{}.smallest_deg,
-      "frames cannot be bisected: captured shoulders and necks change their pace by up to 33 deg "
-      "from frame to frame, interpolation jumps by 60 and more; the limit rises where the clip "
-      "itself moves faster");
+      "frames cannot be bisected: a step is a jump where it leaves the prediction of the frames on "
+      "both sides by 7 deg, and by three times what the paces around it vary by; captured dance "
+      "and "
+      "acrobatics reach 2.5 times");
   set("BB010", 15.0,
       "no curve is known that the chain should follow; a joint is held against its neighbours, "
       "and captured acrobatics bend three-joint spines unevenly by up to 8 deg");
@@ -181,13 +288,16 @@ std::vector<Finding> judge_clip(const ClipRecord& record, const ClipContext& con
       finding.detail = "a joint's matrix has no rotation: mirrored, collapsed or not finite";
       findings.push_back(std::move(finding));
     }
+    const std::optional<Finding> share = share_finding(record, context, sweep);
+    if (share) findings.push_back(*share);
     for (Index m = 0; m < kMetricCount; ++m) {
       const auto metric = static_cast<MetricId>(m);
       const Check& check = *find_check(pose_metrics()[m].code);
+      if (metric == MetricId::chain_kink && share) continue;  // the same, with its size
       if (!check.decides || !is_applicable(record, sweep, metric)) continue;
       if (metric == MetricId::non_finite && !sweep.flips.finite) continue;  // a finding already
       const auto worst = worst_failing(sweep, metric, check, context.limits.of(check.code).value);
-      if (worst) findings.push_back(metric_finding(context, sweep, metric, check, *worst));
+      if (worst) findings.push_back(metric_finding(record, context, sweep, metric, check, *worst));
     }
   }
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {
@@ -231,7 +341,7 @@ void book_clip_owners(const ClipContext& context, const ClipRecord& record,
     if (finding.code == "BB033" && booking.owner == Owner::solver &&
         facts.value - facts.ideal <= finding.limit)
       booking = {booking.verdict, Owner::weights, false};
-    finding.owner = booking.owner;
+    finding.owner = booking.owner == Owner::solver ? owner_of_motion(context.clip) : booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
     finding.geometry["ideal"] = facts.ideal;
     finding.detail += "; an even bend with the same ends gives " + number_text(facts.ideal, 3);
@@ -306,15 +416,16 @@ CanaryResult clip_canary(const ClipRecord& record, const ClipContext& context) {
   CanaryResult result;
   result.rig = "clip_half_turn";
   result.code = "BB001";
-  const Index count = record.watched.size(), joint = context.anatomy.chest_index / 2;
+  const Index count = record.watched.size(), joint = context.anatomy.chest_index / 2 + 1;
   const Index at = sweep.range.count / 2;
   result.joint = record.watched[joint].name;
-  result.expected_deg = kFirstFrame + static_cast<double>(at);
+  const int number = context.clip.frame_number[sweep.range.first + at];
+  result.expected_deg = number < 0 ? static_cast<double>(at) : number;
   result.found_deg = std::nan("");
   std::vector<glm::dquat> turns = watched_turns(context.body, record.watched, sweep.range);
   // About the bone, as up vectors and hemispheres flip.
   const solver::SpinePose& rest = context.system.rest();
-  const Index bone = std::min(joint + 1, rest.position.size() - 2);
+  const Index bone = std::min(joint, rest.position.size() - 2);
   const glm::dquat flip =
       rotation(glm::normalize(rest.position[bone + 1] - rest.position[bone]) * kPi);
   for (Index f = at; f < sweep.range.count; ++f)
@@ -336,21 +447,25 @@ CanaryResult clip_canary(const ClipRecord& record, const ClipContext& context) {
 }
 
 std::string clip_sensitivity(const ClipRecord& record) {
-  double least = std::numeric_limits<double>::infinity(), most = 0.0;
+  std::vector<double> calm;
+  double most = 0.0;
   std::string busiest;
   for (const ClipSweepRecord& sweep : record.sweeps)
     for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j) {
       const double deg = sweep.flips.detectable_deg[j];
-      if (!std::isfinite(deg)) continue;
-      least = std::min(least, deg);
+      const bool is_sum = record.watched[j].against == WatchedJoint::Against::hips;
+      if (!std::isfinite(deg) || is_sum) continue;
+      calm.push_back(sweep.flips.calm_deg[j]);
       if (deg > most) {
         most = deg;
         busiest = record.watched[j].name;
       }
     }
-  if (busiest.empty()) return "flips: no sweep has the five frames that tell a jump from motion";
-  return "flips: jumps from " + number_text(least, 1) + " deg in one frame step are found; " +
-         busiest + ", the busiest joint, hides those below " + number_text(most, 1);
+  if (calm.empty()) return "flips: no sweep has the five frames that tell a jump from motion";
+  return "flips: jumps from " + number_text(*std::max_element(calm.begin(), calm.end()), 1) +
+         " deg are found in at least half of the frames, at any joint; where its own motion is "
+         "liveliest, " +
+         busiest + " hides those below " + number_text(std::min(most, 180.0), 1);
 }
 
 }  // namespace backbend::validate

@@ -3,7 +3,9 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <limits>
 
 #include "skin/matrix_facts.h"
 
@@ -14,6 +16,8 @@ using Index = std::size_t;
 using skin::origin;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
+// Fewer frames have no pace to compare a step with (see find_clip_flips).
+constexpr Index kLeastFrames = 5;
 // A clavicle that turns by less than this over a whole clip was not animated: float files round a
 // hundredth of it.
 constexpr double kAnimatedDeg = 0.05;
@@ -46,37 +50,63 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+/// By how much a control moves over a sweep, in its unit.
+double control_range(const skin::Clip& clip, const skin::ClipSweep& range, Index control) {
+  double low = kNan, high = kNan;
+  for (Index f = range.first; f < range.first + range.count; ++f) {
+    const double value = clip.control_value[f * clip.control.size() + control];
+    low = std::fmin(low, value);
+    high = std::fmax(high, value);
+  }
+  return high - low > 0.0 ? high - low : 0.0;
+}
+
 /// The control that moves furthest over a sweep: what its frames are named by.
 int leading_control(const skin::Clip& clip, const skin::ClipSweep& range) {
   int best = -1;
   double widest = 0.0;
   for (Index c = 0; c < clip.control.size(); ++c) {
-    double low = kNan, high = kNan;
-    for (Index f = range.first; f < range.first + range.count; ++f) {
-      const double value = clip.control_value[f * clip.control.size() + c];
-      low = std::fmin(low, value);
-      high = std::fmax(high, value);
-    }
-    if (high - low > widest) {
-      widest = high - low;
+    const double moves = control_range(clip, range, c);
+    if (moves > widest) {
+      widest = moves;
       best = static_cast<int>(c);
     }
   }
   return best;
 }
 
-class ArmMeasures {
+/// Whether a control's name speaks of an arm or shoulder.
+bool names_an_arm(const std::string& control) {
+  std::string lower;
+  for (const char c : control)
+    lower += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  for (const char* word : {"clav", "collar", "shoulder", "shld", "scap", "arm", "elbow", "wrist",
+                           "hand", "finger", "wing", "foreleg", "front"})
+    if (lower.find(word) != std::string::npos) return true;
+  return false;
+}
+
+/// Where the joints that others hang from stand, and how the arm roots turn, against what carries
+/// them.
+class JointMeasures {
  public:
-  ArmMeasures(const skin::Character& character, const skin::Anatomy& anatomy, const ClipBody& body)
-      : character_(character), anatomy_(anatomy), body_(body) {
+  JointMeasures(const skin::Character& character, const skin::Anatomy& anatomy,
+                const skin::Clip& clip, const ClipBody& body,
+                const std::vector<WatchedJoint>& watched)
+      : character_(character), anatomy_(anatomy), clip_(clip), body_(body), watched_(watched) {
     for (const int root : arm_roots(anatomy))
-      if (spine_above(character, anatomy, root) >= 0) roots_.push_back(root);
+      if (const int base = spine_above(character, anatomy, root); base >= 0)
+        for (Index w = 0; w < watched.size(); ++w)
+          if (watched[w].node == root && watched[w].base == base) arms_.push_back(w);
+    for (Index w = 1; w < anatomy.spine.size(); ++w) spine_.push_back(w);
+    calmest_ = calmest_frame();
   }
 
-  bool any() const { return !roots_.empty(); }
+  bool any_arms() const { return !arms_.empty(); }
 
   bool clavicles_rest() const {
-    for (const int root : roots_) {
+    for (const Index arm : arms_) {
+      const int root = watched_[arm].node;
       const int parent = character_.nodes[static_cast<Index>(root)].parent;
       glm::dquat first(1, 0, 0, 0);
       for (Index f = 0; f < body_.frame_count(); ++f) {
@@ -88,40 +118,204 @@ class ArmMeasures {
     return true;
   }
 
-  void measure(const skin::ClipSweep& range, const std::vector<double>& time, bool drift,
-               std::vector<PoseRecord>& poses) const {
-    for (const int root : roots_) {
-      const int carrier = spine_above(character_, anatomy_, root);
-      std::vector<glm::dvec3> path;
-      // Against the clip's first frame: a pose that the clip holds throughout is no drift.
-      const glm::dquat held = glm::conjugate(body_.turn(0, carrier)) * body_.turn(0, root);
+  /// Whether the clip's controls say that nobody moved an arm in a sweep; `reason`: why not.
+  bool controls_leave_arms(const skin::ClipSweep& range, std::string& reason) const {
+    bool moves = false;
+    for (Index c = 0; c < clip_.control.size(); ++c) {
+      if (!(control_range(clip_, range, c) > 0.0)) continue;
+      moves = true;
+      if (names_an_arm(clip_.control[c])) {
+        reason = "the arms are animated by " + clip_.control[c];
+        return false;
+      }
+    }
+    if (!moves) reason = "the clavicles are animated, and no control is recorded that says by what";
+    return moves;
+  }
+
+  void measure_drift(const skin::ClipSweep& range, std::vector<PoseRecord>& poses) const {
+    for (const Index arm : arms_) {
+      const int root = watched_[arm].node, carrier = watched_[arm].base;
+      // Against the pose of the controls at rest, else the clip's first: a pose that the clip
+      // holds throughout is no drift.
+      const glm::dquat held =
+          glm::conjugate(body_.turn(calmest_, carrier)) * body_.turn(calmest_, root);
       for (Index i = 0; i < range.count; ++i) {
         const Index f = range.first + i;
-        const std::vector<glm::dmat4>& world = body_.world_from_node(f);
-        const glm::dquat chest = body_.turn(f, carrier);
-        path.push_back(glm::conjugate(chest) * (origin(world[static_cast<Index>(root)]) -
-                                                origin(world[static_cast<Index>(carrier)])));
-        if (drift) {
-          const double deg = degrees(angle_between(chest * held, body_.turn(f, root)));
-          Measured& value = poses[i].at(MetricId::arm_drift);
-          if (!(deg <= value.value)) value.value = deg;
-        }
-      }
-      const std::vector<double> pops = path_pops(path, time);
-      for (Index i = 0; i < range.count; ++i) {
-        Measured& value = poses[i].at(MetricId::arm_shift);
-        const double percent = 100.0 * pops[i] / anatomy_.spine_length;
-        if (!(percent <= value.value)) value.value = percent;
+        const double deg =
+            degrees(angle_between(body_.turn(f, carrier) * held, body_.turn(f, root)));
+        Measured& value = poses[i].at(MetricId::arm_drift);
+        if (!(deg <= value.value)) value = {deg, static_cast<int>(arm)};
       }
     }
   }
 
+  /// Joints that leave their place on their parent, percent of the spine's length. `place` of the
+  /// measure is the watched joint.
+  void measure_slides(const skin::ClipSweep& range, const std::vector<double>& time,
+                      bool arms_are_still, std::vector<PoseRecord>& poses) const {
+    const auto report = [&](Index frame, double length, Index joint) {
+      const double percent = 100.0 * length / anatomy_.spine_length;
+      Measured& value = poses[frame].at(MetricId::arm_shift);
+      if (!(percent <= value.value)) value = {percent, static_cast<int>(joint)};
+    };
+    const std::vector<std::vector<double>> arm = arm_slides(range);
+    const double wide = kSlide * anatomy_.spine_length;
+    const auto slides = [&](const std::vector<double>& way) {
+      return *std::max_element(way.begin(), way.end()) > wide;
+    };
+    // Both shoulders sliding is a shrug that somebody made, unless the controls say otherwise.
+    const bool made = !arms_are_still && std::count_if(arm.begin(), arm.end(), slides) > 1;
+    for (Index a = 0; a < arms_.size(); ++a) {
+      if (!made && slides(arm[a])) {
+        for (Index i = 0; i < range.count; ++i) report(i, arm[a][i], arms_[a]);
+        continue;
+      }
+      std::vector<glm::dvec3> path;
+      for (Index i = 0; i < range.count; ++i)
+        path.push_back(place(range.first + i, watched_[arms_[a]].node, watched_[arms_[a]].base));
+      const std::vector<double> pops = path_pops(path, time);
+      for (Index i = 0; i < range.count; ++i) report(i, pops[i], arms_[a]);
+    }
+    const std::vector<std::vector<double>> spine = spine_slides(range);
+    for (Index i = 0; i < range.count; ++i)
+      for (Index k = 0; k < spine_.size(); ++k) {
+        std::vector<double> others;
+        for (Index j = 0; j < spine_.size(); ++j)
+          if (j != k) others.push_back(spine[j][i]);
+        // A chain whose joints all move on their parents (a stretching one, one laid along a
+        // curve) has none that slides alone.
+        constexpr double kAlone = 3.0;
+        if (spine[k][i] > kAlone * median(others)) report(i, spine[k][i], spine_[k]);
+      }
+  }
+
  private:
+  // What a float file rounds a joint's place by, and what nobody sees; shares of the spine.
+  static constexpr double kSamePlace = 0.001, kSlide = 0.02;
+
+  /// The frame whose controls are nearest to rest; the first where none is recorded.
+  Index calmest_frame() const {
+    Index best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (Index f = 0; f < body_.frame_count(); ++f) {
+      double sum = 0.0;
+      for (Index c = 0; c < clip_.control.size(); ++c) {
+        const double value = clip_.control_value[f * clip_.control.size() + c];
+        if (std::isfinite(value)) sum += std::abs(value);
+      }
+      if (sum < least) {
+        least = sum;
+        best = f;
+      }
+    }
+    return best;
+  }
+
+  /// Where a node stands against another, in its axes.
+  glm::dvec3 place(Index frame, int node, int base) const {
+    const std::vector<glm::dmat4>& world = body_.world_from_node(frame);
+    return glm::conjugate(body_.turn(frame, base)) *
+           (origin(world[static_cast<Index>(node)]) - origin(world[static_cast<Index>(base)]));
+  }
+  int parent(Index joint) const {
+    return character_.nodes[static_cast<Index>(watched_[joint].node)].parent;
+  }
+
+  /// Where a joint belongs on its parent: of rest, first, last and middle place the one that most
+  /// frames of the clip hold.
+  glm::dvec3 usual_place(Index joint) const {
+    const int node = watched_[joint].node, base = parent(joint);
+    std::vector<glm::dvec3> all;
+    for (Index f = 0; f < body_.frame_count(); ++f) all.push_back(place(f, node, base));
+    glm::dvec3 middle;
+    for (int c = 0; c < 3; ++c) {
+      std::vector<double> values;
+      for (const glm::dvec3& p : all) values.push_back(p[c]);
+      middle[c] = median(values);
+    }
+    const glm::dvec3 rest = origin(character_.nodes[static_cast<Index>(node)].world_from_node) -
+                            origin(character_.nodes[static_cast<Index>(base)].world_from_node);
+    glm::dvec3 best = rest;
+    std::ptrdiff_t most = -1;
+    for (const glm::dvec3& candidate : {rest, all.front(), all.back(), middle}) {
+      const std::ptrdiff_t here = std::count_if(all.begin(), all.end(), [&](const glm::dvec3& p) {
+        return glm::distance(p, candidate) <= kSamePlace * anatomy_.spine_length;
+      });
+      if (here > most) {
+        most = here;
+        best = candidate;
+      }
+    }
+    return best;
+  }
+
+  std::vector<std::vector<double>> arm_slides(const skin::ClipSweep& range) const {
+    std::vector<std::vector<double>> out;
+    for (const Index arm : arms_) {
+      const glm::dvec3 usual = usual_place(arm);
+      std::vector<double>& way = out.emplace_back();
+      for (Index i = 0; i < range.count; ++i)
+        way.push_back(
+            glm::distance(place(range.first + i, watched_[arm].node, parent(arm)), usual));
+    }
+    return out;
+  }
+
+  /// Of the joints above the hips, with the stretch taken off that most of them share.
+  std::vector<std::vector<double>> spine_slides(const skin::ClipSweep& range) const {
+    std::vector<glm::dvec3> usual;
+    for (const Index joint : spine_) usual.push_back(usual_place(joint));
+    std::vector<std::vector<double>> out(spine_.size());
+    for (Index i = 0; i < range.count; ++i) {
+      std::vector<glm::dvec3> now;
+      std::vector<double> ratio;
+      for (Index k = 0; k < spine_.size(); ++k) {
+        now.push_back(place(range.first + i, watched_[spine_[k]].node, parent(spine_[k])));
+        if (glm::length(usual[k]) > 0.01 * anatomy_.spine_length)
+          ratio.push_back(glm::length(now[k]) / glm::length(usual[k]));
+      }
+      const double stretch = ratio.empty() ? 1.0 : median(ratio);
+      for (Index k = 0; k < spine_.size(); ++k)
+        out[k].push_back(glm::distance(now[k], stretch * usual[k]));
+    }
+    return out;
+  }
+
   const skin::Character& character_;
   const skin::Anatomy& anatomy_;
+  const skin::Clip& clip_;
   const ClipBody& body_;
-  std::vector<int> roots_;
+  const std::vector<WatchedJoint>& watched_;
+  std::vector<Index> arms_, spine_;  // into watched_
+  Index calmest_ = 0;
 };
+
+/// The joints of the spine between hips and chest, the chest itself where the arms hang from it.
+std::vector<int> joints_with_shares(const skin::Character& character,
+                                    const skin::Anatomy& anatomy) {
+  Index last = anatomy.chest_index;
+  const int chest = anatomy.spine[last];
+  bool carries = false;
+  for (const int root : arm_roots(anatomy))
+    carries = carries || spine_above(character, anatomy, root) == chest;
+  if (!carries && last > 0) --last;
+  std::vector<int> out;
+  for (Index k = 1; k <= last; ++k) out.push_back(static_cast<int>(k));
+  return out;
+}
+
+std::vector<ShareExcess> shares_of(const ClipBody& body, const ClipRecord& record,
+                                   const skin::ClipSweep& range) {
+  std::vector<glm::dvec3> turn;
+  for (Index f = range.first; f < range.first + range.count; ++f)
+    for (const int w : record.share_joint) {
+      const WatchedJoint& joint = record.watched[static_cast<Index>(w)];
+      turn.push_back(
+          rotation_vector(glm::conjugate(body.turn(f, joint.base)) * body.turn(f, joint.node)));
+    }
+  return share_excess(turn, record.share_joint.size(), true);
+}
 
 void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
                    const BodyMetrics* metrics, Index frame, PoseRecord& record) {
@@ -155,17 +349,36 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
   record.at(MetricId::chain_kink) = {corner, joint};
 }
 
+/// Jumps of a sweep from its frame `skipped` on; frames are those of the whole sweep.
+ClipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
+                      const skin::ClipSweep& range, const std::vector<double>& time,
+                      Index skipped) {
+  const std::vector<glm::dquat> turns = watched_turns(body, watched, range);
+  const std::span<const glm::dquat> all(turns);
+  ClipReport out = find_clip_flips({watched.size(), all.subspan(skipped * watched.size()),
+                                    std::span<const double>(time).subspan(skipped)});
+  for (ClipJump& jump : out.jumps) jump.frame += skipped;
+  out.not_finite_frame += skipped;
+  return out;
+}
+
 }  // namespace
 
 std::vector<WatchedJoint> watched_joints(const skin::Character& character,
                                          const skin::Anatomy& anatomy) {
   std::vector<WatchedJoint> out;
-  const auto watch = [&](int node, int base) {
-    out.push_back({node, base, character.nodes[static_cast<Index>(node)].name});
+  using Against = WatchedJoint::Against;
+  const auto watch = [&](int node, int base, Against against) {
+    out.push_back({node, base, against, character.nodes[static_cast<Index>(node)].name});
   };
-  for (Index k = 1; k < anatomy.spine.size(); ++k) watch(anatomy.spine[k], anatomy.spine[k - 1]);
+  watch(anatomy.spine.front(), -1, Against::world);
+  for (Index k = 1; k < anatomy.spine.size(); ++k)
+    watch(anatomy.spine[k], anatomy.spine[k - 1], Against::below);
   for (const int root : arm_roots(anatomy))
-    if (const int base = spine_above(character, anatomy, root); base >= 0) watch(root, base);
+    if (const int base = spine_above(character, anatomy, root); base >= 0)
+      watch(root, base, Against::below);
+  for (Index k = 2; k < anatomy.spine.size(); ++k)
+    watch(anatomy.spine[k], anatomy.spine.front(), Against::hips);
   return out;
 }
 
@@ -175,8 +388,35 @@ std::vector<glm::dquat> watched_turns(const ClipBody& body,
   std::vector<glm::dquat> out;
   for (Index f = range.first; f < range.first + range.count; ++f)
     for (const WatchedJoint& joint : watched)
-      out.push_back(glm::conjugate(body.turn(f, joint.base)) * body.turn(f, joint.node));
+      out.push_back(joint.base < 0
+                        ? body.hips_turn(f)
+                        : glm::conjugate(body.turn(f, joint.base)) * body.turn(f, joint.node));
   return out;
+}
+
+bool leads_with_rest(const skin::Anatomy& anatomy, const ClipBody& body,
+                     const skin::ClipSweep& range) {
+  // A tenth of a degree: what exporters round. Four frames on: enough to know the pace.
+  constexpr double kAtRestDeg = 0.1, kWider = 3.0, kLeastDeg = 1.0;
+  if (range.count < kLeastFrames) return false;
+  const auto turn = [&](Index i, Index k) {
+    const Index f = range.first + i;
+    return k == 0 ? body.hips_turn(f)
+                  : glm::conjugate(body.turn(f, anatomy.spine[k - 1])) *
+                        body.turn(f, anatomy.spine[k]);
+  };
+  Index leave = 0;
+  for (Index k = 0; k < anatomy.spine.size(); ++k) {
+    if (k > 0 && !(degrees(angle_between(turn(0, k), glm::dquat(1, 0, 0, 0))) <= kAtRestDeg))
+      return false;
+    double next = 0.0;
+    for (Index i = 1; i < 4; ++i) next = std::max(next, angle_between(turn(i, k), turn(i + 1, k)));
+    const double first = angle_between(turn(0, k), turn(1, k));
+    const bool leaves = degrees(first) > kLeastDeg && first > kWider * next;
+    if (k == 0 && !leaves) return false;
+    leave += leaves;
+  }
+  return 2 * leave > anatomy.spine.size();
 }
 
 std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::vector<double>& time,
@@ -225,9 +465,11 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
   record.has_corners = system.rest().position.size() >= ClipSystem::kLeastForCorners;
   record.has_mesh = metrics != nullptr;
   record.open_mesh = metrics != nullptr && !metrics->mesh().open_reason.empty();
-  const ArmMeasures arms(character, anatomy, body);
-  record.has_arms = arms.any() && body.fit() != ClipFit::points;
-  record.clavicles_rest = record.has_arms && arms.clavicles_rest();
+  record.share_joint = joints_with_shares(character, anatomy);
+  const JointMeasures joints(character, anatomy, clip, body, record.watched);
+  record.has_slides = body.fit() != ClipFit::points;
+  record.has_arms = joints.any_arms() && record.has_slides;
+  const bool clavicles_rest = record.has_arms && joints.clavicles_rest();
   const RigAtRest at_rest = rig_at_rest(system);
   progress.start("frames", clip.frame_count());
   for (const skin::ClipSweep& range : clip.sweeps) {
@@ -249,9 +491,17 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
       progress.step();
     });
     const std::vector<double> time = times_of(clip, range);
-    if (record.has_arms) arms.measure(range, time, record.clavicles_rest, sweep.poses);
-    const std::vector<glm::dquat> turns = watched_turns(body, record.watched, range);
-    sweep.flips = find_clip_flips({record.watched.size(), turns, time});
+    const bool arms_are_still =
+        record.has_arms && joints.controls_leave_arms(range, sweep.no_drift_reason);
+    sweep.drift_applies = clavicles_rest || arms_are_still;
+    if (sweep.drift_applies) {
+      sweep.no_drift_reason.clear();
+      joints.measure_drift(range, sweep.poses);
+    }
+    if (record.has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
+    if (!sweep.control.empty()) sweep.shares = shares_of(body, record, range);
+    sweep.leads_with_rest = leads_with_rest(anatomy, body, range);
+    sweep.flips = find_flips(body, record.watched, range, time, sweep.leads_with_rest ? 1 : 0);
     record.sweeps.push_back(std::move(sweep));
   }
   progress.finish();

@@ -1,4 +1,5 @@
 #pragma once
+#include "validate/clips/bend_shares.h"
 #include "validate/clips/clip_system.h"
 #include "validate/metrics/clip_flip.h"
 #include "validate/run/measure.h"
@@ -9,14 +10,25 @@ namespace backbend::validate {
 struct ClipSweepRecord {
   skin::ClipSweep range;
   std::vector<PoseRecord> poses;
-  ClipReport flips;     // joints are those of ClipRecord::watched
-  std::string control;  // the leading control, empty where the clip names none that moves
+  ClipReport flips;              // joints are those of ClipRecord::watched
+  bool leads_with_rest = false;  // the first frame is the rest pose, left in one step: no motion
+  std::string control;           // the leading control, empty where the clip names none that moves
+  // Whether turns of the clavicles are drift here: nobody turns them, or the clip says which
+  // controls moved and none of them is an arm's.
+  bool drift_applies = false;
+  std::string no_drift_reason;      // why not
+  std::vector<ShareExcess> shares;  // one per frame where controls are recorded, else empty
 };
 
-/// A joint whose turns are searched for jumps: against the joint below it on the chain, or the
-/// spine joint that it hangs from.
+/// A joint whose turns are searched for jumps.
 struct WatchedJoint {
-  int node = -1, base = -1;
+  enum class Against {
+    below,  // the joint below it on the chain, or the spine joint that it hangs from
+    hips,   // what all joints up to it add up to: small jumps of many joints in one direction
+    world   // the hips themselves
+  };
+  int node = -1, base = -1;  // base: -1 for the world
+  Against against = Against::below;
   std::string name;
 };
 
@@ -25,15 +37,23 @@ struct ClipRecord {
   std::vector<WatchedJoint> watched;
   std::vector<ClipSweepRecord> sweeps;
   bool has_mesh = false, open_mesh = false;
-  bool has_corners = false;     // enough joints to hold one against its neighbours
-  bool has_arms = false;        // arm roots that hang from the spine, and are not fitted
-  bool clavicles_rest = false;  // nobody animates them: they show the rig's own drift
+  bool has_corners = false;      // enough joints to hold one against its neighbours
+  bool has_arms = false;         // arm roots that hang from the spine, and are not fitted
+  bool has_slides = false;       // where joints stand is the clip's own, not fitted
+  std::vector<int> share_joint;  // watched joints that ClipSweepRecord::shares counts
 };
 
-/// The chain joints above the hips, neck and head, and the arm roots, as far as they hang from the
-/// spine.
+/// The hips in the world, the chain joints above them, neck and head, and the arm roots, as far as
+/// they hang from the spine, each against its base; then all from the second joint on against the
+/// hips. Entry k is joint k of the anatomy's spine.
 std::vector<WatchedJoint> watched_joints(const skin::Character& character,
                                          const skin::Anatomy& anatomy);
+
+/// Whether a sweep's first frame is the rest pose that many captures begin with, and its motion
+/// begins with the second: all of the spine stands at rest, and most of its joints, the hips among
+/// them, leave it in one step that is far wider than the next ones.
+bool leads_with_rest(const skin::Anatomy& anatomy, const ClipBody& body,
+                     const skin::ClipSweep& range);
 
 /// Turns of the watched joints over a run of frames, as find_clip_flips() takes them.
 std::vector<glm::dquat> watched_turns(const ClipBody& body,

@@ -154,6 +154,15 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
                             system,       on.metrics, limits, request.command};
   const ClipRecord record =
       measure_clip(on.character, on.anatomy, clip, body, system, on.metrics, progress);
+  for (const ClipSweepRecord& sweep : record.sweeps) {
+    if (sweep.leads_with_rest)
+      report.characters.back().notes.push_back(
+          sweep.range.name +
+          ": the first frame is the rest pose, no motion; jumps are looked for from the second on");
+    if (record.has_arms && !sweep.drift_applies)
+      report.characters.back().notes.push_back(
+          sweep.range.name + ": arm drift (BB020) does not apply: " + sweep.no_drift_reason);
+  }
   report.findings = judge_clip(record, context);
   book_clip_owners(context, record, report.findings);
   say_to_artist(on.sidecar, clip, report.findings);

@@ -36,7 +36,7 @@ std::string row(const Finding& f) {
       .text(f.mapping)
       .text(f.sweep)
       .text(f.pose)
-      .index(f.pose_index < 0 ? -1 : kFirstFrame + f.pose_index)
+      .index(f.frame.value_or(-1))
       .number(f.control_deg)
       .text(f.joint)
       .index(f.slice)

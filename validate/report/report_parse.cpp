@@ -244,11 +244,9 @@ Finding finding(Place p) {
   f.mapping = p.at("mapping").text();
   f.sweep = p.at("sweep").text();
   f.pose = p.at("pose").text();
-  const Place frame = p.at("frame");
-  f.pose_index = frame.is_null() ? -1 : frame.count() - kFirstFrame;
-  if (!frame.is_null() && f.pose_index < 0) frame.refuse("sequences start at frame 1001");
-  expect_same(p.at("time"), frame.is_null() ? std::numeric_limits<double>::quiet_NaN()
-                                            : f.pose_index / kFramesPerSecond);
+  if (const Place pose = p.at("pose_index"); !pose.is_null()) f.pose_index = pose.count();
+  if (const Place frame = p.at("frame"); !frame.is_null()) f.frame = frame.count();
+  if (const Place time = p.at("time"); !time.is_null()) f.time_s = time.number();
   f.control_deg = p.at("control_deg").number();
   Place place = p.at("place");
   f.joint = place.optional("joint", std::string(), text);

@@ -46,6 +46,8 @@ struct Finding {
   std::string sweep;       // `extension`, `side`, ...
   std::string pose;        // in channel names: `extension 114.3`
   int pose_index = -1;     // into the sweep
+  std::optional<int> frame;      // of a clip: the file's own number
+  std::optional<double> time_s;  // of a clip: its own second
   double control_deg = 0;  // where on the sweep, degrees of its leading channel
   std::string joint;       // place on the chain, empty if none
   int slice = -1;          // place on the mesh along the spine

@@ -1,0 +1,116 @@
+#include "validate/clips/bend_shares.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/metrics/rotation.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+
+constexpr double kSmallestDeg = 7.0;
+constexpr double kOutlier = 6.0;
+constexpr double kOnTheLineDeg = 0.5;
+// Lines are drawn through pairs of these many frames, and judged on so many.
+constexpr Index kDrawn = 32, kJudged = 240;
+
+struct Line {
+  double slope = 0.0, offset = 0.0;
+  double at(double x) const { return slope * x + offset; }
+};
+
+double median(std::vector<double> values) {
+  if (values.empty()) return 0.0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+/// The line that most points lie on; of those with nearly as many, the one of the least offset.
+/// Source: M. Fischler, R. Bolles, "Random sample consensus", CACM 24, 1981, with a fixed sample.
+Line consensus(std::span<const double> x, std::span<const double> y) {
+  const Index n = x.size(), drawn = std::min(kDrawn, n), judged = std::min(kJudged, n);
+  const auto pick = [&](Index i, Index of) { return i * (n - 1) / std::max<Index>(1, of - 1); };
+  const double near = radians_from(kOnTheLineDeg);
+  struct Candidate {
+    Line line;
+    Index on;
+  };
+  std::vector<Candidate> candidates;
+  const auto judge = [&](const Line& line) {
+    Index on = 0;
+    for (Index i = 0; i < judged; ++i) {
+      const Index f = pick(i, judged);
+      on += std::abs(y[f] - line.at(x[f])) <= near;
+    }
+    candidates.push_back({line, on});
+  };
+  // Where the others hardly turn, no slope can be told: every line is level.
+  const double least = radians_from(1.0);
+  for (Index i = 0; i < drawn; ++i) {
+    const Index a = pick(i, drawn);
+    judge({0.0, y[a]});
+    if (std::abs(x[a]) > least) judge({y[a] / x[a], 0.0});
+    for (Index j = i + 1; j < drawn; ++j) {
+      const Index b = pick(j, drawn);
+      if (std::abs(x[b] - x[a]) <= least) continue;
+      const double slope = (y[b] - y[a]) / (x[b] - x[a]);
+      judge({slope, y[a] - slope * x[a]});
+    }
+  }
+  judge({0.0, 0.0});
+  Index most = 0;
+  for (const Candidate& each : candidates) most = std::max(most, each.on);
+  constexpr double kAboutEqual = 0.85;
+  const Candidate* best = nullptr;
+  for (const Candidate& each : candidates) {
+    if (static_cast<double>(each.on) < kAboutEqual * static_cast<double>(most)) continue;
+    const double offset = std::abs(each.line.offset);
+    if (best == nullptr || offset < std::abs(best->line.offset) - 1e-9 ||
+        (offset < std::abs(best->line.offset) + 1e-9 && each.on > best->on))
+      best = &each;
+  }
+  return best->line;
+}
+
+}  // namespace
+
+std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
+                                      bool from_rest) {
+  const Index frames = joints == 0 ? 0 : turn.size() / joints;
+  std::vector<ShareExcess> out(frames);
+  if (joints < 3 || frames < 5) return out;
+  for (Index k = 0; k < joints; ++k) {
+    std::vector<glm::dvec3> excess(frames);
+    std::vector<double> distance(frames);
+    std::vector<double> x(frames), y(frames);
+    std::vector<glm::dvec3> off(frames);
+    for (int c = 0; c < 3; ++c) {
+      for (Index f = 0; f < frames; ++f) {
+        std::vector<double> others;
+        for (Index j = 0; j < joints; ++j)
+          if (j != k) others.push_back(turn[f * joints + j][c]);
+        // The median: a second joint's own fault is not the spine's bend.
+        x[f] = others.size() < 3 ? 0.5 * (others[0] + others[1]) : median(others);
+        y[f] = turn[f * joints + k][c];
+      }
+      const Line line = consensus(x, y);
+      for (Index f = 0; f < frames; ++f) {
+        off[f][c] = y[f] - line.at(x[f]);
+        excess[f][c] = off[f][c] + (from_rest ? line.offset : 0.0);
+      }
+    }
+    for (Index f = 0; f < frames; ++f) distance[f] = degrees(glm::length(off[f]));
+    const double limit = kSmallestDeg + kOutlier * median(distance);
+    for (Index f = 0; f < frames; ++f) {
+      const double deg = degrees(glm::length(excess[f]));
+      if (out[f].joint < 0 || deg - limit > out[f].deg - out[f].limit_deg)
+        out[f] = {deg, limit, static_cast<int>(k), excess[f]};
+    }
+  }
+  return out;
+}
+
+}  // namespace backbend::validate
