@@ -92,7 +92,7 @@ Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   finding.unit = check.unit;
   finding.owner = owner_of(check, context.clip);
   finding.verdict = Verdict::fail;
-  finding.image.note = "no pictures of clips are measured";
+  finding.image.note = "pictures of clips are shown, not measured";
   finding.reproduce = context.command;
   return finding;
 }
@@ -195,8 +195,7 @@ Finding metric_finding(const ClipRecord& record, const ClipContext& context,
   std::size_t frames = 0;
   for (const PoseRecord& each : sweep.poses)
     frames += judge(check, each.at(metric).value, finding.limit) == Verdict::fail;
-  finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
-                   finding.unit + ", over the limit in " + std::to_string(frames) + " of " +
+  finding.detail = "beyond the limit in " + std::to_string(frames) + " of " +
                    std::to_string(sweep.poses.size()) + " frames";
   if (metric == MetricId::arm_shift)
     finding.detail = finding.joint + " slides on its parent by " + number_text(finding.value, 2) +

@@ -120,7 +120,7 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
               -1, 0.0, 0, std::to_string(character.unweighted.size()) + " vertices stay behind"}});
   input.ask("BB062", {{count(weights.stray), weights.stray_vertex, -1, 0.0, 0,
                        "the worst has " + number_text(100.0 * weights.stray_weight, 1) +
-                           " % of its weight on joints that no neighbour knows"}});
+                           " % of its weight on joints that its neighbours do not share"}});
 
   const skin::Anatomy& anatomy = context.stage.anatomy();
   const skin::WeightFaults faults = skin::find_weight_faults(character, anatomy);
