@@ -44,8 +44,17 @@ std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& conte
 std::vector<Coverage> input_coverage();
 
 /// Per body channel: the largest angle up to which no deciding check fails, over the sweeps that
-/// move that channel alone.
-std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context);
+/// move that channel alone. A channel that the envelope needs and no sweep moves is not measured.
+/// `findings`: of this rig, with their owners: what only the skeleton or the pose is to blame for
+/// does not count against it inside the envelope, as it does not decide either.
+std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context,
+                                  const std::vector<Finding>& findings);
+
+/// The poses of the sweeps to the envelope's corners, and of those around jumps that the search
+/// between the sweeps found, as far as they lie inside the envelope: how many are clean, as in
+/// headroom_of().
+Corners corners_of(const RigRecord& rig, const JudgeContext& context,
+                   const std::vector<Finding>& findings);
 
 /// Planned, measured and not measured, for every check that is measured at poses.
 std::vector<Coverage> coverage_of(const RigRecord& rig);

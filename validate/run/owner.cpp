@@ -43,17 +43,14 @@ class SecondOpinions {
   }
   /// The same rig with clean proxy weights; every metric NaN where there can be none.
   PoseRecord proxy(const PoseDegrees& pose) {
-    if (!proxy_made_) {
-      proxy_made_ = true;
-      const auto weights =
-          proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
-      if (weights) {
-        proxy_ = stage_.character();
-        proxy_->influences = *weights;
-      }
-    }
-    if (!proxy_) return {};
+    if (!has_proxy()) return {};
     return measured(*rig_.system, pose, skin::SkinningMethod::linear, *proxy_);
+  }
+  /// `even` with clean proxy weights: what this skeleton can do at its best.
+  PoseRecord ideal_proxy(const PoseDegrees& pose) {
+    if (!has_proxy()) return {};
+    const IdealBend ideal(pose);
+    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear, *proxy_);
   }
 
  private:
@@ -70,6 +67,19 @@ class SecondOpinions {
     return record;
   }
 
+  bool has_proxy() {
+    if (!proxy_made_) {
+      proxy_made_ = true;
+      const auto weights =
+          proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
+      if (weights) {
+        proxy_ = stage_.character();
+        proxy_->influences = *weights;
+      }
+    }
+    return proxy_.has_value();
+  }
+
   const Stage& stage_;
   const BodyMetrics& body_;
   const RigRecord& rig_;
@@ -81,6 +91,16 @@ class SecondOpinions {
 /// `0.94, which passes`: a value that somebody else would give, and what it would mean.
 std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
+}
+
+/// `5 joints cannot carry this pose within the limit: about 9 would`
+std::string skeleton_text(const Stage& stage, const Check& check, const Finding& finding,
+                          double clean) {
+  const int joints = static_cast<int>(stage.anatomy().chest_index) + 1;
+  const int needed = joints_needed(check, finding.limit, clean, joints);
+  return std::to_string(joints) + " joints cannot carry " + finding.pose + " here" +
+         (needed > joints ? ": about " + std::to_string(needed) + " would" : "") +
+         "; advisory: clean weights and the ideal bend show it, too";
 }
 
 }  // namespace
@@ -108,6 +128,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.value = finding.value;
     facts.ideal = ideal;
     facts.proxy = opinions.proxy(pose).at(*metric).value;
+    facts.ideal_proxy = is_ideal ? facts.proxy : opinions.ideal_proxy(pose).at(*metric).value;
     facts.infeasible = clean.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
@@ -122,6 +143,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       finding.geometry["proxy_weights"] = facts.proxy;
       finding.detail += ", clean proxy weights " + verdict_text(check, facts.proxy, finding.limit);
     }
+    if (booking.owner == Owner::skeleton)
+      finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
     if (booking.owner == Owner::pose) {
       finding.detail += "; too thick to bend this far, no fault of the rig";
     }
