@@ -69,6 +69,7 @@ int compare_rigs(const Options& options, const Common& common) {
   const fs::path bundled = read_suite(data_folder() / "scenes" / "nightly.toml").characters.front();
   suite.characters = {options.character.empty() ? bundled : fs::path(options.character)};
   suite.mappings = {*find_mapping(options.mapping)};
+  suite.pictures.sheet_columns = 0;  // the worst frames of both sides are what it is made for
   suite.envelope = *find_envelope("sweep");
   sweep_as_named(options.sweeps, suite);
   options.apply_to(request);

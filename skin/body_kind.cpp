@@ -12,9 +12,8 @@ namespace {
 /// beyond 60.
 constexpr double kUpright_deg = 45.0;
 
-/// Of the way hips to head. A human's neck and head make up to 0.35 of it, a dog's 0.45, that of an
-/// alpaca more than half.
-constexpr double kLongNeck = 0.5;
+/// Of the way hips to head: an alpaca's neck takes 0.45, a dog's less than a third.
+constexpr double kLongNeck = 0.4;
 
 glm::dvec3 place_of(const Character& character, int node) {
   return glm::dvec3(character.nodes[static_cast<std::size_t>(node)].world_from_node[3]);
@@ -61,11 +60,9 @@ BodyKindChoice body_kind(const Character& character, const Anatomy& anatomy) {
             arms ? "arms on an upright spine, which leans by " + whole(lean) + " deg"
                  : "an upright spine, which leans by " + whole(lean) + " deg"};
   const double share = neck / std::max(back + neck, 1e-12);
-  const std::string lies = "the back leans by " + whole(lean) + " deg from upright";
-  if (share > kLongNeck)
-    return {BodyKind::long_neck,
-            lies + ", the neck is " + whole(100.0 * share) + " % of the way from hips to head"};
-  return {BodyKind::animal, lies + (arms ? ", forelegs carry its chest" : "")};
+  const std::string lies = "the back leans by " + whole(lean) + " deg from upright, the neck is " +
+                           whole(100.0 * share) + " % of the way from hips to head";
+  return {share > kLongNeck ? BodyKind::long_neck : BodyKind::animal, lies};
 }
 
 }  // namespace backbend::skin

@@ -19,9 +19,9 @@ struct BodyKindChoice {
 
 /// The kind of body, from its anatomy at rest:
 /// - no limbs: a snake;
-/// - a neck longer than half of the way from hips to head: long neck, unless the back is upright;
-/// - a back that leans further than 45 degrees: an animal on four legs (or with fins);
-/// - else a human.
+/// - a back within 45 degrees of upright: a human;
+/// - else, with a neck of more than two fifths of the way from hips to head: a long neck;
+/// - else an animal on four legs, or with fins.
 /// `anatomy` is that of the whole body, with the back for a spine.
 BodyKindChoice body_kind(const Character& character, const Anatomy& anatomy);
 

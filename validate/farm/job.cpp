@@ -87,7 +87,7 @@ JobEstimate estimate(const RunRequest& request) {
   std::size_t poses = 0, looked_at = 0;
   for (const Sweep& sweep : sweeps) {
     poses += sweep.pose_count();
-    looked_at += sweep.corner ? 0 : sweep.pose_count();
+    looked_at += sweep.watched ? sweep.pose_count() : 0;
   }
   job.poses = job.characters * job.rigs * job.mappings * poses;
   if (request.image_pass)

@@ -58,6 +58,7 @@ Sweep around(const FoundJump& jump) {
   sweep.to_deg = std::min(jump.path->to_deg, jump.control_deg + kAround_deg);
   sweep.step_deg = kAroundStep_deg;
   sweep.corner = true;
+  sweep.watched = false;
   const PoseDegrees at = sweep.pose_at(jump.control_deg);
   sweep.name = "jump near";
   for (const std::string_view channel : kBendChannels)

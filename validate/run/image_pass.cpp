@@ -270,7 +270,7 @@ void ImagePass::look_at_sweep(const RigRecord& rig, const SweepRecord& sweep, Pr
 void ImagePass::look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress) {
   series_.clear();
   for (const SweepRecord& sweep : rig.sweeps) {
-    if (!sweep.sweep.corner) look_at_sweep(rig, sweep, progress);
+    if (sweep.sweep.watched) look_at_sweep(rig, sweep, progress);
     for (std::size_t i = 0; i < findings.size(); ++i) {
       Finding& finding = findings[i];
       if (finding.sweep != sweep.sweep.name) continue;

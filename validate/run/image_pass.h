@@ -23,8 +23,8 @@ class ImagePass {
   ImagePass(const Stage& stage, const render::Bounds& box, std::string character, Ledger& ledger);
 
   /// Looks at a rig's sweeps and fills the image part of its findings, whose owners are known. In a
-  /// shard only its own share of the sweeps is looked at. Sweeps to corners have too few poses for
-  /// a motion to be followed: of them only the findings are looked at.
+  /// shard only its own share of the sweeps is looked at. Of sweeps that are not watched (corners,
+  /// grids) only the findings are looked at.
   void look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress);
   /// Where pictures and geometry contradict each other on the rig that look() saw last (BB070): the
   /// picture jumps between two poses while geometry knows of no jump and no haste there, or a

@@ -28,6 +28,22 @@ std::string command_for(const RigRecord& rig, const std::string& character, Driv
          (channels.empty() ? "" : " --pose " + channels);
 }
 
+double compound_load(const Envelope& envelope, const PoseDegrees& pose) {
+  if (envelope.whole_sweep || !envelope.contains(pose)) return 1.0;
+  double sum = 0.0;
+  for (const std::string_view channel : kBendChannels)
+    if (const double needs = envelope.needs(channel); needs > 0.0)
+      sum += *pose.find(channel) * *pose.find(channel) / (needs * needs);
+  return std::max(1.0, std::sqrt(sum));
+}
+
+double limit_at(std::string_view code, double limit, double load) {
+  if (code == "BB012" || code == "BB033" || code == "BB034") return limit * load * load;
+  if (code == "BB011" || code == "BB031" || code == "BB032" || code == "BB036") return limit * load;
+  if (code == "BB030") return 1.0 - (1.0 - limit) * load;
+  return limit;
+}
+
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg) {
   const Check& check = *find_check(code);
@@ -96,13 +112,16 @@ struct Worst {
 /// that the body is not too thick for, so that none of them hides behind one that is nobody's
 /// fault.
 std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
-                                   const Check& check, double limit, bool inside, bool feasible) {
+                                   const Check& check, const JudgeContext& context, bool inside,
+                                   bool feasible) {
+  const double single = context.limits.of(check.code).value;
   std::optional<Worst> worst;
   for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
     const PoseRecord& pose = sweep.poses[i];
     if (pose.inside != inside || !is_applicable(rig, metric, pose)) continue;
     if (feasible && is_infeasible(pose)) continue;
     const double value = pose.at(metric).value;
+    const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (judge(check, value, limit) != Verdict::fail) continue;
     const double here = excess(check, value, limit);
     if (!worst || here > worst->excess) worst = Worst{i, here};
@@ -111,9 +130,11 @@ std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& swee
 }
 
 double first_failing_deg(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
-                         const Check& check, double limit) {
+                         const Check& check, const JudgeContext& context) {
+  const double single = context.limits.of(check.code).value;
   double first = std::numeric_limits<double>::quiet_NaN();
   for (const PoseRecord& pose : sweep.poses) {
+    const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (!is_applicable(rig, metric, pose) ||
         judge(check, pose.at(metric).value, limit) != Verdict::fail)
       continue;
@@ -135,10 +156,15 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
   finding.pose_index = static_cast<int>(index);
   finding.value = pose.at(metric).value;
   set_place(metric, pose.at(metric).place, rig.system->joint_names(), finding);
-  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, finding.limit);
+  const double single = finding.limit, load = compound_load(context.envelope, pose.body);
+  finding.limit = limit_at(check.code, single, load);
+  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, context);
   finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
                    finding.unit + ", over the limit from " + sweep.sweep.channel + " " +
                    number_text(finding.geometry["first_deg"], 2);
+  if (finding.limit != single)
+    finding.detail += " (limit " + number_text(single, 3) + " at the end of one channel, " +
+                      number_text(finding.limit, 3) + " in this compound pose)";
   if (metric == MetricId::arm_drift || metric == MetricId::arm_shift) {
     finding.detail += "; " + drift_story(pose);
     finding.geometry["twist_deg"] = pose.arms.twist_deg;
@@ -210,12 +236,11 @@ std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context
       if (!check.decides) continue;
       // The gain of an interval that holds a jump is that jump, which is a finding already.
       if (metric == MetricId::gain && !sweep.flips.jumps.empty()) continue;
-      const double limit = context.limits.of(check.code).value;
       const bool on_mesh = check.subject == Subject::mesh && metric != MetricId::feasibility;
-      auto worst = worst_failing(rig, sweep, metric, check, limit, true, on_mesh);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, limit, true, false);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, limit, false, on_mesh);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, limit, false, false);
+      auto worst = worst_failing(rig, sweep, metric, check, context, true, on_mesh);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, true, false);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, false, on_mesh);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, false, false);
       if (worst)
         findings.push_back(metric_finding(rig, context, sweep, metric, check, worst->pose));
     }
@@ -301,16 +326,18 @@ std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context
                                const Advisories& advisories, const SweepRecord& sweep,
                                const PoseRecord& pose) {
   std::optional<Miss> worst;
+  const double load = compound_load(context.envelope, pose.body);
   for (std::size_t m = 0; m < kMetricCount; ++m) {
     const auto metric = static_cast<MetricId>(m);
     const Check& check = *find_check(pose_metrics()[m].code);
     if (!check.decides || !is_applicable(rig, metric, pose)) continue;
     const double value = pose.at(metric).value;
-    if (context.limits.judge(check.code, value) != Verdict::fail) continue;
+    const double limit = limit_at(check.code, context.limits.of(check.code).value, load);
+    if (judge(check, value, limit) != Verdict::fail) continue;
     if (pose.inside && advisories.contains({sweep.sweep.name, std::string(check.code)})) continue;
     // Nor is what a body is too thick for, wherever a milder pose has decided.
     if (pose.inside && check.subject == Subject::mesh && is_infeasible(pose)) continue;
-    const double here = excess(check, value, context.limits.of(check.code).value);
+    const double here = excess(check, value, limit);
     if (!worst || here > worst->excess) worst = Miss{check.code, here};
   }
   return worst;

@@ -173,11 +173,11 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   for (const Coverage& each : input_coverage()) rig->coverage.push_back(each);
 }
 
-/// What pictures and geometry were both asked about: every sweep but those to corners, and every
+/// What pictures and geometry were both asked about: every sweep that is watched, and every
 /// finding.
 Coverage agreement_coverage(const RigRecord& rig, const std::vector<Finding>& findings) {
   const auto looked_at =
-      std::ranges::count_if(rig.sweeps, [](const SweepRecord& each) { return !each.sweep.corner; });
+      std::ranges::count_if(rig.sweeps, [](const SweepRecord& each) { return each.sweep.watched; });
   Coverage out{"BB070", static_cast<int>(looked_at) + static_cast<int>(findings.size()), 0, 0, 0};
   out.not_applicable = static_cast<int>(std::ranges::count_if(
       findings, [](const Finding& finding) { return !finding.image.measured; }));
@@ -308,7 +308,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     rigs += plan.role == Role::canary ? 0 : suite.mappings.size();
   // The image pass looks at most poses once more.
   for (const Sweep& sweep : sweeps)
-    poses += request.image_pass && !sweep.corner ? sweep.pose_count() : 0;
+    poses += request.image_pass && sweep.watched ? sweep.pose_count() : 0;
   progress.start("poses", poses * rigs);
   for (const solver::Mapping mapping : suite.mappings) {
     const RigSearches searches = search_rigs(stage, suite, mapping, search_box(envelope, sweeps));

@@ -42,6 +42,7 @@ Sweep sweep_to(const PoseDegrees& corner) {
     if (value != 0.0) sweep.name += " " + std::string(channel) + " " + number_text(value);
   }
   sweep.corner = true;
+  sweep.watched = false;  // too few poses to follow
   return sweep;
 }
 

@@ -164,7 +164,9 @@ Sweep random_walk(std::uint64_t seed, int legs, double step_deg) {
     poses.push_back(pose);
     bend_before = bend;
   }
-  return path_sweep(std::string(kRandomWalk), poses, step_deg);
+  Sweep walk = path_sweep(std::string(kRandomWalk), poses, step_deg);
+  walk.watched = false;  // it turns a corner every few poses
+  return walk;
 }
 
 Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg) {
@@ -201,6 +203,7 @@ std::vector<Sweep> grid_sweeps() {
       sweep.name = "grid side " + std::to_string(side) + " twist " + std::to_string(twist);
       sweep.start.side = side;
       sweep.start.twist = twist;
+      sweep.watched = false;  // 15 degrees between two poses are no motion
       sweeps.push_back(std::move(sweep));
     }
   }

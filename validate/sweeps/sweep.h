@@ -56,6 +56,7 @@ struct Sweep {
   PoseDegrees start{};
   std::vector<Waypoint> through{};  // empty, or at least two by rising control
   bool corner = false;              // leads from rest to a corner of the envelope
+  bool watched = true;              // small pictures follow its motion; else only its findings
 
   std::size_t pose_count() const;
   double control_at(std::size_t pose) const;
