@@ -258,10 +258,17 @@ std::vector<std::string> known_views() {
 
 }  // namespace
 
+std::vector<Sweep> bundled_sweeps() {
+  const Envelope human = *find_envelope("human");
+  std::vector<Sweep> sweeps = standard_sweeps(human);
+  for (Sweep& corner : corner_sweeps(human)) sweeps.push_back(std::move(corner));
+  return sweeps;
+}
+
 Sweep sweep_named(const std::string& name) {
   const std::string stress = "stress ", grid = stress + "grid";
   std::vector<std::string> names;
-  for (const Sweep& sweep : standard_sweeps()) {
+  for (const Sweep& sweep : bundled_sweeps()) {
     if (sweep.name == name) return sweep;
     names.push_back(sweep.name);
   }
@@ -315,7 +322,7 @@ void add_render(const Registry& registry) {
         if (!options->extreme)
           return print_files(render_pose(request, folder, progress), folder.path());
         const std::vector<Sweep> sweeps =
-            options->sweeps == "stress" ? stress_sweeps() : standard_sweeps();
+            options->sweeps == "stress" ? stress_sweeps() : bundled_sweeps();
         if (options->dry_run) return print_extreme_plan(request, sweeps, common);
         return print_files(
             render_extremes(request, sweeps, *find_envelope("sweep"), folder, progress),
