@@ -188,7 +188,8 @@ class JointMotion {
     while (true) {
       int widest = -1;
       for (int k = 0; k < count(); ++k)
-        if (!dismissed[index(k)] && degrees(residual[index(k)]) > settings_.smallest_deg &&
+        // A jump back two steps on takes a sixth off what is seen of the first.
+        if (!dismissed[index(k)] && degrees(residual[index(k)]) > 0.75 * settings_.smallest_deg &&
             (widest < 0 || residual[index(k)] > residual[index(widest)]))
           widest = k;
       if (widest < 0) return out;
