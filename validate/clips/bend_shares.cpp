@@ -25,7 +25,8 @@ double median(std::vector<double> values) {
   if (values.empty()) return 0.0;
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  if (values.size() % 2 == 1) return *middle;
+  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 /// The line that most points lie on; of those with nearly as many, the one of the least offset.
@@ -83,27 +84,43 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
   std::vector<ShareExcess> out(frames);
   if (joints < 3 || frames < 5) return out;
   for (Index k = 0; k < joints; ++k) {
-    std::vector<glm::dvec3> excess(frames);
-    std::vector<double> distance(frames);
     std::vector<double> x(frames), y(frames);
-    std::vector<glm::dvec3> off(frames);
+    std::vector<glm::dvec3> usual(frames);
+    glm::dvec3 offset(0.0);
     for (int c = 0; c < 3; ++c) {
       for (Index f = 0; f < frames; ++f) {
         std::vector<double> others;
         for (Index j = 0; j < joints; ++j)
           if (j != k) others.push_back(turn[f * joints + j][c]);
         // The median: a second joint's own fault is not the spine's bend.
-        x[f] = others.size() < 3 ? 0.5 * (others[0] + others[1]) : median(others);
+        x[f] = median(others);
         y[f] = turn[f * joints + k][c];
       }
       const Line line = consensus(x, y);
+      offset[c] = line.offset;
+      for (Index f = 0; f < frames; ++f) usual[f][c] = line.slope * x[f];
+    }
+    // What was turned before or after the usual share is one turn only from that side.
+    const glm::dquat posture = rotation(offset);
+    std::vector<glm::dvec3> excess;
+    double spread = 0.0;
+    for (const bool own : {false, true}) {
+      std::vector<glm::dvec3> here(frames);
+      std::vector<double> distance(frames);
       for (Index f = 0; f < frames; ++f) {
-        off[f][c] = y[f] - line.at(x[f]);
-        excess[f][c] = off[f][c] + (from_rest ? line.offset : 0.0);
+        const glm::dquat now = rotation(turn[f * joints + k]), share = rotation(usual[f]);
+        const glm::dquat beyond = own ? glm::conjugate(share) * now : now * glm::conjugate(share);
+        const glm::dvec3 off = rotation_vector(glm::conjugate(posture) * beyond);
+        distance[f] = glm::length(off);
+        here[f] = from_rest ? rotation_vector(beyond) : off;
+      }
+      const double middle = median(distance);
+      if (excess.empty() || middle < spread) {
+        excess = here;
+        spread = middle;
       }
     }
-    for (Index f = 0; f < frames; ++f) distance[f] = degrees(glm::length(off[f]));
-    const double limit = kSmallestDeg + kOutlier * median(distance);
+    const double limit = kSmallestDeg + kOutlier * degrees(spread);
     for (Index f = 0; f < frames; ++f) {
       const double deg = degrees(glm::length(excess[f]));
       if (out[f].joint < 0 || deg - limit > out[f].deg - out[f].limit_deg)

@@ -25,6 +25,9 @@ struct ShareExcess {
 /// frames start from the rest pose (a sweep of controls), so an offset is excess, too; else it is
 /// posture.
 ///
+/// The excess is the turn that is left when the share (slope x mean, for captured motion the
+/// offset, too) is taken off, from the side on which less is left over.
+///
 /// The limit is 7 degrees and six times the median distance of the joint's frames from its line:
 /// rigs keep their shares, captured spines do not, and nobody can tell a kink there.
 /// One value per frame, the joint that is furthest over its limit; fewer than three joints or five

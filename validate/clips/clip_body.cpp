@@ -262,6 +262,23 @@ void ClipBody::match_by_place(const skin::Clip& clip) {
     }
     join(anatomy_.spine[k], theirs.spine[best]);
   }
+  // Chains of another number of joints: the turn is a matter of where a bone's middle stands, or
+  // joints that share one would not bend and the next would bend for all of them.
+  if (anatomy_.chest_index != theirs.chest_index)
+    for (Index k = 1; k < anatomy_.chest_index; ++k) {
+      const auto knot = [&](Index j) {
+        return j == 0 ? 0.0 : j == theirs.chest_index ? 1.0 : 0.5 * (arc[j] + arc[j + 1]);
+      };
+      const double at = 0.5 * (our_arc[k] + our_arc[k + 1]);
+      Index above = 1;
+      while (above < theirs.chest_index && knot(above) < at) ++above;
+      const auto clip_joint = [&](Index j) {
+        return skeleton.nodes[static_cast<Index>(theirs.spine[j])].file_node;
+      };
+      between_[anatomy_.spine[k]] = {
+          clip_joint(above - 1), clip_joint(above),
+          std::clamp((at - knot(above - 1)) / (knot(above) - knot(above - 1)), 0.0, 1.0)};
+    }
   const auto join_chains = [&](const std::vector<int>& ours, const std::vector<int>& their) {
     for (Index k = 0; k < std::min(ours.size(), their.size()); ++k) join(ours[k], their[k]);
   };
@@ -390,11 +407,16 @@ void ClipBody::retarget(const skin::Clip& clip) {
       const auto parent = static_cast<Index>(node.parent);
       const int j = clip_joint_[n];
       glm::dquat turn = node.parent < 0 ? glm::dquat(1, 0, 0, 0) : turned[parent];
-      if (j >= 0) {
-        const glm::dmat3 posed(clip.world[f * clip.joint_count() + static_cast<Index>(j)]);
-        const glm::dmat3 rest(clip.rest[static_cast<Index>(j)]);
-        turn = nearest_rotation(posed * glm::inverse(rest)) * align[n];
-      }
+      const auto turn_of = [&](int joint) {
+        const glm::dmat3 posed(clip.world[f * clip.joint_count() + static_cast<Index>(joint)]);
+        const glm::dmat3 rest(clip.rest[static_cast<Index>(joint)]);
+        return nearest_rotation(posed * glm::inverse(rest));
+      };
+      if (const auto mixed = between_.find(static_cast<int>(n)); mixed != between_.end())
+        turn = glm::slerp(turn_of(mixed->second.below), turn_of(mixed->second.above),
+                          mixed->second.share);
+      else if (j >= 0)
+        turn = turn_of(j) * align[n];
       turned.push_back(turn);
       const glm::dvec3 place = node.parent < 0 ? origin(node.world_from_node)
                                                : origin(world[parent] * node.parent_from_node);

@@ -75,6 +75,13 @@ class ClipBody {
   ClipFit fit_ = ClipFit::same;
   double unit_ = 1.0;            // the clip's in the character's
   std::vector<int> clip_joint_;  // of each node, -1 for none
+  // Of a spine matched by place to one of another number of joints: between which two of the
+  // clip's joints a node turns, and how far from the first to the second.
+  struct Between {
+    int below = -1, above = -1;
+    double share = 0.0;
+  };
+  std::map<int, Between> between_;  // by node
   std::vector<std::vector<glm::dmat4>> world_;
   std::vector<glm::dquat> hips_turn_;
   std::vector<glm::vec3> point_;  // [frames x vertices]

@@ -394,29 +394,34 @@ std::vector<glm::dquat> watched_turns(const ClipBody& body,
   return out;
 }
 
-bool leads_with_rest(const skin::Anatomy& anatomy, const ClipBody& body,
-                     const skin::ClipSweep& range) {
-  // A tenth of a degree: what exporters round. Four frames on: enough to know the pace.
-  constexpr double kAtRestDeg = 0.1, kWider = 3.0, kLeastDeg = 1.0;
-  if (range.count < kLeastFrames) return false;
+std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
+                      const skin::ClipSweep& range) {
+  // A tenth of a degree: what exporters round. A lead is a leap: no body that starts from rest
+  // halves the pace of most of its joints at once.
+  constexpr double kAtRestDeg = 0.1, kWider = 1.5, kLeastDeg = 1.0, kSameWidth = 0.03;
+  constexpr Index kLongest = 8;
   const auto turn = [&](Index i, Index k) {
     const Index f = range.first + i;
     return k == 0 ? body.hips_turn(f)
                   : glm::conjugate(body.turn(f, anatomy.spine[k - 1])) *
                         body.turn(f, anatomy.spine[k]);
   };
-  Index leave = 0;
-  for (Index k = 0; k < anatomy.spine.size(); ++k) {
-    if (k > 0 && !(degrees(angle_between(turn(0, k), glm::dquat(1, 0, 0, 0))) <= kAtRestDeg))
-      return false;
-    double next = 0.0;
-    for (Index i = 1; i < 4; ++i) next = std::max(next, angle_between(turn(i, k), turn(i + 1, k)));
-    const double first = angle_between(turn(0, k), turn(1, k));
-    const bool leaves = degrees(first) > kLeastDeg && first > kWider * next;
-    if (k == 0 && !leaves) return false;
-    leave += leaves;
+  for (Index k = 1; k < anatomy.spine.size(); ++k)
+    if (!(degrees(angle_between(turn(0, k), glm::dquat(1, 0, 0, 0))) <= kAtRestDeg)) return 0;
+  for (Index lead = 1; lead <= kLongest && lead + kLeastFrames < range.count; ++lead) {
+    Index leave = 0;
+    bool hips = false;
+    for (Index k = 0; k < anatomy.spine.size(); ++k) {
+      const auto step = [&](Index i) { return angle_between(turn(i, k), turn(i + 1, k)); };
+      bool leaves = degrees(step(0)) > kLeastDeg && step(0) > kWider * step(lead);
+      for (Index i = 1; i + 1 < lead; ++i)
+        leaves = leaves && std::abs(step(i) - step(0)) <= kSameWidth * step(0);
+      leave += leaves;
+      hips = hips || (k == 0 && leaves);
+    }
+    if (hips && 2 * leave > anatomy.spine.size()) return lead;
   }
-  return 2 * leave > anatomy.spine.size();
+  return 0;
 }
 
 std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::vector<double>& time,
@@ -500,8 +505,8 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
     }
     if (record.has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
     if (!sweep.control.empty()) sweep.shares = shares_of(body, record, range);
-    sweep.leads_with_rest = leads_with_rest(anatomy, body, range);
-    sweep.flips = find_flips(body, record.watched, range, time, sweep.leads_with_rest ? 1 : 0);
+    sweep.rest_lead = rest_lead(anatomy, body, range);
+    sweep.flips = find_flips(body, record.watched, range, time, sweep.rest_lead);
     record.sweeps.push_back(std::move(sweep));
   }
   progress.finish();

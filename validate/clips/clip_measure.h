@@ -10,9 +10,9 @@ namespace backbend::validate {
 struct ClipSweepRecord {
   skin::ClipSweep range;
   std::vector<PoseRecord> poses;
-  ClipReport flips;              // joints are those of ClipRecord::watched
-  bool leads_with_rest = false;  // the first frame is the rest pose, left in one step: no motion
-  std::string control;           // the leading control, empty where the clip names none that moves
+  ClipReport flips;           // joints are those of ClipRecord::watched
+  std::size_t rest_lead = 0;  // first frames that are the rest pose and the way from it: no motion
+  std::string control;        // the leading control, empty where the clip names none that moves
   // Whether turns of the clavicles are drift here: nobody turns them, or the clip says which
   // controls moved and none of them is an arm's.
   bool drift_applies = false;
@@ -49,11 +49,12 @@ struct ClipRecord {
 std::vector<WatchedJoint> watched_joints(const skin::Character& character,
                                          const skin::Anatomy& anatomy);
 
-/// Whether a sweep's first frame is the rest pose that many captures begin with, and its motion
-/// begins with the second: all of the spine stands at rest, and most of its joints, the hips among
-/// them, leave it in one step that is far wider than the next ones.
-bool leads_with_rest(const skin::Anatomy& anatomy, const ClipBody& body,
-                     const skin::ClipSweep& range);
+/// How many of a sweep's first frames are no motion: many captures begin with the rest pose, and
+/// jump into the motion with the second frame (or, resampled, over a few steps of one width). 0
+/// where not all of the spine stands at rest, or where not most of its joints, the hips among them,
+/// leave it in steps that are far wider than the next one.
+std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
+                      const skin::ClipSweep& range);
 
 /// Turns of the watched joints over a run of frames, as find_clip_flips() takes them.
 std::vector<glm::dquat> watched_turns(const ClipBody& body,

@@ -173,10 +173,10 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
   const ClipRecord record =
       measure_clip(on.character, on.anatomy, clip, body, system, on.metrics, progress);
   for (const ClipSweepRecord& sweep : record.sweeps) {
-    if (sweep.leads_with_rest)
+    if (sweep.rest_lead > 0)
       report.characters.back().notes.push_back(
-          sweep.range.name +
-          ": the first frame is the rest pose, no motion; jumps are looked for from the second on");
+          sweep.range.name + ": begins with the rest pose; jumps are looked for after the first " +
+          (sweep.rest_lead == 1 ? "frame" : std::to_string(sweep.rest_lead) + " frames"));
     if (record.has_arms && !sweep.drift_applies)
       report.characters.back().notes.push_back(
           sweep.range.name + ": arm drift (BB020) does not apply: " + sweep.no_drift_reason);

@@ -121,6 +121,15 @@ class Steps {
     return predicted(k, without, cubic < linear);
   }
 
+  /// The widest turn of the steps around one at its duration, itself left out, radians.
+  double widest(int k) const {
+    double most = 0.0;
+    for (int i = std::max(0, k - settings_.median_reach);
+         i <= std::min(count() - 1, k + settings_.median_reach); ++i)
+      if (i != k) most = std::max(most, glm::length(pace(i)) * duration_[index(k)]);
+    return most;
+  }
+
   /// By how much the paces around the explained steps differ from their median, as turns of one
   /// step, radians.
   double spread(const Explanation& without) const {
@@ -179,7 +188,8 @@ class JointMotion {
     while (true) {
       int widest = -1;
       for (int k = 0; k < count(); ++k)
-        if (!dismissed[index(k)] && degrees(residual[index(k)]) > settings_.smallest_deg &&
+        // A jump back two steps on takes a sixth off what is seen of the first.
+        if (!dismissed[index(k)] && degrees(residual[index(k)]) > 0.75 * settings_.smallest_deg &&
             (widest < 0 || residual[index(k)] > residual[index(widest)]))
           widest = k;
       if (widest < 0) return out;
@@ -209,18 +219,23 @@ class JointMotion {
     double asked = settings_.outlier * (spread + radians_from(settings_.calm_deg));
     // What is left out and what lies beyond an end could have shown livelier motion.
     if (place.count == 2) asked *= settings_.out_and_back;
-    const int seen = std::min(place.step[0], settings_.reach) +
-                     std::min(count() - 1 - place.last(), settings_.reach);
-    asked *= 2.0 - static_cast<double>(seen) / (2.0 * settings_.reach);
+    asked *= at_end(place);
     return std::clamp(asked, radians_from(settings_.smallest_deg),
                       radians_from(settings_.largest_deg));
   }
 
-  /// The smallest jump that is surely found at a step, radians: the motion's own residual may lie
-  /// against it.
+  /// The smallest jump that is surely found at a step, radians; none is where this is above half a
+  /// turn. The motion's own residual may lie against it, and in the space where the turn was not
+  /// multiplied on, the paces behind it are turned against those before.
   double detectable(int k) const {
     const Explanation place{{k, -1}, 1};
-    return explained(place) + plain_residual(k);
+    const double still = explained(place) + plain_residual(k);
+    const double pace = std::max(spaces_[0].widest(k), spaces_[1].widest(k));
+    double size = still;
+    for (int i = 0; i < 20; ++i)
+      size = std::min(2.0 * kPi, still + settings_.outlier * at_end(place) * 2.0 *
+                                             std::sin(0.5 * std::min(size, kPi)) * pace);
+    return size;
   }
 
  private:
@@ -230,6 +245,13 @@ class JointMotion {
   double plain_residual(int k) const {
     const Explanation place{{k, -1}, 1};
     return std::min(spaces_[0].residual(k, place), spaces_[1].residual(k, place));
+  }
+
+  /// 1 amid the clip, 1.5 at its ends, where half of the steps around are missing.
+  double at_end(const Explanation& place) const {
+    const int seen = std::min(place.step[0], settings_.reach) +
+                     std::min(count() - 1 - place.last(), settings_.reach);
+    return 2.0 - static_cast<double>(seen) / (2.0 * settings_.reach);
   }
 
   std::size_t calmer_space(const Explanation& place) const {
@@ -264,8 +286,9 @@ class JointMotion {
         best = step;
       }
     }
-    constexpr double kClearly = 0.7;
-    least *= kClearly;
+    // A second jump leaves less than one by at least half its size, and clearly less.
+    constexpr double kClearly = 0.7, kOfItsSize = 0.5;
+    least = std::min(kClearly * least, least - kOfItsSize * plain_residual(widest));
     for (int out = 1; out <= settings_.longest_out; ++out)
       for (int k = widest - out - 1; k <= widest + 1; ++k) {
         if (k < 0 || k + out >= count()) continue;
