@@ -16,7 +16,7 @@ JointMap joint_map(const std::vector<std::string>& pairs) {
   for (const std::string& pair : pairs) {
     const std::size_t equals = pair.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == pair.size())
-      throw CLI::ValidationError("'" + pair + "' is no pair CHARACTER_JOINT=CLIP_JOINT");
+      throw CLI::ValidationError("--joint-map: '" + pair + "' is not CHARACTER_JOINT=CLIP_JOINT");
     names[pair.substr(0, equals)] = pair.substr(equals + 1);
   }
   return names;
@@ -44,8 +44,11 @@ void add_baked_options(CLI::App* command, BakedOptions& options) {
 }
 
 Report baked_report(const BakedOptions& options, const std::string& character,
-                    const skin::AnatomyHints& hints, const Common& common) {
+                    const skin::AnatomyHints& hints, const Common& common, const fs::path& folder,
+                    const PicturePlan& pictures) {
   ClipRequest request;
+  request.folder = folder;
+  request.pictures = pictures;
   request.character = character;
   request.clip = options.clip;
   request.options = {options.animation, options.frames_per_second};
@@ -62,9 +65,10 @@ Report baked_report(const BakedOptions& options, const std::string& character,
 }
 
 int check_baked(const BakedOptions& options, const std::string& character,
-                const skin::AnatomyHints& hints, const std::string& output, const Common& common) {
-  const Report report = baked_report(options, character, hints, common);
+                const skin::AnatomyHints& hints, const std::string& output,
+                const PicturePlan& pictures, const Common& common) {
   const fs::path folder = new_run_folder(output);
+  const Report report = baked_report(options, character, hints, common, folder, pictures);
   return publish(report, folder, output.empty(), common);
 }
 

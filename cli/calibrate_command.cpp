@@ -121,7 +121,8 @@ void add_calibrate(const Registry& registry) {
       ->delimiter(',')
       ->check(CLI::Range(4, 64) | CLI::IsMember({0}));
   command->add_option("--seed", options->plan.seed, "seed of all poses and faults [20261121]");
-  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
+  command->add_flag("--dry-run", options->dry_run,
+                    "print the plan and the estimated time, then exit");
   command->add_option("-o,--output", options->output,
                       "folder for calibration.json and calibration.md [.]");
 }

@@ -82,12 +82,15 @@ struct BakedOptions {
   double frames_per_second = 24.0;
 };
 void add_baked_options(CLI::App* command, BakedOptions& options);
-/// Judges the clip on a character (empty: its own body), and says first what it is. Throws what
-/// run_clip() throws.
+/// Judges the clip on a character (empty: its own body), and says first what it is. Pictures go
+/// into `folder`; empty: none are made. Throws what run_clip() throws.
 validate::Report baked_report(const BakedOptions& options, const std::string& character,
-                              const skin::AnatomyHints& hints, const Common& common);
+                              const skin::AnatomyHints& hints, const Common& common,
+                              const std::filesystem::path& folder = {},
+                              const validate::PicturePlan& pictures = {});
 int check_baked(const BakedOptions& options, const std::string& character,
-                const skin::AnatomyHints& hints, const std::string& output, const Common& common);
+                const skin::AnatomyHints& hints, const std::string& output,
+                const validate::PicturePlan& pictures, const Common& common);
 
 void add_solve(const Registry& registry);
 void add_inspect(const Registry& registry);

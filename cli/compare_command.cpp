@@ -202,7 +202,8 @@ void add_compare(const Registry& registry) {
   command->add_option("--sweeps", options->sweeps, "standard or stress [stress]")
       ->check(CLI::IsMember({"standard", "stress"}))
       ->configurable();
-  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
+  command->add_flag("--dry-run", options->dry_run,
+                    "print the plan and the estimated time, then exit");
   options->add_to(command);
 }
 

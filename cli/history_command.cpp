@@ -30,7 +30,8 @@ int add_run(const Options& options, const Common& common) {
   fs::path report = options.add;
   if (fs::is_directory(report)) report /= "report.json";
   const std::string date = options.date.empty() ? today() : options.date;
-  if (!is_day(date)) throw CLI::ValidationError("--date '" + date + "' is no day like 2026-11-22");
+  if (!is_day(date))
+    throw CLI::ValidationError("--date '" + date + "': invalid day; expected one like 2026-11-22");
   const Night night =
       night_of(parse_report(read_text(report), report.string()), date, options.label);
   const bool added = append_night(options.file, night);

@@ -2,6 +2,7 @@
 
 #include "cli/commands.h"
 #include "skin/anatomy.h"
+#include "skin/driven_nodes.h"
 #include "skin/gltf_reader.h"
 #include "skin/inspect.h"
 #include "skin/sidecar.h"
@@ -52,7 +53,7 @@ void add_inspect(const Registry& registry) {
   struct Options {
     std::string character;
     skin::AnatomyHints hints;
-    bool save = false, suggest = false;
+    bool save = false, suggest = false, driven = false;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
@@ -73,6 +74,11 @@ void add_inspect(const Registry& registry) {
           text = common.json ? skin::suggestions_json(character.file_name, suggestions)
                              : skin::suggestions_text(suggestions);
         }
+        if (options->driven) {
+          const auto nodes = skin::driven_nodes(character, anatomy);
+          text = common.json ? skin::driven_json(character, nodes)
+                             : skin::driven_text(character, nodes);
+        }
         if (options->save) {
           const auto path = save_sidecar(
               options->character,
@@ -91,8 +97,12 @@ void add_inspect(const Registry& registry) {
       ->required();
   command->add_flag("--save", options->save,
                     "write what was found to NAME.backbend.toml beside the character");
-  command->add_flag("--suggest", options->suggest,
-                    "what would make the weights cleaner; changes nothing");
+  CLI::Option* suggest = command->add_flag("--suggest", options->suggest,
+                                           "what would make the weights cleaner; changes nothing");
+  command
+      ->add_flag("--driven", options->driven,
+                 "for every joint whether our rigs drive it, what it follows, or that it is still")
+      ->excludes(suggest);
   add_anatomy_options(command, options->hints);
 }
 

@@ -2,6 +2,7 @@
 #include <oneapi/tbb/global_control.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdio>
 #include <exception>
@@ -12,6 +13,7 @@
 #include "render/scene.h"
 #include "skin/character.h"
 #include "skin/rig_templates.h"
+#include "solver/nearest_name.h"
 #include "solver/spine_system.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/farm/ledger.h"
@@ -106,6 +108,23 @@ int take_surroundings(Program& program) {
   return kExitOk;
 }
 
+/// Where the first word of the line is no command: which one it may be a slip of. Else empty.
+std::string nearest_command(const CLI::App& app, int count, char** arguments) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  for (int i = 1; i < count; ++i) {
+    const std::string word = arguments[i];
+    if (word.starts_with('-')) continue;
+    if (std::ranges::find(names, word) != names.end()) return "";
+    // The value of a global option stands where a command might.
+    if (const std::string before = arguments[i - 1];
+        i > 1 && (before == "--threads" || before == "--project"))
+      continue;
+    return "no command '" + word + "'" + solver::did_you_mean(word, names);
+  }
+  return "";
+}
+
 /// A whole number that makes up all of `text`, or -1.
 int whole_number(std::string_view text) {
   int value = -1;
@@ -122,8 +141,8 @@ std::pair<int, int> parse_resolution(const std::string& text) {
   const int height =
       cross == std::string::npos ? -1 : whole_number(std::string_view(text).substr(cross + 1));
   if (width < 16 || height < 16 || width > 16384 || height > 16384) {
-    throw CLI::ValidationError("'" + text +
-                               "' is no picture size: WIDTHxHEIGHT, each 16 to 16384 pixels");
+    throw CLI::ValidationError(
+        "'" + text + "': invalid image size; expected WIDTHxHEIGHT, each 16 to 16384 pixels");
   }
   return {width, height};
 }
@@ -197,7 +216,9 @@ int main(int argument_count, char** arguments) {
   } catch (const CLI::CallForVersion& call) {
     return program.app.exit(call);
   } catch (const CLI::ParseError& error) {
-    return complain(std::string(error.what()) + "; backbend --help shows what there is",
+    const std::string unknown = nearest_command(program.app, argument_count, arguments);
+    return complain((unknown.empty() ? std::string(error.what()) : unknown) +
+                        "; backbend --help shows what there is",
                     kExitUsage);
   }
   const Common& common = program.common;

@@ -18,6 +18,8 @@ struct RunOptions {
   skin::AnatomyHints hints;
 
   void add_to(CLI::App* command);
+  /// `--quick`, `--res`, `--spp`.
+  void apply_to(validate::PicturePlan& pictures) const;
   /// Reads history and baseline, too. Throws what their readers throw.
   void apply_to(validate::RunRequest& request) const;
 };

@@ -45,7 +45,7 @@ constexpr Preset kPresets[] = {
 /// What both picture commands take.
 struct PictureOptions {
   RenderRequest request;
-  std::string rig = "curve", pose, mapping = "chest", chain, resolution, layers, output = ".";
+  std::string rig = "even", pose, mapping = "chest", chain, resolution, layers, output = ".";
   std::string preset_name = kPresets[0].name, mode = "clay";
   std::optional<int> samples;
   std::optional<double> noise;
@@ -62,7 +62,7 @@ struct PictureOptions {
         ->add_option("character", request.character,
                      "character file: .glb, .gltf, or a body description .toml")
         ->required();
-    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [curve]")
+    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [even]")
         ->type_name(kRigType)
         ->configurable();
     command->add_option("--pose", pose,
@@ -134,7 +134,7 @@ struct PictureOptions {
         ->configurable();
     command->add_flag("--resume", request.resume,
                       "keep frames that are there, whole and of the same inputs");
-    command->add_flag("--dry-run", dry_run, "only say what there is to do, and how long");
+    command->add_flag("--dry-run", dry_run, "print the plan and the estimated time, then exit");
     command->add_option("-o,--output", output, "folder for the files [.]");
     add_anatomy_options(command, request.hints);
     add_chain_option(command, chain);
@@ -148,7 +148,7 @@ struct PictureOptions {
     try {
       result.pose = parse_pose(pose);
     } catch (const solver::RigError& error) {
-      throw CLI::ValidationError(error.what());
+      throw CLI::ValidationError(std::string("--") + error.what());
     }
     result.settings.mode = kModes.at(mode);
     const Preset& base = preset();
@@ -259,12 +259,30 @@ std::vector<std::string> known_views() {
 }  // namespace
 
 Sweep sweep_named(const std::string& name) {
+  const std::string stress = "stress ", grid = stress + "grid";
   std::vector<std::string> names;
   for (const Sweep& sweep : standard_sweeps()) {
     if (sweep.name == name) return sweep;
     names.push_back(sweep.name);
   }
-  throw CLI::ValidationError("no sweep '" + name + "'" + solver::did_you_mean(name, names) +
+  for (const Sweep& sweep : stress_sweeps()) {
+    if (stress + sweep.name == name) return sweep;
+    names.push_back(stress + sweep.name);
+  }
+  if (name == grid) {
+    // One line after the other, each from its start to its end.
+    std::vector<PoseDegrees> poses;
+    double step = 0.0;
+    for (const Sweep& sweep : grid_sweeps()) {
+      poses.push_back(sweep.pose_at(sweep.from_deg));
+      poses.push_back(sweep.pose_at(sweep.to_deg));
+      step = sweep.step_deg;
+    }
+    return path_sweep("grid", poses, step);
+  }
+  names.push_back(grid);
+  throw CLI::ValidationError("--sweep: no sweep '" + name + "'" +
+                             solver::did_you_mean(name, names) +
                              "; backbend list sweeps shows all");
 }
 

@@ -51,18 +51,16 @@ void RunOptions::add_to(CLI::App* command) {
   add_anatomy_options(command, hints);
 }
 
+void RunOptions::apply_to(PicturePlan& pictures) const {
+  if (quick) pictures.enabled = false;
+  if (samples > 0) pictures.samples = samples;
+  if (!resolution.empty()) std::tie(pictures.width, pictures.height) = parse_resolution(resolution);
+}
+
 void RunOptions::apply_to(RunRequest& request) const {
   request.hints = hints;
-  if (quick) {
-    request.suite.pictures.enabled = false;
-    request.image_pass = false;
-  }
-  if (samples > 0) request.suite.pictures.samples = samples;
-  if (!resolution.empty()) {
-    const auto [width, height] = parse_resolution(resolution);
-    request.suite.pictures.width = width;
-    request.suite.pictures.height = height;
-  }
+  if (quick) request.image_pass = false;
+  apply_to(request.suite.pictures);
   request.today = today();
   request.label = label;
   // Read before the work, so that what is damaged is said now and not in the morning.
@@ -138,7 +136,7 @@ std::string chain_text(const std::vector<std::string>& joints) {
 
 void print_character(const std::string& title, const CharacterFacts& facts, bool has_baseline) {
   const std::string sure =
-      facts.sure ? "   sure" : "   not sure: --hip, --chest and --spine settle it";
+      facts.sure ? "   sure" : "   uncertain; specify --hip, --chest or --spine";
   std::printf("%s\n", visible(title).c_str());
   std::printf(
       "  body   %d part%s, %d vertices, %s high, spine %s long (file units; the reference "
@@ -193,7 +191,9 @@ void leave_out_this_night(RunRequest& request) {
 int run_and_print(RunRequest request, const Common& common, const RunOptions& options) {
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
-      print_character(request.title.empty() ? request.suite.title : request.title, facts,
+      const std::string& title = request.title.empty() ? request.suite.title : request.title;
+      const bool one_rig = request.suite.name == "check";
+      print_character(one_rig ? title + ". Your own rig: --baked CLIP" : title, facts,
                       request.baseline.has_value());
     };
   }
@@ -375,7 +375,8 @@ void add_nightly(const Registry& registry) {
                       "do one share of the job, I/N, or 'auto' in a Slurm array; then: merge");
   command->add_flag("--resume", options->resume,
                     "take up what an earlier run left in the folder, verified, and keep it there");
-  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
+  command->add_flag("--dry-run", options->dry_run,
+                    "print the plan and the estimated time, then exit");
 }
 
 void add_check(const Registry& registry) {
@@ -391,9 +392,12 @@ void add_check(const Registry& registry) {
       [options, &common = registry.common] {
         if (!options->baked.clip.empty() && options->dry_run)
           throw CLI::ValidationError("--dry-run: a clip is judged as it is read");
-        if (!options->baked.clip.empty())
+        if (!options->baked.clip.empty()) {
+          PicturePlan pictures;
+          options->apply_to(pictures);
           return check_baked(options->baked, options->character, options->hints, options->output,
-                             common);
+                             pictures, common);
+        }
         if (options->character.empty())
           throw CLI::RequiredError("a character file, or --baked with a clip");
         RunRequest request;
@@ -410,10 +414,11 @@ void add_check(const Registry& registry) {
         request.chain = driven_chain(options->chain, suite.rigs.front(), options->hints);
         // Under the ideal bend what is wrong is the weights'; under any other rig it may be
         // either's.
-        request.title = (suite.rigs.front().spec.system == "even" ? "Judging WEIGHTS of "
-                                                                  : "Judging RIG and WEIGHTS of ") +
-                        fs::path(options->character).filename().string() + " under rig '" +
-                        suite.rigs.front().name + "'";
+        request.title =
+            (suite.rigs.front().spec.system == "even" ? "Judging the WEIGHTS of "
+                                                      : "Judging the RIG and the WEIGHTS of ") +
+            fs::path(options->character).filename().string() + " with our rig '" +
+            suite.rigs.front().name + "'";
         request.character = options->character;
         suite.judges_weights = true;
         if (options->dry_run) return print_estimate(request, common);
@@ -442,7 +447,8 @@ void add_check(const Registry& registry) {
   command->add_option("--sweeps", options->sweeps, "standard or stress [standard]")
       ->check(CLI::IsMember({"standard", "stress"}))
       ->configurable();
-  command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
+  command->add_flag("--dry-run", options->dry_run,
+                    "print the plan and the estimated time, then exit");
   options->add_to(command);
 }
 

@@ -29,6 +29,19 @@ class Usage(CommandTest):
             with self.subTest(arguments):
                 self.assert_refused(*arguments, code=USAGE)
 
+    def test_an_unknown_command_is_named_with_the_nearest(self):
+        self.assert_refused("chekc", "hero.glb", code=USAGE, names=["chekc", "check"])
+        self.assert_refused("--threads", "2", "rendr", code=USAGE, names=["rendr", "render"])
+
+    def test_an_error_about_a_value_names_its_option(self):
+        self.write("hero.glb", glb.tube())
+        for option, value, command in (
+                ("--res", "big", ["render", "hero.glb"]), ("--pose", "extensoin=90", ["render", "hero.glb"]),
+                ("--sweep", "extensio", ["bake", "hero.glb", "-o", "out.glb"]),
+                ("--joint-map", "spine", ["check", "--baked", "clip.bvh"])):
+            with self.subTest(option):
+                self.assert_refused(*command, option, value, code=USAGE, names=[option, value])
+
     def test_a_code_that_does_not_exist_is_2(self):
         self.assert_refused("explain", "BB999", code=USAGE, names=["BB999"])
 

@@ -59,6 +59,17 @@ class BakingForTheValidator(CommandTest):
                 self.assertEqual(report["info"]["animationCount"], 1)
 
 
+class EverySweep(CommandTest):
+    def test_every_name_that_list_sweeps_prints_is_taken(self):
+        body = self.write("tube.glb", tube())
+        listed = [row["name"] for row in json.loads(self.assert_runs("list", "sweeps", "--json").stdout)]
+        self.assertIn("stress grid", listed)
+        for name in listed:
+            with self.subTest(name):
+                self.assert_runs("bake", body, "--sweep", name, "-o", "out.glb")
+                self.assertGreater((self.folder / "out.glb").stat().st_size, 1000)
+
+
 class PlayingInBlender(CommandTest):
     @unittest.skipUnless(BLENDER, "Blender is not installed")
     def test_blender_shows_every_vertex_where_we_put_it(self):

@@ -29,7 +29,7 @@ class CheckingTheBundledHuman(unittest.TestCase):
 
     def test_the_first_line_says_what_is_judged(self):
         first = self.result.stdout.splitlines()[0]
-        for word in ("Judging WEIGHTS", "human", "even"):
+        for word in ("Judging the WEIGHTS", "human", "even", "--baked CLIP"):
             self.assertIn(word, first)
 
     def test_every_pose_is_accounted_for(self):
@@ -100,5 +100,5 @@ class CheckingRealCharacters(CommandTest):
             with self.subTest(name):
                 result = self.backbend("check", character(name), "--quick", "-o", name + ".run")
                 self.assertIn(result.returncode, (0, 1), result.stderr)
-                self.assertIn("Judging WEIGHTS of " + name, result.stdout.splitlines()[0])
+                self.assertIn("Judging the WEIGHTS of " + name, result.stdout.splitlines()[0])
                 self.assertIn("spine", result.stdout)

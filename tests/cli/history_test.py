@@ -33,7 +33,7 @@ class OneBadRig(unittest.TestCase):
 
     def test_the_run_fails_and_is_the_first_night(self):
         self.assertEqual(self.result.returncode, FINDINGS, self.result.stderr)
-        self.assertIn("Judging RIG and WEIGHTS of human", self.result.stdout.splitlines()[0])
+        self.assertIn("Judging the RIG and the WEIGHTS of human", self.result.stdout.splitlines()[0])
         self.assertTrue(self.failures)
         (night,) = [json.loads(line) for line in (self.folder / "nights.jsonl").read_text().splitlines()]
         self.assertEqual(night["label"], "v001")

@@ -8,6 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "validate/metrics/torso.h"
+#include "validate/run/place.h"
 
 namespace backbend::validate {
 namespace {
@@ -141,8 +142,6 @@ TEST(BodyMetrics, TakeTheArmsOffAndKeepTheTorsoWhole) {
     }
   }
   EXPECT_NEAR(glm::length(m.metrics.rest_slices().area[20]), kPi * 0.12 * 0.12, 1e-3);
-  EXPECT_EQ(m.metrics.slice_place(0), "slice 1/64 hips..spine1");
-  EXPECT_EQ(m.metrics.slice_place(63), "slice 64/64 spine5..neck");
 }
 
 TEST(BodyMetrics, AtRestEverythingIsIdeal) {
@@ -231,6 +230,112 @@ TEST(BodyMetrics, TheUsualExitsAreNotMeasuredAndNotGood) {
   b = m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, 0.0);
   EXPECT_FALSE(b.chain.finite);
   EXPECT_TRUE(std::isnan(b.arm_drift));
+}
+
+/// A finding at a slice of the middle between two spine joints, or at a vertex.
+Finding at_slice(int slice, const char* code = "BB011") {
+  Finding finding;
+  finding.code = code;
+  finding.slice = slice;
+  return finding;
+}
+
+TEST(PlaceNames, ASliceLiesBetweenTheSpineJointsAroundIt) {
+  const Measured m;
+  const PlaceNames names(m.figure.character, m.figure.anatomy, &m.metrics);
+  for (int slice : {0, 20, 40, 63}) {
+    Finding finding = at_slice(slice);
+    names.name({}, finding);
+    // Slices run from 0.05 to 0.95 of the spine, whose seven joints stand a sixth apart.
+    const double joint = 6.0 * (0.05 + 0.9 * slice / 63.0);
+    const auto below = static_cast<std::size_t>(joint);
+    EXPECT_EQ(finding.between[0], m.figure.character.nodes[below].name) << slice;
+    EXPECT_EQ(finding.between[1], m.figure.character.nodes[below + 1].name) << slice;
+    EXPECT_EQ(finding.joint, finding.between[joint - static_cast<double>(below) < 0.5 ? 0 : 1]);
+    EXPECT_EQ(finding.side, "") << "without the pose nothing stands out";
+  }
+}
+
+TEST(PlaceNames, TheSideOfASliceIsWhereTheSkinTurnsOrNarrowsMost) {
+  const Measured m;
+  const PlaceNames names(m.figure.character, m.figure.anatomy, &m.metrics);
+  const SpineSlices& slices = m.metrics.slices();
+  const double middle = 0.8 + 0.6 * slices.slice[32].s;
+  // A dent of the surface toward the axis, on one side only.
+  const auto dented = [&](const glm::vec3& toward) {
+    std::vector<glm::vec3> position = m.metrics.rest_position();
+    for (glm::vec3& p : position)
+      if (std::abs(p.y - middle) < 0.02 && glm::dot(p, toward) > 0.06f) p -= 0.05f * toward;
+    return position;
+  };
+  const std::pair<glm::vec3, const char*> sides[] = {
+      {{1, 0, 0}, "left"}, {{-1, 0, 0}, "right"}, {{0, 0, 1}, "front"}, {{0, 0, -1}, "back"}};
+  for (const auto& [toward, side] : sides)
+    for (const char* code : {"BB011", "BB030"}) {
+      Finding finding = at_slice(32, code);
+      names.name(dented(toward), finding);
+      EXPECT_EQ(finding.side, side) << code;
+      const auto point = names.point(dented(toward), {}, finding);
+      ASSERT_TRUE(point);
+      EXPECT_GT(glm::dot(*point, glm::dvec3(toward)), 0.03) << "the mark stands on its side";
+      EXPECT_NEAR(point->y, middle, 0.02);
+    }
+  Finding even = at_slice(32);
+  names.name(m.metrics.rest_position(), even);
+  EXPECT_EQ(even.side, "");
+}
+
+TEST(PlaceNames, AVertexHasTheJointThatMovesItItsSideAndItsMesh) {
+  Measured m;
+  const auto count = static_cast<std::uint32_t>(m.figure.character.vertex_count());
+  const std::uint32_t arms = count - 2 * (25 * 12 + 2);  // the two arms come last
+  skin::Part body, sleeves;
+  body.name = "body";
+  body.vertex_count = arms;
+  sleeves.name = "sleeves";
+  sleeves.first_vertex = arms;
+  sleeves.vertex_count = count - arms;
+  m.figure.character.parts = {body, sleeves};
+  const PlaceNames names(m.figure.character, m.figure.anatomy, &m.metrics);
+  Finding hand;
+  hand.vertex = static_cast<int>(count - 1);  // the right arm's end
+  names.name({}, hand);
+  EXPECT_EQ(hand.joint, "hand_r");
+  EXPECT_EQ(hand.side, "right");
+  EXPECT_EQ(hand.part, "sleeves");
+  EXPECT_EQ(hand.between[0], "");
+  // The vertex of the torso's tube that is nearest to its left, half way up.
+  std::size_t nearest = 0;
+  const auto& rest = m.metrics.rest_position();
+  for (std::size_t v = 0; v < arms; ++v)
+    if (glm::distance(rest[v], {0.12f, 1.05f, 0}) < glm::distance(rest[nearest], {0.12f, 1.05f, 0}))
+      nearest = v;
+  Finding waist;
+  waist.vertex = static_cast<int>(nearest);
+  names.name({}, waist);
+  EXPECT_EQ(waist.between, (std::array<std::string, 2>{"spine2", "spine3"}));
+  EXPECT_EQ(waist.side, "left");
+  EXPECT_EQ(waist.part, "body");
+  EXPECT_EQ(names.point(rest, {}, waist), glm::dvec3(rest[nearest]));
+}
+
+TEST(PlaceNames, AJointKeepsItsNameAndStandsWhereItsNodeIs) {
+  const Measured m;
+  const PlaceNames names(m.figure.character, m.figure.anatomy, nullptr);
+  Finding finding;
+  finding.joint = "clavicle_l";
+  names.name({}, finding);
+  EXPECT_EQ(finding.joint, "clavicle_l");
+  EXPECT_EQ(finding.side, "left");
+  std::vector<glm::dmat4> world;
+  for (const skin::Node& node : m.figure.character.nodes) world.push_back(node.world_from_node);
+  EXPECT_EQ(names.point({}, world, finding), glm::dvec3(0.03, 1.3, 0));
+  Finding nowhere;
+  names.name({}, nowhere);
+  EXPECT_EQ(names.point({}, world, nowhere), std::nullopt);
+  Finding no_such = at_slice(5000);
+  names.name({}, no_such);  // of another body: stays a number
+  EXPECT_EQ(no_such.joint, "");
 }
 
 }  // namespace

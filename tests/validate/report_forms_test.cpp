@@ -184,9 +184,9 @@ TEST(HostileNames, AreNoFormulaInCsv) {
 
 TEST(Csv, KeepsNumbersPlainAndBlankWhereNothingWasMeasured) {
   const auto rows = csv_rows(findings_csv(sample_report()));
-  EXPECT_EQ(rows[0][11], "value");
-  EXPECT_EQ(rows[1][11], "9.1");
-  EXPECT_EQ(rows[6][11], "");
+  EXPECT_EQ(rows[0][14], "value");
+  EXPECT_EQ(rows[1][14], "9.1");
+  EXPECT_EQ(rows[6][14], "");
   EXPECT_EQ(rows[6][7], "-24") << "a negative number is no formula";
   EXPECT_EQ(csv_rows(sweeps_csv(sample_report())).size(), 1u + 6 * (91 + 31 + 61));
 }
@@ -291,7 +291,7 @@ print('read')
   // were not measured, and no reference rig fails.
   EXPECT_EQ(*output,
             "8 ['BB010 chain kink', 'BB011 mesh kink', 'BB011 mesh kink', 'BB020 arm drift', "
-            "'BB030 candy wrapper', 'BB030 candy wrapper', 'verdict']\nread\n");
+            "'BB030 cross-section collapse', 'BB030 cross-section collapse', 'verdict']\nread\n");
 }
 
 TEST(Schema, AcceptsEveryReportWeWriteAndRefusesDamage) {

@@ -204,6 +204,10 @@ void add_findings(Report& r) {
   Finding wrapper = finding("BB030", "curve", "spread", "twist", 60, 0.71, 0.75, "of rest area");
   wrapper.owner = Owner::weights;
   wrapper.slice = 41;
+  wrapper.joint = "spine01";
+  wrapper.between = {"spine02", "spine01"};
+  wrapper.side = "left";
+  wrapper.part = "body";
   wrapper.detail =
       "slice 41 of 64 between spine02 and spine01 keeps 0.71 of its area; dual quaternions would "
       "give 0.94";
@@ -307,8 +311,16 @@ Report sample_report() {
   r.media = {{"contact_sheet", "Extreme poses, profile", "sheets/extension.png"},
              {"video", "Extension 0 to 180, both rigs", "review/extension.mp4"},
              {"turntable", "curve at extension 90", "turntable/curve.png"}};
-  r.meshes = {{"isner (chest), extension 114.3", "meshes/isner.pose", "meshes/human.triangles",
-               "turn over a bone", "deg", 0, 5, 6},
+  r.meshes = {{"isner (chest), extension 114.3",
+               "meshes/isner.pose",
+               "meshes/human.triangles",
+               "turn over a bone",
+               "deg",
+               0,
+               5,
+               6,
+               "profile",
+               {0.0, 1.2, 0.1}},
               {"curve (chest), extension 58", "meshes/curve.pose", "meshes/human.triangles",
                "turn over a bone", "deg", 0, 5, 0}};
   r.next = {"backbend explain BB010", "backbend approve --run latest --reason WHY",
@@ -321,8 +333,8 @@ Report sample_report() {
                "visible on a clay render", 4},
               {"BB020", "arm drift", "turn of the arm roots against the chest control", "deg",
                "half a pixel at the hand", 0.5},
-              {"BB030", "candy wrapper", "area of a material slice against rest", "of rest area",
-               "volume loss is seen from a quarter on", 0.75},
+              {"BB030", "cross-section collapse", "area of a material slice against rest",
+               "of rest area", "volume loss is seen from a quarter on", 0.75},
               {"BB031", "volume", "volume of a closed mesh against rest", "of rest",
                "has no meaning for an open mesh", 0.9}};
   return r;

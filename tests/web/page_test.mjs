@@ -202,7 +202,7 @@ test("the table filters, searches, sorts, and its address brings the same view b
   assert.equal(await shownRows(page), 2);
   await page.getByRole("button", { name: /^value and limit/ }).click();
   assert.equal(await page.locator("th.col-value").getAttribute("aria-sort"), "descending");
-  assert.match(await page.locator(".findings tbody tr:not(.space)").first().innerText(), /5 > 4/);
+  assert.match(await page.locator(".findings tbody tr:not(.space)").first().innerText(), /5° \(limit 4\)/);
   const address = await hash(page);
   assert.match(address, /owner=WEIGHTS/);
   const again = await night({ hash: "#" + encodeURI(address.slice(1)) });
@@ -503,7 +503,7 @@ test("under a baseline what fails is counted as new or worse", async () => {
   assert.match(await page.locator(".figure").first().innerText(), /^3\s+new or worse$/);
   await done(page);
   const without = await night();
-  assert.match(await without.locator(".figure").first().innerText(), /^3\s+inside the envelope$/);
+  assert.match(await without.locator(".figure").first().innerText(), /^3\s+in the required range$/);
   await done(without);
 });
 
@@ -566,7 +566,7 @@ test("failures are ticked and saved as a file that holds the hashes of what was 
   assert.match(await form.locator("output").innerText(), /^3 of 3 failures ticked/);
   await form.getByRole("button", { name: "all or none" }).click();
   await page.locator(".worst .card.large h3 a").click();
-  await page.locator("#case").getByLabel("accept as it is").check();
+  await page.locator("#case").getByLabel("waive").check();
   await page.keyboard.press("Escape");
   await page.locator("#case").waitFor({ state: "hidden" });
   assert.match(await form.locator("output").innerText(), /^1 of 3/);
@@ -595,9 +595,9 @@ test("links into the page lead where they say, and stale ones say so", async () 
     const href = await link.getAttribute("href");
     await until(() => page.evaluate(() => location.hash), (now) => now === href);
   }
-  await page.locator(".figure", { hasText: "inside the envelope" }).click();
+  await page.locator(".figure", { hasText: "in the required range" }).click();
   await rows(page, 3);
-  await page.locator(".figure", { hasText: "on references" }).click();
+  await page.locator(".figure", { hasText: "on comparison rigs" }).click();
   await rows(page, 2);
   await page.locator(".pair a").first().click();
   await titled(page, "Isner flips");

@@ -72,7 +72,7 @@ Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   finding.owner = check.owner;
   finding.verdict = Verdict::fail;
   finding.geometry["time_s"] = context.clip.time[sweep.range.first + pose];
-  finding.image.note = "no pictures of clips are measured";
+  finding.image.note = "pictures of clips are shown, not measured";
   finding.reproduce = context.command;
   return finding;
 }
@@ -132,8 +132,7 @@ Finding metric_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   std::size_t frames = 0;
   for (const PoseRecord& each : sweep.poses)
     frames += judge(check, each.at(metric).value, finding.limit) == Verdict::fail;
-  finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
-                   finding.unit + ", over the limit in " + std::to_string(frames) + " of " +
+  finding.detail = "beyond the limit in " + std::to_string(frames) + " of " +
                    std::to_string(sweep.poses.size()) + " frames";
   if (metric == MetricId::length_change)
     finding.detail += "; no option says how much stretch is meant";

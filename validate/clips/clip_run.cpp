@@ -7,11 +7,13 @@
 #include "skin/matrix_facts.h"
 #include "skin/printable.h"
 #include "validate/clips/clip_judge.h"
+#include "validate/clips/clip_pictures.h"
 #include "validate/evidence/artist.h"
 #include "validate/files/hash.h"
 #include "validate/files/import.h"
 #include "validate/report/libraries.h"
 #include "validate/run/confirmed.h"
+#include "validate/run/place.h"
 #include "validate/run/run.h"
 #include "validate/run/verdict.h"
 
@@ -101,6 +103,7 @@ struct Judged {
   const skin::Anatomy& anatomy;
   const BodyMetrics* metrics;
   const std::optional<skin::Sidecar>& sidecar;
+  const Stage* stage = nullptr;  // with a body
 };
 
 /// What to set in the artist's program, where the clip says which channels moved and the sidecar
@@ -120,6 +123,21 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const skin::Clip
       if (channel != nullptr && std::isfinite(value)) *channel = value;
     }
     finding.artist = artist_lines(*sidecar, pose);
+  }
+}
+
+/// Says of every finding where on the body it is.
+void name_places(const Judged& on, const skin::Clip& clip, const ClipBody& body,
+                 std::vector<Finding>& findings) {
+  const PlaceNames names(on.character, on.anatomy, on.metrics);
+  for (Finding& finding : findings) {
+    const auto sweep = std::find_if(clip.sweeps.begin(), clip.sweeps.end(),
+                                    [&](const auto& each) { return each.name == finding.sweep; });
+    const bool posed = finding.slice >= 0 && on.metrics != nullptr && finding.pose_index >= 0 &&
+                       sweep != clip.sweeps.end();
+    names.name(posed ? body.mesh(sweep->first + static_cast<Index>(finding.pose_index)).position
+                     : std::vector<glm::vec3>{},
+               finding);
   }
 }
 
@@ -155,6 +173,7 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
       measure_clip(on.character, on.anatomy, clip, body, system, on.metrics, progress);
   report.findings = judge_clip(record, context);
   book_clip_owners(context, record, report.findings);
+  name_places(on, clip, body, report.findings);
   say_to_artist(on.sidecar, clip, report.findings);
 
   RigResult rig;
@@ -173,11 +192,16 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
                                                : std::max(worst->second, value);
       }
   report.rigs.push_back(std::move(rig));
+  report.checks = legend(report, limits);
+  if (on.stage != nullptr && on.metrics != nullptr && !request.folder.empty() &&
+      request.pictures.enabled)
+    make_clip_pictures({*on.stage, *on.metrics, body, system, record,
+                        PlaceNames(on.character, on.anatomy, on.metrics)},
+                       request.pictures, OutputFolder(request.folder), progress, report);
   if (std::any_of(clip.sweeps.begin(), clip.sweeps.end(),
                   [](const skin::ClipSweep& sweep) { return sweep.count >= 10; }))
     report.canaries.push_back(clip_canary(record, context));
   report.detectors.push_back(clip_sensitivity(record));
-  report.checks = legend(report, limits);
   if (!report.findings.empty()) report.next = {"backbend explain " + report.findings.front().code};
   conclude(report);
   return report;
@@ -205,7 +229,8 @@ Report run_clip(const ClipRequest& request, Progress& progress) {
   const Stage stage(std::move(confirmed.character), confirmed.hints);
   const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
   return judge_body(request, clip,
-                    {stage.character(), stage.anatomy(), &metrics, confirmed.sidecar}, progress);
+                    {stage.character(), stage.anatomy(), &metrics, confirmed.sidecar, &stage},
+                    progress);
 }
 
 }  // namespace backbend::validate

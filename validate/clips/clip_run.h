@@ -8,6 +8,7 @@
 #include "validate/clips/clip_body.h"
 #include "validate/report/report.h"
 #include "validate/run/progress.h"
+#include "validate/sweeps/suite.h"
 
 namespace backbend::validate {
 
@@ -19,6 +20,9 @@ struct ClipRequest {
   skin::AnatomyHints hints;
   JointMap names;
   std::string command;  // as the user typed it, for reproduce lines
+
+  std::filesystem::path folder;  // for pictures; empty: none are made
+  PicturePlan pictures;
 
   /// Called as soon as the clip lies on the character, before anything is measured.
   std::function<void(const std::string& title, const CharacterFacts&)> on_character;

@@ -5,10 +5,14 @@
 
 #include "render/exr.h"
 #include "render/heat_map.h"
+#include "render/mark.h"
 #include "render/png.h"
+#include "render/projection.h"
 #include "render/sheet.h"
 #include "skin/glb_writer.h"
 #include "validate/evidence/artist.h"
+#include "validate/evidence/finding_view.h"
+#include "validate/evidence/metric_heat.h"
 #include "validate/evidence/review.h"
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
@@ -23,6 +27,11 @@ constexpr std::size_t kPicturedProposed = 6, kPicturedOthers = 3;
 constexpr std::size_t kPicturedFlips = 6;
 /// Heat pictures show the distance between two rigs' bodies on one scale, % of height.
 constexpr float kHeatTop = 10.0f;
+/// A close-up holds a ball this large around the finding's place, of the spine's length; a long
+/// spine's no more than this part of the whole scene.
+constexpr double kCloseUp = 0.8, kMostOfScene = 0.35;
+/// The ring around a place, of the picture's height.
+constexpr double kMark = 0.05;
 /// Meshes travel inside the page: so many of each rig, none with more vertices.
 constexpr int kMeshesOfRig = 2;
 constexpr std::size_t kMostMeshVertices = 200000;
@@ -79,41 +88,51 @@ struct Shooting {
   }
 
   /// A still as PNG and, with every layer, as EXR beside it; kept in `shot` too.
-  std::string still(const PosedCharacter& body, std::string_view view, const std::string& name,
-                    render::Picture& shot) {
+  std::string still(const PosedCharacter& body, const render::Camera& camera,
+                    const std::string& name, render::Picture& shot) {
     shot = picture(name + ".png", {name + ".exr"}, [&] {
       photographer.pose(body);
       render::Settings full = settings;
       full.all_layers = true;
-      const render::Frame frame = photographer.shoot(view, full);
+      const render::Frame frame = photographer.shoot(camera, full);
       folder.write(name + ".exr", render::encode_exr(frame));
       return render::picture_from(frame);
     });
     return name + ".png";
   }
 
+  /// From the side that shows the pose, near the place where it is known.
+  render::Camera camera(const FindingView& view, const std::optional<glm::dvec3>& place) const {
+    const double aspect = static_cast<double>(settings.width) / settings.height;
+    const render::Facing facing = view.facing(photographer.facing());
+    if (!place) return render::view_camera(view.camera, photographer.box(), facing, aspect);
+    const double scene = glm::distance(photographer.box().low, photographer.box().high);
+    const double radius = std::min(kCloseUp * stage.anatomy().spine_length, kMostOfScene * scene);
+    return render::close_up(view.camera, *place, radius, facing, aspect);
+  }
+
   /// How far each vertex is from the other body, % of the character's height.
-  std::vector<float> distances(const PosedCharacter& body, const PosedCharacter& other) const {
+  VertexHeat distances(const PosedCharacter& body, const PosedCharacter& other,
+                       const std::string& label) const {
     const double height = stage.anatomy().height;
     std::vector<float> distance(body.mesh.position.size());
     for (std::size_t v = 0; v < distance.size(); ++v) {
       distance[v] = static_cast<float>(
           100.0 * glm::distance(body.mesh.position[v], other.mesh.position[v]) / height);
     }
-    return distance;
+    return {label + ", % of height", "% of height", 0.0f, kHeatTop, std::move(distance)};
   }
 
-  /// What a person takes along from one finding: the posed mesh, coloured by its distance to
-  /// `other`, for any viewer (and for the page where `in_page`), and the command that shows it
+  /// What a person takes along from one finding: the posed mesh, coloured by `heat`, for any viewer
+  /// (and for the page where `in_page`, with the place marked), and the command that shows it
   /// again.
-  void hand_out(const Finding& finding, const PosedCharacter& body, const PosedCharacter& other,
-                const std::string& heat_name, const std::string& place, bool in_page,
-                Report& report) const {
+  void hand_out(const Finding& finding, const PosedCharacter& body, const VertexHeat& heat,
+                const FindingView& view, const std::optional<glm::dvec3>& mark,
+                const std::string& place, bool in_page, Report& report) const {
     if (!ledger.assembles()) return;  // made of what is measured, in no time
-    const std::vector<float> distance = distances(body, other);
-    std::vector<glm::vec3> color(distance.size());
-    for (std::size_t v = 0; v < distance.size(); ++v)
-      color[v] = render::heat_color(distance[v] / kHeatTop);
+    std::vector<glm::vec3> color(heat.value.size());
+    for (std::size_t v = 0; v < color.size(); ++v)
+      color[v] = render::heat_color((heat.value[v] - heat.low) / (heat.high - heat.low));
     const skin::Character& character = stage.character();
     folder.write(place + "/pose.glb", skin::encode_posed_glb(character, body.mesh, color));
     if (!finding.reproduce.empty()) {
@@ -127,27 +146,42 @@ struct Shooting {
                    artist_script(line, finding.code + ", " + finding.pose +
                                            ": your rig, from its rest, in the same pose"));
     }
-    if (!in_page || distance.size() > kMostMeshVertices) return;
+    if (!in_page || heat.value.size() > kMostMeshVertices) return;
     const std::string triangles = "meshes/" + file_word(character.name) + ".triangles";
     folder.write(triangles, encode_mesh_triangles(character.triangles,
-                                                  static_cast<std::uint32_t>(distance.size())));
+                                                  static_cast<std::uint32_t>(heat.value.size())));
     folder.write(place + "/mesh.pose",
-                 encode_mesh_pose(body.mesh.position, distance, 0.0f, kHeatTop));
-    report.meshes.push_back({finding.rig + " (" + finding.mapping + "), " + finding.pose,
-                             place + "/mesh.pose", triangles, heat_name, "% of height", 0.0,
-                             kHeatTop, -1});
+                 encode_mesh_pose(body.mesh.position, heat.value, heat.low, heat.high));
+    MeshView mesh{finding.rig + " (" + finding.mapping + "), " + finding.pose,
+                  place + "/mesh.pose",
+                  triangles,
+                  heat.label,
+                  heat.unit,
+                  heat.low,
+                  heat.high,
+                  -1,
+                  view.name,
+                  {}};
+    if (mark) mesh.mark = {mark->x, mark->y, mark->z};
+    report.meshes.push_back(std::move(mesh));
   }
 
-  std::string heat(const PosedCharacter& body, const PosedCharacter& other, std::string_view view,
+  std::string heat(const PosedCharacter& body, const VertexHeat& values,
+                   const render::Camera& camera, const std::optional<glm::dvec3>& mark,
                    const std::string& name) {
     picture(name + ".png", {}, [&] {
-      const std::vector<float> distance = distances(body, other);  // looked at until it is shot
-      photographer.pose(body, distance);
+      photographer.pose(body, values.value);  // looked at until it is shot
       render::Settings heated = settings;
       heated.mode = render::Mode::heat;
-      heated.heat_high = kHeatTop;
-      render::Picture drawn = render::picture_from(photographer.shoot(view, heated));
-      render::draw_legend(drawn, 0.0f, kHeatTop, "distance to the other rig, % of height");
+      heated.heat_low = values.low;
+      heated.heat_high = values.high;
+      render::Picture drawn = render::picture_from(photographer.shoot(camera, heated));
+      if (mark) {
+        const glm::dvec3 at =
+            render::project_camera(camera, heated.width, heated.height).project(*mark);
+        if (at.z > 0.0) render::draw_mark(drawn, at.x, at.y, kMark * heated.height);
+      }
+      render::draw_legend(drawn, values.low, values.high, values.label);
       return drawn;
     });
     return name + ".png";
@@ -161,12 +195,6 @@ struct Shooting {
                  render::encode_png(render::side_by_side(left, left_label, right, right_label)));
   }
 };
-
-std::string_view best_view(const Finding& finding) {
-  const auto names = render::view_names();
-  const bool known = std::find(names.begin(), names.end(), finding.image.camera) != names.end();
-  return finding.image.measured && known ? std::string_view(finding.image.camera) : names.front();
-}
 
 /// The rig that a finding's pose is shown under for comparison: the first other one of its mapping.
 const RigRecord* counterpart(const std::vector<RigRecord>& records, const RigRecord& rig) {
@@ -187,21 +215,27 @@ const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
   return found->sweep;
 }
 
-void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
-                  const std::string& place, bool in_page, Report& report) {
+void picture_flip(Shooting& shooting, const RigRecord& rig, const PlaceNames& places,
+                  Finding& finding, const std::string& place, bool in_page, Report& report) {
   const Sweep& sweep = sweep_of(rig, finding);
-  const std::string_view view = best_view(finding);
   const PosedCharacter before =
       shooting.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
   const PosedCharacter after = shooting.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
+  const FindingView view = view_of(sweep.pose_at(finding.control_deg), finding);
+  // A flip swings the whole body above it: the picture is of all of it.
+  const render::Camera camera = shooting.camera(view, std::nullopt);
+  const auto mark = places.point(after.mesh.position, after.world_from_node, finding);
   render::Picture left, right;
-  finding.pictures.before = shooting.still(before, view, place + "/before", left);
-  finding.pictures.after = shooting.still(after, view, place + "/after", right);
+  finding.pictures.view = view.name;
+  finding.pictures.before = shooting.still(before, camera, place + "/before", left);
+  finding.pictures.after = shooting.still(after, camera, place + "/after", right);
   const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
   shooting.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
                 "just after");
-  finding.pictures.heat = shooting.heat(after, before, view, place + "/heat");
-  shooting.hand_out(finding, after, before, "moved in the flip", place, in_page, report);
+  const VertexHeat heat = shooting.distances(after, before, "moved in the flip");
+  finding.pictures.heat_of = heat.label;
+  finding.pictures.heat = shooting.heat(after, heat, camera, mark, place + "/heat");
+  shooting.hand_out(finding, after, heat, view, mark, place, in_page, report);
   PicturePair pair;
   pair.title = finding.rig + " (" + finding.mapping + "): flip of " +
                number_text(finding.value, 1) + " deg at " + finding.pose;
@@ -215,27 +249,34 @@ void picture_flip(Shooting& shooting, const RigRecord& rig, Finding& finding,
 }
 
 void picture_finding(Shooting& shooting, const std::vector<RigRecord>& records,
-                     const RigRecord& rig, Finding& finding, const std::string& place, bool in_page,
-                     Report& report) {
-  const std::string_view view = best_view(finding);
+                     const RigRecord& rig, const BodyMetrics& body, const PlaceNames& places,
+                     Finding& finding, const std::string& place, bool in_page, Report& report) {
   const PoseDegrees pose = sweep_of(rig, finding).pose_at(finding.control_deg);
   const PosedCharacter here = shooting.posed(rig, pose);
+  const FindingView view = view_of(pose, finding);
+  const auto mark = places.point(here.mesh.position, here.world_from_node, finding);
+  const render::Camera camera = shooting.camera(view, mark);
   render::Picture left, right;
-  finding.pictures.before = shooting.still(here, view, place + "/" + rig_word(rig), left);
-  const RigRecord* other = counterpart(records, rig);
-  if (other == nullptr) {
-    const PosedCharacter rest = shooting.posed(rig, PoseDegrees{});
-    shooting.hand_out(finding, here, rest, "moved from rest", place, in_page, report);
-    return;
+  finding.pictures.view = view.name;
+  finding.pictures.before = shooting.still(here, camera, place + "/" + rig_word(rig), left);
+  const std::vector<double> control = controls_at(*rig.system, pose, rig.mapping);
+  VertexHeat heat = metric_heat(
+      shooting.stage, body,
+      {*rig.system, control, here, glm::radians(pose.twist), pose.stretch != 0.0}, finding);
+  if (const RigRecord* other = counterpart(records, rig)) {
+    const PosedCharacter there = shooting.posed(*other, pose);
+    finding.pictures.other_rig = other->plan.name;
+    finding.pictures.other = shooting.still(there, camera, place + "/" + rig_word(*other), right);
+    shooting.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
+                  other->plan.name);
+    if (heat.value.empty())
+      heat = shooting.distances(here, there, "distance to " + other->plan.name);
   }
-  const PosedCharacter there = shooting.posed(*other, pose);
-  finding.pictures.other_rig = other->plan.name;
-  finding.pictures.other = shooting.still(there, view, place + "/" + rig_word(*other), right);
-  shooting.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
-                other->plan.name);
-  finding.pictures.heat = shooting.heat(here, there, view, place + "/heat");
-  shooting.hand_out(finding, here, there, "distance to " + other->plan.name, place, in_page,
-                    report);
+  if (heat.value.empty())
+    heat = shooting.distances(here, shooting.posed(rig, PoseDegrees{}), "moved from rest");
+  finding.pictures.heat_of = heat.label;
+  finding.pictures.heat = shooting.heat(here, heat, camera, mark, place + "/heat");
+  shooting.hand_out(finding, here, heat, view, mark, place, in_page, report);
 }
 
 /// Which findings get pictures: the flips, and the worst others, one of each code.
@@ -473,7 +514,8 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
   return box;
 }
 
-void make_evidence(const Stage& stage, const render::Bounds& box, const PicturePlan& plan,
+void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames& places,
+                   const render::Bounds& box, const PicturePlan& plan,
                    const std::vector<RigRecord>& records,
                    std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
                    Ledger& ledger, Progress& progress, Report& report) {
@@ -501,9 +543,10 @@ void make_evidence(const Stage& stage, const render::Bounds& box, const PictureP
                                 std::to_string(++number);
       const bool in_page = number <= kMeshesOfRig;
       if (finding.code == "BB001") {
-        picture_flip(shooting, records[r], finding, place, in_page, report);
+        picture_flip(shooting, records[r], places, finding, place, in_page, report);
       } else {
-        picture_finding(shooting, records, records[r], finding, place, in_page, report);
+        picture_finding(shooting, records, records[r], body, places, finding, place, in_page,
+                        report);
       }
     }
   }

@@ -6,6 +6,7 @@
 #include "validate/files/output_folder.h"
 #include "validate/report/report.h"
 #include "validate/run/measure.h"
+#include "validate/run/place.h"
 
 namespace backbend::validate {
 
@@ -13,8 +14,9 @@ namespace backbend::validate {
 render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& records);
 
 /// Renders what a reader of the report must see, into the run's folder: for each rig's worst
-/// findings the pose under this rig, the same pose under the other rig and where they differ; both
-/// sides of every flip; the leading sweep as frames, contact sheet and video with all rigs side by
+/// findings the pose under this rig close up and from the side that shows it, the same pose under
+/// the other rig, and the finding's own metric as colours with its place marked; both sides of
+/// every flip; the leading sweep as frames, contact sheet and video with all rigs side by
 /// side, and once more for review, held at its worst angle, with a table of what each frame shows;
 /// a turntable of the proposed rig at its worst; beside each finding's pictures the posed mesh as
 /// pose.glb, the command that shows it again as repro.sh, and where the finding has lines for the
@@ -25,7 +27,8 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
 /// `findings` has one list for each record. Pictures that the ledger has are taken from there; a
 /// shard takes its own and leaves what is put together of several pictures (sheets, videos, pairs)
 /// or needs none (meshes, commands) to the merge. Throws WriteError, Interrupted.
-void make_evidence(const Stage& stage, const render::Bounds& box, const PicturePlan& plan,
+void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames& places,
+                   const render::Bounds& box, const PicturePlan& plan,
                    const std::vector<RigRecord>& records,
                    std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
                    Ledger& ledger, Progress& progress, Report& report);

@@ -73,7 +73,7 @@ class Ledger {
 
   Mode mode() const { return mode_; }
   bool is_on() const { return mode_ != Mode::off; }
-  /// Whether this process makes the item, of which no other can be made without.
+  /// True if this process computes the item.
   bool makes(std::size_t item) const {
     return mode_ == Mode::off || mode_ == Mode::alone ||
            (mode_ == Mode::shard && shard_.owns(item));

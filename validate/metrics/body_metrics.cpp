@@ -107,6 +107,7 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                       joints};
   const SpineLine line(joints);
   const std::vector<float> coordinate = spine_coordinate(mesh, line);
+  for (const std::uint32_t place : character.place) coordinate_.push_back(coordinate[place]);
   slices_ = cut_slices(mesh, line, coordinate, driver.rest_chain().left, kSliceCount);
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
@@ -168,17 +169,6 @@ std::vector<float> BodyMetrics::strain_heat(const RigAtRest& rig, std::span<cons
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
   return strain_map(mesh_, mesh.position, intent(rig, curve, pose, twist, stretches),
                     1.0 / rig.bones);
-}
-
-std::string BodyMetrics::slice_place(int slice) const {
-  if (slice < 0 || slice >= static_cast<int>(slices_.slice.size())) return "";
-  std::string place =
-      "slice " + std::to_string(slice + 1) + "/" + std::to_string(slices_.slice.size());
-  const double s = slices_.slice[static_cast<std::size_t>(slice)].s;
-  const auto above = std::ranges::upper_bound(spine_fraction_, s);
-  const std::size_t i = static_cast<std::size_t>(above - spine_fraction_.begin());
-  if (i > 0 && i < spine_name_.size()) place += " " + spine_name_[i - 1] + ".." + spine_name_[i];
-  return place;
 }
 
 MeshExcess mesh_excess(const BodyMeasures& rig, const BodyMeasures& ideal, int window) {

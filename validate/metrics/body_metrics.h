@@ -72,8 +72,13 @@ class BodyMetrics {
   /// Slices that one turning spans, the same for every rig so that rigs can be compared: one of the
   /// character's own spine bones, over which linear blending repeats itself.
   int window() const { return window_; }
-  /// `slice 18/64`, with the names of the spine joints it stands between.
-  std::string slice_place(int slice) const;
+  /// Where each vertex stands along the spine, 0 hips .. 1 chest; NaN off the torso.
+  const std::vector<float>& coordinate() const { return coordinate_; }
+  /// The vertices where they stand at rest, world space.
+  const std::vector<glm::vec3>& rest_position() const { return rest_position_; }
+  /// Names of the driven spine joints, hips first, and where they stand along the spine.
+  const std::vector<std::string>& spine_names() const { return spine_name_; }
+  const std::vector<double>& spine_fractions() const { return spine_fraction_; }
 
  private:
   BendIntent intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
@@ -84,6 +89,7 @@ class BodyMetrics {
   std::vector<std::string> spine_name_;
   std::vector<double> spine_fraction_;
   std::vector<glm::vec3> rest_position_;
+  std::vector<float> coordinate_;  // of each vertex
   std::vector<std::uint8_t> arm_;  // vertices that an arm moves entirely
   bool has_arms_ = false;
   SpineSlices slices_;

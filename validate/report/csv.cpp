@@ -3,6 +3,7 @@
 #include <cmath>
 #include <set>
 
+#include "validate/report/digest.h"
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
 #include "validate/report/number_text.h"
@@ -38,7 +39,10 @@ std::string row(const Finding& f) {
       .text(f.pose)
       .index(f.pose_index < 0 ? -1 : kFirstFrame + f.pose_index)
       .number(f.control_deg)
+      .text(place_text(f))
       .text(f.joint)
+      .text(f.side)
+      .text(f.part)
       .index(f.slice)
       .index(f.vertex)
       .number(f.value)
@@ -61,8 +65,9 @@ std::string row(const Finding& f) {
 
 std::string findings_csv(const Report& report) {
   std::string out =
-      "code,character,rig,mapping,sweep,pose,frame,control_deg,joint,slice,vertex,value,limit,unit,"
-      "verdict,owner,inside_envelope,image,pixels,camera,detail,reproduce\r\n";
+      "code,character,rig,mapping,sweep,pose,frame,control_deg,place,joint,side,mesh_part,slice,"
+      "vertex,"
+      "value,limit,unit,verdict,owner,inside_envelope,image,pixels,camera,detail,reproduce\r\n";
   for (const Finding& f : report.findings) out += row(f);
   return out;
 }

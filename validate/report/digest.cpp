@@ -52,41 +52,76 @@ const std::string& Digest::check_name(const std::string& code) const {
 }
 
 std::vector<const Finding*> Digest::worst(std::size_t count) const {
+  std::vector<const Finding*> sorted;
+  for (const Finding& f : report_.findings) sorted.push_back(&f);
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Finding* a, const Finding* b) {
+    return times_over(*a) > times_over(*b);
+  });
   std::vector<const Finding*> out;
   std::set<const Finding*> taken;
   for (const bool repeat : {false, true})
     for (int wanted = 0; wanted < 3; ++wanted) {
       std::set<std::pair<std::string, std::string>> seen;
-      for (const Finding& f : report_.findings) {
+      for (const Finding* f : sorted) {
         if (out.size() == count) return out;
-        if (rank(f, role_of(f)) != wanted || taken.contains(&f)) continue;
-        if (!repeat && !seen.insert({f.code, f.rig}).second) continue;
-        taken.insert(&f);
-        out.push_back(&f);
+        if (rank(*f, role_of(*f)) != wanted || taken.contains(f)) continue;
+        if (!repeat && !seen.insert({f->code, f->rig}).second) continue;
+        taken.insert(f);
+        out.push_back(f);
       }
     }
   return out;
 }
 
 std::string place_text(const Finding& finding) {
-  std::string text = finding.joint;
+  std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
-  if (finding.slice >= 0) add("slice " + std::to_string(finding.slice));
-  if (finding.vertex >= 0) add("vertex " + std::to_string(finding.vertex));
-  return text;
+  if (!finding.between[0].empty())
+    add("between " + finding.between[0] + " and " + finding.between[1]);
+  else if (!finding.joint.empty())
+    add(finding.joint);
+  if (!finding.side.empty()) add(finding.side);
+  if (!finding.part.empty()) add("mesh \"" + finding.part + "\"");
+  if (!text.empty()) return text;
+  if (finding.slice >= 0) return "slice " + std::to_string(finding.slice);
+  return finding.vertex >= 0 ? "vertex " + std::to_string(finding.vertex) : "";
+}
+
+std::string quantity_text(const Finding& finding, double value, int digits) {
+  const std::string text = significant(value, digits);
+  if (finding.code == "BB030") return text + " of rest";
+  if (finding.unit == "ratio") return "x " + text;
+  return finding.unit.empty() || finding.unit == "count" ? text : text + ' ' + finding.unit;
 }
 
 std::string value_text(const Finding& finding) {
   if (!std::isfinite(finding.value)) return "not measured";
-  std::string text = significant(finding.value);
-  if (std::isfinite(finding.limit)) {
-    // Limits are upper or lower by the check's nature; the numbers say which one was passed.
-    const char* relation = finding.value > finding.limit   ? " > "
-                           : finding.value < finding.limit ? " < "
-                                                           : " = ";
-    text += relation + significant(finding.limit);
-  }
-  return finding.unit.empty() ? text : text + ' ' + finding.unit;
+  // Tenths of a degree where there are hundreds.
+  int digits = std::abs(finding.value) >= 100.0 ? 4 : 3;
+  if (!std::isfinite(finding.limit)) return quantity_text(finding, finding.value, digits);
+  std::string limit = significant(finding.limit);
+  constexpr int kMostDigits = 9;
+  while (finding.value != finding.limit && digits < kMostDigits &&
+         significant(finding.value, digits) == limit)
+    ++digits;
+  return quantity_text(finding, finding.value, digits) + " (limit " + limit + ")";
+}
+
+std::string finding_name(const Finding& finding, const Digest& digest) {
+  if (finding.code == "BB030" && finding.pose.starts_with("twist ")) return "candy wrapper";
+  return digest.check_name(finding.code);
+}
+
+std::string mapping_words(const std::string& mapping) {
+  if (mapping == "chest") return "all on the chest control";
+  return mapping == "spread" ? "spread over the controls" : mapping;
+}
+
+double times_over(const Finding& finding) {
+  constexpr double kFloor = 1e-9;
+  const double value = finding.value, limit = finding.limit;
+  if (!std::isfinite(value) || !std::isfinite(limit)) return 0.0;
+  return value > limit ? value / std::max(limit, kFloor) : limit / std::max(value, kFloor);
 }
 
 }  // namespace backbend::validate

@@ -28,8 +28,8 @@ class Digest {
   const Counts& counts() const { return counts_; }
 
   /// At most `count` findings to show first: failures of proposed rigs, then what those rigs show
-  /// beyond the envelope or could not be measured, then reference rigs; worst first within each,
-  /// and one of each code and rig before a second of any.
+  /// outside the required range or could not be measured, then reference rigs; within each, over
+  /// all rigs, by how many times over the limit; one of each code and rig before a second of any.
   std::vector<const Finding*> worst(std::size_t count) const;
 
  private:
@@ -40,9 +40,19 @@ class Digest {
   Counts counts_;
 };
 
-/// `vertebra_5`, `slice 18`, `spine04, vertex 1207`; empty where the finding has no place.
+/// `vertebra_5`, `between spine_02 and spine_03, left, mesh "body"`; `slice 18` or `vertex 1207`
+/// where nothing better is known; empty where the finding has no place.
 std::string place_text(const Finding& finding);
-/// `171.4 > 20 deg`: the value against its limit; `not measured` where there is none.
+/// `171.4 deg`, `x 20`, `0.71 of rest`: a value as people say it, in the finding's unit.
+std::string quantity_text(const Finding& finding, double value, int digits = 3);
+/// `63 deg (limit 25)`; `not measured` where there is no value. A value beyond its limit never
+/// reads as equal to it.
 std::string value_text(const Finding& finding);
+/// The check's name in the table, or `candy wrapper` where slices collapse in a twist alone.
+std::string finding_name(const Finding& finding, const Digest& digest);
+/// Where the bend comes from under a mapping: `all on the chest control`; empty for none.
+std::string mapping_words(const std::string& mapping);
+/// How many times over (or under) its limit a value lies; 0 where either is missing.
+double times_over(const Finding& finding);
 
 }  // namespace backbend::validate

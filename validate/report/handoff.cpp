@@ -26,8 +26,8 @@ std::string headline_text(const Report& report) {
              fixed(h.needs_deg, 0));
   }
   const Digest::Counts& n = digest.counts();
-  line(std::to_string(n.fail) + " inside the envelope, " + std::to_string(n.stress) +
-       " beyond it, " + std::to_string(n.waived) + " waived, " + std::to_string(n.not_measured) +
+  line(std::to_string(n.fail) + " in the required range, " + std::to_string(n.stress) +
+       " outside it, " + std::to_string(n.waived) + " waived, " + std::to_string(n.not_measured) +
        " not measured");
   for (const Finding* f : digest.worst(1))
     line("worst: " + visible(f->code) + " " + visible(digest.check_name(f->code)) + ", " +

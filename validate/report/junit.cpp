@@ -96,8 +96,11 @@ Case check_case(const RigResult& rig, const std::string& code, const Coverage* c
     else if (decides && f->verdict == Verdict::not_measured)
       raise(Outcome::error, line);
     else
-      raise(Outcome::skipped,
-            decides ? line : std::string(role_word(rig.role)) + " rig, does not decide: " + line);
+      raise(Outcome::skipped, decides
+                                  ? line
+                                  : std::string(rig.role == Role::reference ? "comparison rig"
+                                                                            : role_word(rig.role)) +
+                                        ", does not decide: " + line);
   }
   if (coverage && coverage->not_measured > 0) {
     const std::string line = "not measured: " + std::to_string(coverage->not_measured) + " of " +

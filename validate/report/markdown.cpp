@@ -72,10 +72,10 @@ std::vector<std::string> finding_rows(const Report& report, const Digest& digest
     const Role role = digest.role_of(*f);
     std::string verdict(verdict_word(f->verdict));
     std::replace(verdict.begin(), verdict.end(), '_', ' ');
-    if (role == Role::reference) verdict = "reference";
+    if (role == Role::reference) verdict = "comparison rig";
     if (f->verdict == Verdict::fail && role == Role::proposed) verdict = "**fail**";
     std::string check = f->code;
-    if (!digest.check_name(f->code).empty()) check += ' ' + digest.check_name(f->code);
+    if (const std::string name = finding_name(*f, digest); !name.empty()) check += ' ' + name;
     const std::string rig =
         f->character + " " + f->rig + (f->mapping.empty() ? "" : "/" + f->mapping);
     rows.push_back("| " + verdict + " | " + code(check) + " | " + code(rig) + " | " +
@@ -99,8 +99,8 @@ std::vector<std::string> comparison_rows(const Report& report) {
 }
 
 std::string closing(const Report& report, const Digest::Counts& n) {
-  std::string out = std::to_string(n.fail) + " inside the envelope, " + std::to_string(n.stress) +
-                    " beyond it, " + std::to_string(n.waived) + " waived, " +
+  std::string out = std::to_string(n.fail) + " in the required range, " + std::to_string(n.stress) +
+                    " outside it, " + std::to_string(n.waived) + " waived, " +
                     std::to_string(n.not_measured) + " not measured, " +
                     std::to_string(n.not_applicable) + " not applicable.\n";
   const auto list = [&](const std::string& title, const std::vector<std::string>& items) {
@@ -112,11 +112,10 @@ std::string closing(const Report& report, const Digest::Counts& n) {
   };
   std::vector<std::string> canaries, detectors, next;
   for (const CanaryResult& c : report.canaries)
-    canaries.push_back((c.ok() ? "did its duty: " : "**failed its duty**: ") + code(c.rig) + " " +
-                       code(c.code));
+    canaries.push_back((c.ok() ? "passed: " : "**failed**: ") + code(c.rig) + " " + code(c.code));
   for (const std::string& d : report.detectors) detectors.push_back(code(d));
   for (const std::string& n_ : report.next) next.push_back(code(n_));
-  list("Canaries", canaries);
+  list("Self-tests", canaries);
   list("Detectors", detectors);
   list("Next", next);
   return out;
@@ -136,7 +135,7 @@ std::string markdown_summary(const Report& report, std::size_t limit) {
   comment.add("\n");
   const std::string end = closing(report, digest.counts());
   comment.table(
-      "| character | rig | mapping | role | channel | clean to, deg | needs | headroom |\n"
+      "| character | rig | mapping | role | channel | clean to, deg | required | headroom |\n"
       "|---|---|---|---|---|--:|--:|--:|\n",
       headroom_rows(report), "channels", end.size());
   comment.table(

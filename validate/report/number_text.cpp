@@ -35,8 +35,11 @@ std::string fixed(double value, int digits) {
 
 std::string significant(double value, int digits) {
   if (!std::isfinite(value)) return "-";
-  if (value == 0) return "0";
   const double magnitude = std::abs(value);
+  // What rounding leaves of nothing is nothing: lengths, angles and shares that people read start
+  // far above.
+  constexpr double kNothing = 1e-9;
+  if (magnitude < kNothing) return "0";
   if (magnitude >= 1e9 || magnitude < 1e-6) {
     Buffer buffer;
     const auto end = std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,

@@ -10,7 +10,8 @@ namespace backbend::validate {
 std::string shortest(double value);
 /// With `digits` decimals: fixed(2.345, 1) is "2.3". Never "-0.0".
 std::string fixed(double value, int digits);
-/// With `digits` significant digits and no trailing zeros, for tables: 171.4, 0.713, 12300.
+/// With `digits` significant digits and no trailing zeros, for tables: 171.4, 0.713, 12300. Below
+/// 1e-9 it is 0.
 std::string significant(double value, int digits = 4);
 /// As `fixed`, with its sign always shown: "+37", "-8", "0".
 std::string with_sign(double value, int digits);

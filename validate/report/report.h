@@ -90,6 +90,8 @@ struct MeshView {
   std::string heat, unit;                 // what the colours show, `moved since the frame before`
   double heat_low = 0, heat_high = 0;     // the scale, the same for all views that are compared
   int finding = -1;                       // into Report::findings, -1 if none
+  std::string view{};                     // the side that shows it: `profile`; empty: not known
+  std::vector<double> mark{};             // x y z of the place, in the mesh's space; or empty
 };
 
 /// One row of the table of checks, so that a reader of the report needs no other page.

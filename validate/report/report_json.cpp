@@ -91,6 +91,9 @@ json value(const ImageWitness& image) {
 json place(const Finding& f) {
   json out = json::object();
   if (!f.joint.empty()) out["joint"] = f.joint;
+  if (!f.between[0].empty()) out["between"] = f.between;
+  if (!f.side.empty()) out["side"] = f.side;
+  if (!f.part.empty()) out["mesh_part"] = f.part;
   if (f.slice >= 0) out["slice"] = f.slice;
   if (f.vertex >= 0) out["vertex"] = f.vertex;
   return out;
@@ -99,6 +102,8 @@ json place(const Finding& f) {
 json value(const FindingPictures& p) {
   json out = {{"before", p.before}, {"after", p.after}, {"heat", p.heat}, {"other", p.other}};
   if (!p.other_rig.empty()) out["other_rig"] = p.other_rig;
+  if (!p.view.empty()) out["view"] = p.view;
+  if (!p.heat_of.empty()) out["heat_of"] = p.heat_of;
   return out;
 }
 
@@ -219,10 +224,13 @@ json value(const PicturePair& p) {
 json value(const MediaItem& m) { return {{"kind", m.kind}, {"title", m.title}, {"path", m.path}}; }
 
 json value(const MeshView& m) {
-  return {
+  json out = {
       {"title", m.title},         {"pose_path", m.pose_path}, {"triangles_path", m.triangles_path},
       {"heat", m.heat},           {"unit", m.unit},           {"heat_low", m.heat_low},
       {"heat_high", m.heat_high}, {"finding", m.finding}};
+  if (!m.view.empty()) out["view"] = m.view;
+  if (!m.mark.empty()) out["mark"] = m.mark;
+  return out;
 }
 
 json value(const TrendStep& s) {

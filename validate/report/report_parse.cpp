@@ -230,8 +230,13 @@ ImageWitness image(Place p) {
 }
 
 FindingPictures pictures(Place p) {
-  FindingPictures out{p.at("before").text(), p.at("after").text(), p.at("heat").text(),
-                      p.at("other").text(), p.optional("other_rig", std::string(), text)};
+  FindingPictures out{p.at("before").text(),
+                      p.at("after").text(),
+                      p.at("heat").text(),
+                      p.at("other").text(),
+                      p.optional("other_rig", std::string(), text),
+                      p.optional("view", std::string(), text),
+                      p.optional("heat_of", std::string(), text)};
   p.done();
   return out;
 }
@@ -252,6 +257,14 @@ Finding finding(Place p) {
   f.control_deg = p.at("control_deg").number();
   Place place = p.at("place");
   f.joint = place.optional("joint", std::string(), text);
+  const auto pair = [](const Place& names) {
+    const std::vector<std::string> two = texts(names);
+    if (two.size() != 2) names.refuse("expected two joints");
+    return std::array<std::string, 2>{two[0], two[1]};
+  };
+  f.between = place.optional("between", f.between, pair);
+  f.side = place.optional("side", std::string(), text);
+  f.part = place.optional("mesh_part", std::string(), text);
   const auto index = [](const Place& i) { return i.count(); };
   f.slice = place.optional("slice", -1, index);
   f.vertex = place.optional("vertex", -1, index);
@@ -413,6 +426,13 @@ MeshView mesh(Place p) {
   m.heat_low = p.at("heat_low").number();
   m.heat_high = p.at("heat_high").number();
   m.finding = p.at("finding").integer();
+  m.view = p.optional("view", std::string(), text);
+  const auto point = [](const Place& mark) {
+    std::vector<double> xyz = mark.list(number);
+    if (!xyz.empty() && xyz.size() != 3) mark.refuse("expected three numbers");
+    return xyz;
+  };
+  m.mark = p.optional("mark", m.mark, point);
   p.done();
   return m;
 }

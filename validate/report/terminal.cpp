@@ -106,7 +106,7 @@ std::string bar(const Headroom& h, std::size_t cells, bool unicode) {
 /// One rig alone: the row of first-ten-minutes, with a bar.
 void headroom_table(Page& page, const RigResult& rig) {
   constexpr std::size_t kName = 14;
-  page.line("  " + padded("", kName) + " clean to   needs   headroom", "", Ink::dim);
+  page.line("  " + padded("", kName) + " clean to   required   headroom", "", Ink::dim);
   for (const Headroom& h : rig.headroom) {
     const bool untested_beyond = h.measured && h.clean_to_deg >= h.tested_to_deg;
     const std::string left =
@@ -116,9 +116,9 @@ void headroom_table(Page& page, const RigResult& rig) {
       return std::string(width - std::min(width, text.size()), ' ') + text;
     };
     row += right(clean_text(h), 6) + (h.measured ? " deg" : "    ") +
-           right(fixed(h.needs_deg, 0), 7) + right(left, 11) + "  ";
+           right(fixed(h.needs_deg, 0), 9) + right(left, 12) + "  ";
     const std::string note = !h.measured                                ? "not measured"
-                             : untested_beyond && h.headroom_deg() == 0 ? "beyond: not tested"
+                             : untested_beyond && h.headroom_deg() == 0 ? "met; not tested further"
                              : page.width() < display_width(row) + 16   ? ""
                                                                       : bar(h, 16, page.unicode());
     page.line(row, note, falls_short(h) ? Ink::red : Ink::plain,
@@ -135,7 +135,7 @@ void comparison_table(Page& page, const std::vector<const RigResult*>& rigs) {
         channels.push_back(h.channel);
   // As many rigs as fit, each as wide as its name needs.
   std::vector<std::size_t> column;
-  std::string head = padded("", 16) + padded("needs", 8), roles = padded("", 24);
+  std::string head = padded("", 16) + padded("required", 10), roles = padded("", 26);
   for (const RigResult* rig : rigs) {
     const std::string name = visible(rig->rig);
     const std::size_t width = std::clamp<std::size_t>(display_width(name) + 2, 11, 24);
@@ -163,7 +163,7 @@ void comparison_table(Page& page, const std::vector<const RigResult*>& rigs) {
         }
       cells += padded(cell, column[i]);
     }
-    page.line("  " + padded(visible(channel), 14) + padded(needs, 8) + cells, "",
+    page.line("  " + padded(visible(channel), 14) + padded(needs, 10) + cells, "",
               proposed_short ? Ink::red : Ink::plain);
   }
 }
@@ -219,36 +219,40 @@ void headroom(Page& page, const Report& report) {
 
 void counts(Page& page, const Report& report, const Digest& digest) {
   const Digest::Counts& n = digest.counts();
-  std::string text = count_of(n.fail, "inside the envelope") + ", " +
-                     count_of(n.stress, "beyond it") + ", " +
+  std::string text = count_of(n.fail, n.fail == 1 ? "failure" : "failures") +
+                     " in the required range, " + count_of(n.stress, "outside it") + ", " +
                      count_of(n.not_measured, "not measured") + ", " +
                      count_of(n.not_applicable, "not applicable");
   if (n.waived > 0) text += ", " + count_of(n.waived, "waived");
   page.paragraph(2, text, report.verdict == Verdict::pass ? Ink::green : Ink::plain);
   if (n.reference > 0)
-    page.paragraph(2, "reference rigs show " + std::to_string(n.reference) +
-                          (n.reference == 1 ? " finding; it does not decide"
-                                            : " findings; they do not decide"));
+    page.paragraph(2, std::to_string(n.reference) +
+                          (n.reference == 1 ? " on a comparison rig, which does not decide"
+                                            : " on comparison rigs, which do not decide"));
 }
 
 void finding(Page& page, const Finding& f, const Digest& digest) {
   const Role role = digest.role_of(f);
   const bool decides = f.verdict == Verdict::fail && role == Role::proposed;
-  std::string name = visible(f.code);
-  if (const std::string& check = digest.check_name(f.code); !check.empty())
-    name += ' ' + visible(check);
-  std::string rest = "  " + visible(f.pose);
-  if (const std::string place = visible(place_text(f)); !place.empty()) rest += "  " + place;
-  if (f.owner != Owner::none) rest += "  " + std::string(owner_word(f.owner));
+  std::string head = std::string(decides ? "  X " : "  - ") + visible(f.code);
+  if (const std::string check = finding_name(f, digest); !check.empty())
+    head += ' ' + visible(check);
+  const std::string pose = "  " + visible(f.pose);
+  std::string place = visible(place_text(f)), end;
+  if (f.owner != Owner::none) end += "  " + std::string(owner_word(f.owner));
   if (role == Role::reference)
-    rest += "  reference";
+    end += "  comparison rig";
   else if (f.verdict == Verdict::stress || !f.inside_envelope)
-    rest += "  beyond envelope";
+    end += f.inside_envelope ? "  shown" : "  outside the required range";
   else if (!decides)
-    rest += "  " + visible(verdict_word(f.verdict));
-  page.line(std::string(decides ? "  X " : "  - ") + name, rest, decides ? Ink::red : Ink::yellow);
-  std::string detail = visible(f.rig) + (f.mapping.empty() ? "" : "/" + visible(f.mapping)) + ": " +
-                       visible(value_text(f));
+    end += "  " + visible(verdict_word(f.verdict));
+  // A place that has no room beside the owner starts the next line.
+  const bool fits = display_width(head + pose + end) + 2 + display_width(place) <= page.width();
+  page.line(head, pose + (fits && !place.empty() ? "  " + place : "") + end,
+            decides ? Ink::red : Ink::yellow);
+  std::string detail = fits || place.empty() ? "" : place + ": ";
+  detail += visible(value_text(f)) + ", rig " + visible(f.rig);
+  if (!f.mapping.empty()) detail += ", " + visible(mapping_words(f.mapping));
   if (!f.detail.empty()) detail += "; " + visible(f.detail);
   if (!f.image.measured)
     detail += "; image not measured";
@@ -368,15 +372,18 @@ void comparisons(Page& page, const Report& report) {
 }
 
 void canaries(Page& page, const Report& report) {
+  // A clip's planted fault stands at a frame, a rig's at a control angle.
+  const bool frames = std::any_of(report.rigs.begin(), report.rigs.end(),
+                                  [](const RigResult& rig) { return rig.system == "clip"; });
+  const auto at = [&](double value) {
+    return frames ? "at frame " + significant(value, 6) : "at " + significant(value, 6) + " deg";
+  };
   for (const CanaryResult& c : report.canaries) {
-    const std::string found = c.found ? "found at " + significant(c.found_deg, 6) : "not found";
-    std::string text = visible(c.rig) + ": " + visible(c.code) + ' ' + found;
-    if (c.ok())
-      text += " as it must";
-    else
-      text += c.found ? "; its repaired twin is not clean"
-                      : ", expected at " + significant(c.expected_deg, 6);
-    page.headed("  canary    ", text, c.ok() ? Ink::dim : Ink::red, c.ok() ? Ink::plain : Ink::red);
+    std::string text = visible(c.rig) + ": " + visible(c.code) + ' ';
+    text += !c.found ? "NOT detected, expected " + at(c.expected_deg)
+            : c.ok() ? "detected " + at(c.found_deg) + " (expected)"
+                     : "detected " + at(c.found_deg) + ", but its repaired twin is not clean";
+    page.headed("  self-test ", text, c.ok() ? Ink::dim : Ink::red, c.ok() ? Ink::plain : Ink::red);
   }
 }
 

@@ -128,8 +128,7 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
   finding.value = pose.at(metric).value;
   set_place(metric, pose.at(metric).place, rig.system->joint_names(), finding);
   finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, finding.limit);
-  finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
-                   finding.unit + ", over the limit from " + sweep.sweep.channel + " " +
+  finding.detail = "beyond the limit from " + sweep.sweep.channel + " " +
                    number_text(finding.geometry["first_deg"], 2);
   if (metric == MetricId::arm_drift || metric == MetricId::arm_shift) {
     finding.detail += "; " + drift_story(pose);
@@ -235,7 +234,7 @@ std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& conte
        std::to_string(character.unweighted.size()) + " vertices stay behind"},
       {"BB062", static_cast<double>(weights.stray), weights.stray_vertex,
        "the worst has " + number_text(100.0 * weights.stray_weight, 1) +
-           " % of its weight on joints that no neighbour knows"}};
+           " % of its weight on joints that its neighbours do not share"}};
   std::vector<Finding> findings;
   for (const auto& fact : facts) {
     const Check& check = *find_check(fact.code);

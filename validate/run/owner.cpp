@@ -120,7 +120,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
                       ", dual quaternions would give " + verdict_text(check, dual, finding.limit);
     if (std::isfinite(facts.proxy)) {
       finding.geometry["proxy_weights"] = facts.proxy;
-      finding.detail += ", clean proxy weights " + verdict_text(check, facts.proxy, finding.limit);
+      finding.detail +=
+          ", automatic test weights " + verdict_text(check, facts.proxy, finding.limit);
     }
     if (booking.owner == Owner::pose) {
       finding.detail += "; too thick to bend this far, no fault of the rig";

@@ -27,6 +27,7 @@
 #include "validate/run/image_pass.h"
 #include "validate/run/judge.h"
 #include "validate/run/owner.h"
+#include "validate/run/place.h"
 #include "validate/run/verdict.h"
 
 namespace backbend::validate {
@@ -183,6 +184,26 @@ std::string agreement_line(const std::vector<Finding>& findings) {
   return line + " and " + std::to_string(picture_only) + " jumps by pictures alone";
 }
 
+/// Says of every finding of a rig where on the body it is.
+void name_places(const Stage& stage, const PlaceNames& names, const RigRecord& record,
+                 std::vector<Finding>& findings) {
+  for (Finding& finding : findings) {
+    const auto sweep = std::ranges::find(record.sweeps, finding.sweep, [](const SweepRecord& each) {
+      return std::string_view(each.sweep.name);
+    });
+    // Only the side of a slice needs the body in its pose.
+    const bool posed = finding.slice >= 0 && sweep != record.sweeps.end();
+    names.name(
+        posed ? stage
+                    .pose(*record.system,
+                          controls_at(*record.system, sweep->sweep.pose_at(finding.control_deg),
+                                      record.mapping))
+                    .mesh.position
+              : std::vector<glm::vec3>{},
+        finding);
+  }
+}
+
 /// Where somebody has said which of the artist's controls stands for which channel, each finding
 /// says what to set.
 void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord& record,
@@ -238,7 +259,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
   const JudgeContext context{stage, limits, envelope, run.words};
-  // No limit of a studio's makes a canary deaf.
+  // Canaries always use the built-in limits.
   const JudgeContext by_the_table{stage, table, envelope, context.character};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
   if (!body.mesh().open_reason.empty())
@@ -270,10 +291,12 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
 
   const render::Bounds box = run.box = framing_of(stage, records);
   ImagePass pictures(stage, box, content, ledger);
+  const PlaceNames places(stage.character(), stage.anatomy(), &body);
   std::vector<std::vector<Finding>> findings, contradictions;
   for (RigRecord& record : records) {
     findings.push_back(judge_rig(record, context));
     book_owners(stage, body, record, suite.judges_weights, findings.back());
+    name_places(stage, places, record, findings.back());
     say_to_artist(confirmed.sidecar, record, findings.back());
     if (request.image_pass) pictures.look(record, findings.back(), progress);
     report.rigs.push_back(result_of(record, context));
@@ -283,7 +306,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     report.rigs.back().coverage.push_back(agreement_coverage(record, findings.back()));
   }
   if (suite.pictures.enabled) {
-    make_evidence(stage, box, suite.pictures, records, findings, folder, ledger, progress, report);
+    make_evidence(stage, body, places, box, suite.pictures, records, findings, folder, ledger,
+                  progress, report);
   }
   for (std::vector<Finding>& each : findings) {
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
@@ -291,7 +315,9 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   // Last, for pictures name findings by their number.
   for (std::vector<Finding>& each : contradictions)
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
+  const std::size_t judged = report.findings.size();
   judge_file(suite, records, context, report);
+  for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
   return run;
 }
 
@@ -486,7 +512,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
       progress.say(std::string("backbend: ") + error.what());
     }
   }
-  // A shard's report is not one.
+  // Shard reports are partial.
   if (suite.calibration.poses > 0 && ledger->assembles())
     try_detectors(suite.calibration, progress, report);
   if (!request.calibrated.empty()) report.detectors.push_back(request.calibrated);

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "skin/printable.h"
+#include "validate/report/digest.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/exit_code.h"
@@ -46,14 +47,16 @@ void conclude(Report& report) {
           return belongs(finding, rig) && finding.verdict == Verdict::fail;
         }));
     if (count > 0) {
-      const auto worst =
-          std::find_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
-            return belongs(finding, rig) && finding.verdict == Verdict::fail;
-          });
+      const Finding* worst = nullptr;
+      for (const Finding& finding : report.findings)
+        if (belongs(finding, rig) && finding.verdict == Verdict::fail &&
+            (worst == nullptr || times_over(finding) > times_over(*worst)))
+          worst = &finding;
+      const std::string place = place_text(*worst);
       report.reasons.push_back(rig_text(rig) + ": " + skin::plural(count, "finding") + ", worst " +
                                worst->code + " " + std::string(find_check(worst->code)->name) +
-                               " " + number_text(worst->value, 2) + " " + worst->unit + " at " +
-                               worst->pose);
+                               " " + value_text(*worst) + " at " + worst->pose +
+                               (place.empty() ? "" : ", " + place));
     } else if (rig.verdict == Verdict::not_measured) {
       report.reasons.push_back(rig_text(rig) + ": not everything that decides was measured");
     }

@@ -80,6 +80,7 @@ PoseDegrees parse_pose(std::string_view text) {
     const std::size_t comma = text.find(',');
     const std::string_view item = trimmed(text.substr(0, comma));
     text = comma == std::string_view::npos ? std::string_view{} : text.substr(comma + 1);
+    if (item == "rest") continue;  // every channel at 0, as a pose's own text says it
     const std::size_t equals = item.find('=');
     if (equals == std::string_view::npos) {
       throw solver::RigError("pose: '" + std::string(item) + "' is not channel=degrees");

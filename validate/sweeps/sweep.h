@@ -29,7 +29,7 @@ struct PoseDegrees {
   std::string text() const;
 };
 
-/// Reads `extension=90,side=10`. Throws solver::RigError naming an unknown channel (with the
+/// Reads `extension=90,side=10`, or `rest`. Throws solver::RigError naming an unknown channel (with the
 /// nearest name), a missing or a non-finite number, or a stretch that leaves nothing (-95 or less).
 PoseDegrees parse_pose(std::string_view text);
 inline constexpr double kLeastStretch = -95.0;  // per cent

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -36,19 +37,25 @@ struct ImageWitness {
 /// Names of pictures of one finding, relative to the report's folder; empty where none was made.
 struct FindingPictures {
   std::string before, after, heat, other;  // `other`: the same pose under the other rig
-  std::string other_rig;                   // what that rig is called
+  std::string other_rig{};                 // what that rig is called
+  std::string view{};                      // the side that they are seen from: `profile`
+  std::string heat_of{};                   // what the heat shows: `mesh kink, deg`
 };
 
 /// One thing that was measured and judged, with its place and how to see it again.
 struct Finding {
   std::string code;  // BB001 ...: a row of the table of checks
   std::string character, rig, mapping;
-  std::string sweep;       // `extension`, `side`, ...
-  std::string pose;        // in channel names: `extension 114.3`
-  int pose_index = -1;     // into the sweep
-  double control_deg = 0;  // where on the sweep, degrees of its leading channel
-  std::string joint;       // place on the chain, empty if none
-  int slice = -1;          // place on the mesh along the spine
+  std::string sweep;                   // `extension`, `side`, ...
+  std::string pose;                    // in channel names: `extension 114.3`
+  int pose_index = -1;                 // into the sweep
+  double control_deg = 0;              // where on the sweep, degrees of its leading channel
+  std::string joint;                   // where, or the nearest joint; empty if none
+  std::array<std::string, 2> between;  // the spine joints on both sides, lower first; empty: at
+                                       // `joint`
+  std::string side;  // `left`, `right`, `front` or `back` of the body; empty: no one side
+  std::string part;  // name of the mesh part
+  int slice = -1;    // place on the mesh along the spine
   int vertex = -1;
   double value = 0.0, limit = 0.0;
   std::string unit;

@@ -72,7 +72,8 @@ const plural = (n, one, many) => n + " " + (n === 1 ? one : many || one + "s");
 /** Four significant digits, no trailing zeros; a dash for what was not measured. */
 function number(value, digits = 4) {
   if (value == null || !Number.isFinite(value)) return "–";
-  const text = String(Number(value.toPrecision(digits)));
+  // What rounding leaves of nothing is nothing.
+  const text = Math.abs(value) < 1e-9 ? "0" : String(Number(value.toPrecision(digits)));
   return text.replace("-", "−");
 }
 const signed = (value) => (value > 0 ? "+" : "") + number(value);

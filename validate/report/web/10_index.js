@@ -4,7 +4,9 @@ const rigOf = new Map(report.rigs.map((rig) => [rigKey(rig), rig]));
 const checkOf = new Map(report.checks.map((check) => [check.code, check]));
 
 const roleOf = (finding) => rigOf.get(rigKey(finding))?.role ?? "proposed";
-const checkName = (finding) => checkOf.get(finding.code)?.name ?? "";
+/** As finding_name in digest.h. */
+const checkName = (finding) => finding.code === "BB030" && finding.pose.startsWith("twist ")
+  ? "candy wrapper" : checkOf.get(finding.code)?.name ?? "";
 const decides = (finding) => finding.verdict === "fail" && roleOf(finding) === "proposed";
 
 /** The rigs in their first order give each name one colour and dash all over the page. */
@@ -24,22 +26,27 @@ function badge(kind) {
     el("span", { "aria-hidden": "true" }, marks[kind] + " "), words(kind));
 }
 
+/** As place_text in digest.h. */
 function placeText(finding) {
-  const place = finding.place;
+  const { joint, between, side, mesh_part: part } = finding.place;
   const parts = [];
-  if (place.joint != null) parts.push(visible(place.joint));
-  if (place.slice != null) parts.push("slice " + place.slice);
-  if (place.vertex != null) parts.push("vertex " + place.vertex);
-  return parts.join(", ");
+  if (between) parts.push("between " + visible(between[0]) + " and " + visible(between[1]));
+  else if (joint != null) parts.push(visible(joint));
+  if (side) parts.push(side);
+  if (part) parts.push("mesh “" + visible(part) + "”");
+  return parts.join(", ") || placeNumbers(finding);
+}
+/** The slice or vertex by its number, for those who look it up in the mesh. */
+function placeNumbers(finding) {
+  const { slice, vertex } = finding.place;
+  return slice != null ? "slice " + slice : vertex != null ? "vertex " + vertex : "";
 }
 
 /** How far past its limit, as a ratio: 2 is twice the limit, or half of a lower one. */
 function excess(finding) {
   const { value, limit } = finding;
-  if (value == null || limit == null) return null;
-  if (value > limit && limit > 0) return value / limit;
-  if (value < limit && value > 0) return limit / value;
-  return null;
+  if (value == null || limit == null || value === limit) return null;
+  return value > limit ? value / Math.max(limit, 1e-9) : limit / Math.max(value, 1e-9);
 }
 
 // A finding's address holds what it is, not where it stands in the list, so that a link survives
@@ -62,11 +69,13 @@ for (const finding of report.findings) {
 function worst(count) {
   const silent = (f) => f.verdict === "pass" || f.verdict === "not_applicable" || roleOf(f) === "canary";
   const rank = (f) => roleOf(f) === "reference" ? 2 : f.verdict === "fail" ? 0 : 1;
+  const over = (f) => excess(f) ?? (f.value == null || f.limit == null ? 0 : 1);
+  const sorted = [...report.findings].sort((a, b) => over(b) - over(a));
   const shown = [];
   for (const repeat of [false, true]) {
     for (let wanted = 0; wanted < 3; ++wanted) {
       const seen = new Set();
-      for (const finding of report.findings) {
+      for (const finding of sorted) {
         if (shown.length === count) return shown;
         if (silent(finding) || rank(finding) !== wanted || shown.includes(finding)) continue;
         const key = JSON.stringify([finding.code, finding.rig]);

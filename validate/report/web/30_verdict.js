@@ -21,13 +21,13 @@ function verdictBand() {
       report.reasons.length > 0 && el("ul", { class: "reasons" }, report.reasons.map((r) => el("li", {}, name(r))))),
     el("div", { class: "figures" },
       // With a baseline nothing fails but what is new, or worse than approved.
-      figure(n.fail, "baseline" in report.provenance ? "new or worse" : "inside the envelope", n.fail ? "bad" : "", "#findings?standing=fail"),
-      figure(n.stress, "beyond it", "", "#findings?standing=stress"),
+      figure(n.fail, "baseline" in report.provenance ? "new or worse" : "in the required range", n.fail ? "bad" : "", "#findings?standing=fail"),
+      figure(n.stress, "outside the required range", "", "#findings?standing=stress"),
       figure(n.waived, "waived", "", "#findings?standing=waived"),
       figure(n.notMeasured, "not measured", n.notMeasured ? "warn" : "", "#coverage"),
-      figure(n.reference, "on references", "", "#findings?role=reference"),
+      figure(n.reference, "on comparison rigs", "", "#findings?role=reference"),
       figure(report.canaries.length ? ok + "/" + report.canaries.length : "–",
-        report.canaries.length ? "canaries did their duty" : "no canary ran", ok < report.canaries.length ? "bad" : "", "#trust")));
+        report.canaries.length ? "self-tests passed" : "no self-test ran", ok < report.canaries.length ? "bad" : "", "#trust")));
 }
 
 /** Clean range as a bar from zero, with a tick where the envelope needs it to reach. */
@@ -61,11 +61,15 @@ function headroomTiles() {
     const shown = rows.slice(0, 3);
     return el("div", { class: "tile" + (falls(h) ? " short" : "") },
       el("h3", {}, name(channel)),
-      el("p", { class: "room" }, h.measured ? signed(h.headroom_deg) + "°" : "not measured",
-        falls(h) && el("span", { class: "falls" }, h.measured ? " short" : "")),
+      // Clean to the end of what was tested, and that is what is required: there is no figure for
+      // what lies beyond.
+      h.measured && h.headroom_deg === 0 && h.clean_to_deg >= h.tested_to_deg
+        ? el("p", { class: "room met" }, "met", el("span", { class: "falls soft" }, " not tested further"))
+        : el("p", { class: "room" }, h.measured ? signed(h.headroom_deg) + "°" : "not measured",
+          falls(h) && el("span", { class: "falls" }, h.measured ? " short" : "")),
       headroomSpark(rows[0].rig, channel),
       shown.map((row) => el("div", { class: "row" }, el("span", { class: "who" }, who(row)), bullet(row.h),
-        el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(row.h)), ", needs ", number(row.h.needs_deg)))),
+        el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(row.h)), ", required ", number(row.h.needs_deg)))),
       rows.length > 3 && el("a", { href: "#rigs" }, plural(rows.length - 3, "more row")));
   };
   return section("headroom", "Headroom of the proposed rig" + (severalRigs ? "s" : ""),
@@ -74,24 +78,30 @@ function headroomTiles() {
 
 function picturesOf(finding) {
   const p = finding.pictures, what = finding.rig + " at " + finding.pose;
+  const from = p.view ? ", " + p.view : "";
   const both = p.before && p.after, otherRig = p.other_rig || "other rig";
   const all = [];
   const add = (key, path, label, alt) => { if (path) all.push({ key, path, label, alt }); };
-  add("before", p.before, both ? "before" : finding.rig, what + (both ? ", before" : ""));
+  add("before", p.before, both ? "before" : finding.rig + from, what + (both ? ", before" : ""));
   add("after", p.after, both ? "after" : finding.rig, what + (both ? ", after" : ""));
   add("other", p.other, otherRig, otherRig + " at " + finding.pose);
-  add("heat", p.heat, "heat map", "heat map of " + what);
+  add("heat", p.heat, p.heat_of ?? "heat map", (p.heat_of ?? "heat map") + ", " + what);
   return all;
 }
 
 function findingTitle(finding) {
   return [code(finding.code), " ", name(checkName(finding)), " ", el("span", { class: "at" }, name(finding.pose))];
 }
+/** As value_text in digest.h: 63° (limit 25). */
 function limitText(finding) {
-  if (finding.value == null) return "not measured";
-  if (finding.limit == null) return quantity(finding.value, finding.unit);
-  const sign = finding.value > finding.limit ? ">" : finding.value < finding.limit ? "<" : "=";
-  return number(finding.value) + " " + sign + " " + quantity(finding.limit, finding.unit);
+  const { value, limit, unit } = finding;
+  if (value == null) return "not measured";
+  let digits = Math.abs(value) >= 100 ? 4 : 3;
+  while (limit != null && value !== limit && digits < 9 && number(value, digits) === number(limit)) ++digits;
+  const text = finding.code === "BB030" ? number(value, digits) + " of rest"
+    : unit === "ratio" ? "× " + number(value, digits) : unit === "count" ? number(value, digits)
+    : quantity(Number(value.toPrecision(digits)), unit);
+  return limit == null ? text : text + " (limit " + number(limit) + ")";
 }
 function seenText(finding) {
   const image = finding.image;
@@ -100,10 +110,21 @@ function seenText(finding) {
   return "visible: " + number(image.pixels) + " px, " + visible(image.camera);
 }
 
+/** Since when: the version that made the channel worse, or the pose from which the limit is passed. */
+function sinceText(finding) {
+  const trend = trendOf.get(trendKey(finding, "headroom " + finding.sweep));
+  const step = trend?.steps.findLast((s) => s.worse && !s.recovered);
+  if (step) return "since " + visible(step.version);
+  const first = finding.geometry.first_deg;
+  return first == null ? "" : "from " + visible(finding.sweep) + " " + number(first) + " on";
+}
+
 function worstCard(finding, large) {
-  const pictures = picturesOf(finding).filter((p) => p.key === "before" || p.key === "after" || (p.key === "other" && large));
+  // A flip is two pictures; anything else the close-up and its own metric as colours.
+  const all = picturesOf(finding), of = (key) => all.find((p) => p.key === key);
+  const pictures = of("before") && of("after") ? [of("before"), of("after")] : [of("before") ?? of("after"), of("heat") ?? of("other")].filter(Boolean);
   const href = "#finding/" + addressOf.get(finding);
-  const shown = large ? (pictures.length > 2 ? pictures.slice(0, 2) : pictures) : pictures.slice(-1);
+  const shown = large ? pictures : pictures.slice(-1);
   return el("article", { class: "card" + (large ? " large" : "") + (shown.length ? "" : " bare") },
     shown.length > 0 && el("a", { class: "frames", href },
       shown.map((p) => el("span", { class: "frame" }, image(p.path, p.alt),
@@ -111,7 +132,8 @@ function worstCard(finding, large) {
     el("div", { class: "text" },
       el("h3", {}, el("a", { href }, findingTitle(finding))),
       el("p", { class: "facts" }, badge(standing(finding)), el("span", { class: "num value" }, limitText(finding)),
-        finding.owner !== "none" && el("span", { class: "owner" }, finding.owner), placeText(finding) && el("span", {}, placeText(finding)),
+        placeText(finding) && el("span", { class: "where" }, placeText(finding)),
+        finding.owner !== "none" && el("span", { class: "owner" }, finding.owner), sinceText(finding) && el("span", {}, sinceText(finding)),
         el("span", {}, rigLabel(finding)), el("span", { class: "soft" }, seenText(finding))),
       el("p", { class: "detail" }, name(finding.detail)),
       large && finding.reproduce && el("p", { class: "command" }, code(finding.reproduce), copyButton(finding.reproduce, "copy"))));

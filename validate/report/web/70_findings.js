@@ -2,7 +2,7 @@
 // fifty; searching goes through one prepared text per finding.
 const rowHeight = 34;
 const haystack = report.findings.map((f) => [f.code, checkName(f), f.character, f.rig, f.mapping, f.sweep, f.pose,
-  placeText(f), f.verdict, standing(f), f.owner, f.unit, f.detail].join("\n").toLowerCase());
+  placeText(f), placeNumbers(f), f.verdict, standing(f), f.owner, f.unit, f.detail].join("\n").toLowerCase());
 const placeIn = new Map(report.findings.map((finding, i) => [finding, i]));
 
 const columns = [

@@ -43,6 +43,6 @@ function trendSection() {
   const moved = report.trends.filter((t) => t.steps.length > 0), steady = report.trends.filter((t) => t.steps.length === 0);
   return section("trend", "Trend",
     el("p", { class: "soft" }, "From ", name(report.nights[0]), " to ", name(report.nights.at(-1)), ". A step is a lasting change, named by the night and version where it began."),
-    moved.length > 0 ? table("plain trend", heads, moved.map(line), "metrics that changed") : el("p", {}, "Nothing changed for good."),
+    moved.length > 0 ? table("plain trend", heads, moved.map(line), "metrics that changed") : el("p", {}, "No lasting change."),
     steady.length > 0 && el("details", {}, el("summary", {}, plural(steady.length, "steady metric")), table("plain trend", heads, steady.map(line), "steady metrics")));
 }

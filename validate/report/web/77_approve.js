@@ -16,7 +16,7 @@ function tick(finding) {
     else approved.delete(finding);
     approvals.refresh();
   } });
-  return el("label", { class: "approve" }, box, " accept as it is");
+  return el("label", { class: "approve" }, box, " waive");
 }
 
 const approvals = approvalsSection();

@@ -37,10 +37,10 @@ function trustSection() {
     el("td", { class: "num" + (c.ok ? "" : " over") }, c.smallest == null ? "none" : quantity(c.smallest, c.unit)),
     el("td", { class: "num" }, quantity(c.target, c.unit)),
     el("td", { class: "num" }, c.compared > 0 ? c.alike + " of " + c.compared : ""), el("td", {}, badge(c.ok ? "pass" : "fail")));
-  return section("trust", "Why this may be believed",
+  return section("trust", "Tool self-check",
     el("h3", {}, "Canaries: rigs with a known fault, which must be found, and their repaired twins, which must be clean"),
-    report.canaries.length ? table("plain", ["duty", "canary", "must show", "at", "expected, °", "found, °", "twin", "what happened"], report.canaries.map(canary), "canaries")
-      : el("p", { class: "over" }, "No canary ran: nothing shows tonight that the detectors work."),
+    report.canaries.length ? table("plain", ["result", "self-test", "must show", "at", "expected, °", "found, °", "twin", "what happened"], report.canaries.map(canary), "canaries")
+      : el("p", { class: "over" }, "No self-test ran: nothing shows in this run that the detectors work."),
     el("h3", {}, "Detectors: the smallest planted fault found, with no false alarm"),
     report.detectors.length ? el("ul", {}, report.detectors.map((d) => el("li", {}, name(d)))) : el("p", { class: "soft" }, "Not calibrated in this run."),
     report.calibration?.length > 0 && table("plain calibration", ["detector", "check", "tried on", "alarms over", "clean poses", "of those flagged", "smallest found", "must find", "pictures and geometry alike", "verdict"], report.calibration.map(calibrated), "calibration of the detectors"));

@@ -131,12 +131,16 @@ function meshPainter(canvas) {
   return { load, draw };
 }
 
-const meshAngles = { profile: [90, 0], "three-quarter": [40, 12], front: [0, 0], back: [180, 0], above: [90, 60] };
+// As the pictures are taken (finding_view.h), and from above. Those of two words have no button: a
+// finding opens with them.
+const meshAngles = { profile: [90, 0], "right profile": [-90, 0], front: [0, 0], back: [180, 0],
+  "three-quarter": [145, 12], "front three-quarter": [-35, 12], above: [90, 60] };
 
 function meshSection() {
   if (meshViews.length === 0) return null;
   const canvas = el("canvas", { "aria-hidden": "true" });
-  const holder = el("div", { class: "mesh", tabindex: 0, role: "group", "aria-roledescription": "3D view" }, canvas);
+  const ring = el("span", { class: "ring", hidden: true, title: "the finding's place" });
+  const holder = el("div", { class: "mesh", tabindex: 0, role: "group", "aria-roledescription": "3D view" }, canvas, ring);
   const legend = el("canvas", { width: 255, height: 1, "aria-hidden": "true" });
   const scale = el("div", { class: "scale" });
   const menu = el("select", { "aria-label": "mesh", onchange: () => { go("#mesh/" + menu.value); } },
@@ -145,21 +149,37 @@ function meshSection() {
   const camera = { azimuth: Math.PI / 2, elevation: 0, zoom: 1, panX: 0, panY: 0 };
   const facts = el("p", { class: "soft" });
   const found = el("p", {});
-  let painter = null;
+  let painter = null, shownMesh = null, mark = null, start = "profile";
 
-  const turn = (key) => {
+  const aim = (key) => {
     const [azimuth, elevation] = meshAngles[key].map((d) => d * Math.PI / 180);
     Object.assign(camera, { azimuth, elevation, zoom: 1, panX: 0, panY: 0 });
+  };
+  const turn = (key) => {
+    aim(key);
     paint();
   };
   const angles = el("span", { class: "zoom", role: "group", "aria-label": "look from" },
-    Object.keys(meshAngles).map((key) => el("button", { type: "button", class: "quiet", onclick: () => turn(key) }, key)));
-  function paint() { if (painter) painter.draw(camera, heat.checked && !heat.disabled); }
+    Object.keys(meshAngles).filter((key) => !key.includes(" ")).map((key) => el("button", { type: "button", class: "quiet", onclick: () => turn(key) }, key)));
+  function paint() {
+    if (!painter) return;
+    painter.draw(camera, heat.checked && !heat.disabled);
+    ring.hidden = !mark || !shownMesh || canvas.clientHeight === 0;
+    if (ring.hidden) return;
+    const m = meshCamera(shownMesh, camera, canvas.clientWidth / canvas.clientHeight).clip;
+    const [x, y, , w] = [0, 1, 2, 3].map((k) => m[k] * mark[0] + m[4 + k] * mark[1] + m[8 + k] * mark[2] + m[12 + k]);
+    ring.hidden = !(w > 0);
+    ring.style.left = (x / w + 1) * 50 + "%";
+    ring.style.top = (1 - y / w) * 50 + "%";
+  }
   function open(i) {
     const view = meshViews[i];
     menu.value = i;
     painter ??= meshPainter(canvas);
-    const mesh = painter && readMesh(view);
+    const mesh = shownMesh = painter && readMesh(view);
+    mark = view.mark && view.mark.every(Number.isFinite) ? view.mark : null;
+    start = Object.hasOwn(meshAngles, view.view ?? "") ? view.view : "profile";
+    if (view.view) aim(start);
     holder.setAttribute("aria-label", visible(view.title) + ": arrows turn, plus and minus zoom, zero starts again");
     const finding = report.findings[view.finding];
     found.replaceChildren(...(finding ? [el("a", { href: "#finding/" + addressOf.get(finding) }, findingTitle(finding))] : []));
@@ -210,7 +230,7 @@ function meshSection() {
     if (step) turnTo(camera.azimuth + step[0], camera.elevation + step[1]);
     else if (event.key === "+" || event.key === "=") zoom(1.25);
     else if (event.key === "-") zoom(0.8);
-    else if (event.key === "0") turn("profile");
+    else if (event.key === "0") turn(start);
     else return;
     event.preventDefault();
     paint();

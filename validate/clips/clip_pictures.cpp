@@ -1,0 +1,289 @@
+#include "validate/clips/clip_pictures.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "render/heat_map.h"
+#include "render/mark.h"
+#include "render/png.h"
+#include "render/projection.h"
+#include "render/sheet.h"
+#include "skin/glb_writer.h"
+#include "validate/evidence/finding_view.h"
+#include "validate/evidence/metric_heat.h"
+#include "validate/evidence/photographer.h"
+#include "validate/report/digest.h"
+#include "validate/report/escape.h"
+#include "validate/report/page_mesh.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+
+/// How many findings get pictures, one of each check; of these so many as meshes in the page.
+constexpr Index kPictured = 6, kMeshes = 3;
+constexpr Index kMostMeshVertices = 200000;
+/// A close-up holds a ball this large around the place, of the spine's length.
+constexpr double kCloseUp = 0.8;
+/// The ring around a place, of the picture's height.
+constexpr double kMark = 0.05;
+/// Frames for the scrubber are small, and so many at most over all sweeps.
+constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
+constexpr Index kMostFrames = 96;
+
+/// The clip's frames as the photographer takes them.
+class ClipCamera {
+ public:
+  ClipCamera(const ClipScene& scene, const PicturePlan& plan)
+      : scene_(scene), photographer_(scene.stage, render::bounds_of(scene.stage.rest().position)) {
+    settings_.width = plan.width;
+    settings_.height = plan.height;
+    settings_.samples = plan.samples;
+  }
+
+  PosedCharacter posed(Index frame) const {
+    return {scene_.system.pose(frame), scene_.body.world_from_node(frame), scene_.body.mesh(frame)};
+  }
+
+  /// The body's facing in a frame: its hips' heading, on the ground.
+  render::Facing facing(Index frame) const {
+    const skin::Anatomy& anatomy = scene_.stage.anatomy();
+    const auto hips = static_cast<Index>(anatomy.spine.front());
+    const glm::dmat4 moved = scene_.body.world_from_node(frame)[hips] *
+                             glm::inverse(scene_.stage.character().nodes[hips].world_from_node);
+    const glm::dvec3 forward = glm::dmat3(moved) * anatomy.forward;
+    const glm::dvec3 flat = forward - anatomy.up * glm::dot(forward, anatomy.up);
+    // Hips that look straight up or down have no heading.
+    constexpr double kLeastHeading = 0.2;
+    const double length = glm::length(flat);
+    if (!(length > kLeastHeading * glm::length(forward)) || !std::isfinite(length))
+      return {anatomy.up, anatomy.forward};
+    return {anatomy.up, flat / length};
+  }
+
+  /// What the chest is turned against the hips from rest, as a pose says it, degrees: enough to
+  /// tell from which side the bend shows.
+  PoseDegrees bend(Index frame) const {
+    const skin::Anatomy& anatomy = scene_.stage.anatomy();
+    const glm::dquat turn = scene_.body.turn(frame, anatomy.spine[anatomy.chest_index]);
+    PoseDegrees pose;
+    if (!std::isfinite(glm::dot(turn, turn))) return pose;
+    const glm::dquat shorter = turn.w < 0.0 ? -turn : turn;
+    const glm::dvec3 axis(shorter.x, shorter.y, shorter.z);
+    const double sine = glm::length(axis);
+    if (!(sine > 0.0)) return pose;
+    const glm::dvec3 degrees = axis / sine * glm::degrees(2.0 * std::atan2(sine, shorter.w));
+    const double bend = glm::dot(degrees, anatomy.left);
+    (bend < 0.0 ? pose.extension : pose.flexion) = std::abs(bend);
+    pose.side = glm::dot(degrees, anatomy.forward);
+    pose.twist = glm::dot(degrees, anatomy.up);
+    return pose;
+  }
+
+  /// Near the place, or of the whole body.
+  render::Camera camera(const FindingView& view, Index frame, const PosedCharacter& body,
+                        const std::optional<glm::dvec3>& place) const {
+    const double aspect = static_cast<double>(settings_.width) / settings_.height;
+    const render::Facing from = view.facing(facing(frame));
+    if (place)
+      return render::close_up(view.camera, *place, kCloseUp * scene_.stage.anatomy().spine_length,
+                              from, aspect);
+    return render::view_camera(view.camera, render::bounds_of(body.mesh.position), from, aspect);
+  }
+
+  render::Picture still(const PosedCharacter& body, const render::Camera& camera) {
+    photographer_.pose(body);
+    return render::picture_from(photographer_.shoot(camera, settings_));
+  }
+
+  render::Picture heat(const PosedCharacter& body, const VertexHeat& values,
+                       const render::Camera& camera, const std::optional<glm::dvec3>& mark) {
+    photographer_.pose(body, values.value);  // looked at until it is shot
+    render::Settings heated = settings_;
+    heated.mode = render::Mode::heat;
+    heated.heat_low = values.low;
+    heated.heat_high = values.high;
+    render::Picture drawn = render::picture_from(photographer_.shoot(camera, heated));
+    if (mark) {
+      const glm::dvec3 at =
+          render::project_camera(camera, heated.width, heated.height).project(*mark);
+      if (at.z > 0.0) render::draw_mark(drawn, at.x, at.y, kMark * heated.height);
+    }
+    render::draw_legend(drawn, values.low, values.high, values.label);
+    return drawn;
+  }
+
+  /// One small frame for the scrubber, the body in the middle and always of one size.
+  render::Picture small(Index frame, double radius) {
+    render::Settings settings = settings_;
+    settings.width = kFrameWidth;
+    settings.height = kFrameHeight;
+    settings.samples = std::min(kFrameSamples, settings.samples);
+    const PosedCharacter body = posed(frame);
+    const render::Bounds box = render::bounds_of(body.mesh.position);
+    photographer_.pose(body);
+    const render::Camera camera =
+        render::close_up("profile", 0.5 * (box.low + box.high), radius, facing(frame),
+                         static_cast<double>(kFrameWidth) / kFrameHeight);
+    return render::picture_from(photographer_.shoot(camera, settings));
+  }
+
+ private:
+  const ClipScene& scene_;
+  Photographer photographer_;
+  render::Settings settings_;
+};
+
+/// How far each vertex is from where it is in the other body, % of the height.
+VertexHeat distances(const ClipScene& scene, const PosedCharacter& body,
+                     const PosedCharacter& other, const std::string& label) {
+  VertexHeat heat{label + ", % of height", "% of height", 0.0f, 10.0f, {}};
+  for (Index v = 0; v < body.mesh.position.size(); ++v)
+    heat.value.push_back(
+        static_cast<float>(100.0 * glm::distance(body.mesh.position[v], other.mesh.position[v]) /
+                           scene.stage.anatomy().height));
+  return heat;
+}
+
+const ClipSweepRecord* sweep_of(const ClipScene& scene, const Finding& finding) {
+  for (const ClipSweepRecord& each : scene.record.sweeps)
+    if (each.range.name == finding.sweep) return &each;
+  return nullptr;
+}
+
+/// The worst findings, one of each check.
+std::vector<Index> pictured(const ClipScene& scene, const Report& report) {
+  const Digest digest(report);
+  std::vector<Index> out;
+  std::vector<std::string> codes;
+  for (const Finding* finding : digest.worst(report.findings.size())) {
+    if (out.size() == kPictured) break;
+    if (finding->pose_index < 0 || sweep_of(scene, *finding) == nullptr ||
+        std::ranges::find(codes, finding->code) != codes.end())
+      continue;
+    codes.push_back(finding->code);
+    out.push_back(static_cast<Index>(finding - report.findings.data()));
+  }
+  return out;
+}
+
+void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFolder& folder,
+                     const std::string& place, bool in_page, Index index, Report& report) {
+  Finding& finding = report.findings[index];
+  const ClipSweepRecord& sweep = *sweep_of(scene, finding);
+  const auto in_sweep = static_cast<Index>(finding.pose_index);
+  const Index frame = sweep.range.first + in_sweep;
+  const PosedCharacter here = camera.posed(frame);
+  const FindingView view = view_of(camera.bend(frame), finding);
+  const auto mark = scene.places.point(here.mesh.position, here.world_from_node, finding);
+  const bool jump = finding.code == "BB001" && in_sweep > 0;
+  const render::Camera from =
+      camera.camera(view, frame, here, jump ? std::optional<glm::dvec3>{} : mark);
+  const auto write = [&](const std::string& name, const render::Picture& picture) {
+    folder.write(name, render::encode_png(picture));
+    return name;
+  };
+  VertexHeat heat;
+  finding.pictures.view = view.name;
+  if (jump) {
+    const PosedCharacter before = camera.posed(frame - 1);
+    finding.pictures.before = write(place + "/before.png", camera.still(before, from));
+    finding.pictures.after = write(place + "/after.png", camera.still(here, from));
+    heat = distances(scene, here, before, "moved in the jump");
+  } else {
+    finding.pictures.before = write(place + "/frame.png", camera.still(here, from));
+    const std::vector<double> control = {static_cast<double>(frame)};
+    heat = metric_heat(
+        scene.stage, scene.metrics,
+        {scene.system, control, here, glm::radians(scene.system.twist_deg(frame)), false, true},
+        finding);
+    if (heat.value.empty() && in_sweep > 0)
+      heat = distances(scene, here, camera.posed(frame - 1), "moved since the frame before");
+  }
+  if (heat.value.empty()) return;
+  finding.pictures.heat_of = heat.label;
+  finding.pictures.heat = write(place + "/heat.png", camera.heat(here, heat, from, mark));
+  std::vector<glm::vec3> color;
+  for (const float value : heat.value)
+    color.push_back(render::heat_color((value - heat.low) / (heat.high - heat.low)));
+  const skin::Character& character = scene.stage.character();
+  folder.write(place + "/pose.glb", skin::encode_posed_glb(character, here.mesh, color));
+  if (!in_page || heat.value.size() > kMostMeshVertices) return;
+  const std::string triangles = "meshes/" + file_word(character.name) + ".triangles";
+  folder.write(triangles, encode_mesh_triangles(character.triangles,
+                                                static_cast<std::uint32_t>(heat.value.size())));
+  folder.write(place + "/mesh.pose",
+               encode_mesh_pose(here.mesh.position, heat.value, heat.low, heat.high));
+  MeshView mesh{finding.rig + ", " + finding.pose,
+                place + "/mesh.pose",
+                triangles,
+                heat.label,
+                heat.unit,
+                heat.low,
+                heat.high,
+                static_cast<int>(index),
+                view.name,
+                {}};
+  if (mark) mesh.mark = {mark->x, mark->y, mark->z};
+  report.meshes.push_back(std::move(mesh));
+}
+
+/// Half the largest extent that the body has in any frame.
+double largest_radius(const ClipScene& scene, const ClipSweepRecord& sweep, Index step) {
+  double radius = 0.0;
+  for (Index i = 0; i < sweep.range.count; i += step) {
+    const render::Bounds box = render::bounds_of(scene.body.mesh(sweep.range.first + i).position);
+    if (!box.is_empty()) radius = std::max(radius, 0.5 * glm::distance(box.low, box.high));
+  }
+  return radius;
+}
+
+void shoot_sweep(const ClipScene& scene, ClipCamera& camera, const ClipSweepRecord& sweep,
+                 Index step, const OutputFolder& folder, Progress& progress, SweepSeries& series) {
+  const double radius = largest_radius(scene, sweep, step);
+  if (!(radius > 0.0) || !std::isfinite(radius)) return;
+  series.frame.assign(sweep.range.count, "");
+  for (Index i = 0; i < sweep.range.count; i += step) {
+    poll_interrupt();
+    const std::string name = "review/" + file_word(series.sweep) + "." +
+                             std::to_string(kFirstFrame + static_cast<int>(i)) + ".png";
+    folder.write(name, render::encode_png(camera.small(sweep.range.first + i, radius)));
+    // The frames around one that was taken show it.
+    const Index first = i - std::min(i, (step - 1) / 2);
+    const Index last = std::min(sweep.range.count, i + step);
+    std::fill(series.frame.begin() + static_cast<std::ptrdiff_t>(first),
+              series.frame.begin() + static_cast<std::ptrdiff_t>(last), name);
+    progress.step();
+  }
+}
+
+}  // namespace
+
+void make_clip_pictures(const ClipScene& scene, const PicturePlan& plan, const OutputFolder& folder,
+                        Progress& progress, Report& report) {
+  folder.prepare();
+  ClipCamera camera(scene, plan);
+  const std::vector<Index> chosen = pictured(scene, report);
+  Index frames = 0;
+  for (const ClipSweepRecord& sweep : scene.record.sweeps) frames += sweep.range.count;
+  const Index step = std::max<Index>(1, (frames + kMostFrames - 1) / kMostFrames);
+  progress.start("pictures", chosen.size() + frames / step);
+  for (Index n = 0; n < chosen.size(); ++n) {
+    poll_interrupt();
+    const Finding& finding = report.findings[chosen[n]];
+    picture_finding(scene, camera, folder,
+                    "findings/" + file_word(finding.sweep) + "_" + finding.code, n < kMeshes,
+                    chosen[n], report);
+    progress.step();
+  }
+  for (const ClipSweepRecord& sweep : scene.record.sweeps)
+    for (RigResult& rig : report.rigs)
+      for (SweepSeries& series : rig.sweeps)
+        if (series.sweep == sweep.range.name)
+          shoot_sweep(scene, camera, sweep, step, folder, progress, series);
+  progress.finish();
+}
+
+}  // namespace backbend::validate
