@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
+#include "validate/evidence/metric_heat.h"
 #include "validate/metrics/torso.h"
 #include "validate/run/place.h"
 
@@ -336,6 +337,44 @@ TEST(PlaceNames, AJointKeepsItsNameAndStandsWhereItsNodeIs) {
   Finding no_such = at_slice(5000);
   names.name({}, no_such);  // of another body: stays a number
   EXPECT_EQ(no_such.joint, "");
+}
+
+TEST(MetricHeat, IsHottestWhereTheFindingsOwnMetricIs) {
+  const Figure figure;
+  const Stage stage(figure.character, figure.anatomy);
+  const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
+  const auto rig = stage.build({"three_bone", {}});
+  const std::vector<double> control = rig->controls_for({.extension = 1.2}, Mapping::chest);
+  const PosedCharacter posed = stage.pose(*rig, control);
+  const BodyMeasures measured =
+      body.measure(rig_at_rest(*rig), control, posed.spine, posed.mesh, 0.0);
+  Finding finding;
+  finding.code = "BB011";
+  finding.limit = 2.0;
+  finding.slice = measured.slices.kink_slice;
+  const VertexHeat kink = metric_heat(stage, body, {*rig, control, posed}, finding);
+  ASSERT_EQ(kink.value.size(), posed.mesh.position.size());
+  const auto hottest = static_cast<std::size_t>(
+      std::max_element(kink.value.begin(), kink.value.end()) - kink.value.begin());
+  const double s = body.slices().slice[static_cast<std::size_t>(finding.slice)].s;
+  EXPECT_NEAR(body.coordinate()[hottest], s, body.slices().spacing);
+  EXPECT_NEAR(kink.high, measured.slices.kink_worst_deg, 0.2 * measured.slices.kink_worst_deg);
+  EXPECT_EQ(kink.value.back(), 0.0f) << "the right hand has no kink";
+
+  finding.code = "BB032";
+  finding.limit = 1.5;
+  finding.vertex = measured.surface.strain_vertex;
+  const VertexHeat strain = metric_heat(stage, body, {*rig, control, posed}, finding);
+  EXPECT_FLOAT_EQ(strain.value[static_cast<std::size_t>(finding.vertex)], strain.high);
+
+  finding.code = "BB020";
+  const VertexHeat arms = metric_heat(stage, body, {*rig, control, posed}, finding);
+  EXPECT_EQ(arms.value.front(), 0.0f) << "the hips are no arm";
+  EXPECT_TRUE(
+      metric_heat(stage, body, {*rig, control, posed, 0.0, false, true}, finding).value.empty())
+      << "a clip's arms cannot be posed otherwise";
+  finding.code = "BB041";
+  EXPECT_TRUE(metric_heat(stage, body, {*rig, control, posed}, finding).value.empty());
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ std::string rig_word(const RigRecord& rig) {
 }
 
 /// Everything that taking pictures of one character needs.
-struct Shooting {
+struct FrameRenderer {
   const Stage& stage;
   const OutputFolder& folder;
   Photographer photographer;
@@ -215,27 +215,27 @@ const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
   return found->sweep;
 }
 
-void picture_flip(Shooting& shooting, const RigRecord& rig, const PlaceNames& places,
+void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceNames& places,
                   Finding& finding, const std::string& place, bool in_page, Report& report) {
   const Sweep& sweep = sweep_of(rig, finding);
   const PosedCharacter before =
-      shooting.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
-  const PosedCharacter after = shooting.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
+      renderer.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
+  const PosedCharacter after = renderer.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
   const FindingView view = view_of(sweep.pose_at(finding.control_deg), finding);
   // A flip swings the whole body above it: the picture is of all of it.
-  const render::Camera camera = shooting.camera(view, std::nullopt);
+  const render::Camera camera = renderer.camera(view, std::nullopt);
   const auto mark = places.point(after.mesh.position, after.world_from_node, finding);
   render::Picture left, right;
   finding.pictures.view = view.name;
-  finding.pictures.before = shooting.still(before, camera, place + "/before", left);
-  finding.pictures.after = shooting.still(after, camera, place + "/after", right);
+  finding.pictures.before = renderer.still(before, camera, place + "/before", left);
+  finding.pictures.after = renderer.still(after, camera, place + "/after", right);
   const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
-  shooting.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
+  renderer.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
                 "just after");
-  const VertexHeat heat = shooting.distances(after, before, "moved in the flip");
+  const VertexHeat heat = renderer.distances(after, before, "moved in the flip");
   finding.pictures.heat_of = heat.label;
-  finding.pictures.heat = shooting.heat(after, heat, camera, mark, place + "/heat");
-  shooting.hand_out(finding, after, heat, view, mark, place, in_page, report);
+  finding.pictures.heat = renderer.heat(after, heat, camera, mark, place + "/heat");
+  renderer.hand_out(finding, after, heat, view, mark, place, in_page, report);
   PicturePair pair;
   pair.title = finding.rig + " (" + finding.mapping + "): flip of " +
                number_text(finding.value, 1) + " deg at " + finding.pose;
@@ -248,35 +248,35 @@ void picture_flip(Shooting& shooting, const RigRecord& rig, const PlaceNames& pl
   report.pairs.push_back(pair);
 }
 
-void picture_finding(Shooting& shooting, const std::vector<RigRecord>& records,
+void picture_finding(FrameRenderer& renderer, const std::vector<RigRecord>& records,
                      const RigRecord& rig, const BodyMetrics& body, const PlaceNames& places,
                      Finding& finding, const std::string& place, bool in_page, Report& report) {
   const PoseDegrees pose = sweep_of(rig, finding).pose_at(finding.control_deg);
-  const PosedCharacter here = shooting.posed(rig, pose);
+  const PosedCharacter here = renderer.posed(rig, pose);
   const FindingView view = view_of(pose, finding);
   const auto mark = places.point(here.mesh.position, here.world_from_node, finding);
-  const render::Camera camera = shooting.camera(view, mark);
+  const render::Camera camera = renderer.camera(view, mark);
   render::Picture left, right;
   finding.pictures.view = view.name;
-  finding.pictures.before = shooting.still(here, camera, place + "/" + rig_word(rig), left);
+  finding.pictures.before = renderer.still(here, camera, place + "/" + rig_word(rig), left);
   const std::vector<double> control = controls_at(*rig.system, pose, rig.mapping);
   VertexHeat heat = metric_heat(
-      shooting.stage, body,
+      renderer.stage, body,
       {*rig.system, control, here, glm::radians(pose.twist), pose.stretch != 0.0}, finding);
   if (const RigRecord* other = counterpart(records, rig)) {
-    const PosedCharacter there = shooting.posed(*other, pose);
+    const PosedCharacter there = renderer.posed(*other, pose);
     finding.pictures.other_rig = other->plan.name;
-    finding.pictures.other = shooting.still(there, camera, place + "/" + rig_word(*other), right);
-    shooting.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
+    finding.pictures.other = renderer.still(there, camera, place + "/" + rig_word(*other), right);
+    renderer.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
                   other->plan.name);
     if (heat.value.empty())
-      heat = shooting.distances(here, there, "distance to " + other->plan.name);
+      heat = renderer.distances(here, there, "distance to " + other->plan.name);
   }
   if (heat.value.empty())
-    heat = shooting.distances(here, shooting.posed(rig, PoseDegrees{}), "moved from rest");
+    heat = renderer.distances(here, renderer.posed(rig, PoseDegrees{}), "moved from rest");
   finding.pictures.heat_of = heat.label;
-  finding.pictures.heat = shooting.heat(here, heat, camera, mark, place + "/heat");
-  shooting.hand_out(finding, here, heat, view, mark, place, in_page, report);
+  finding.pictures.heat = renderer.heat(here, heat, camera, mark, place + "/heat");
+  renderer.hand_out(finding, here, heat, view, mark, place, in_page, report);
 }
 
 /// Which findings get pictures: the flips, and the worst others, one of each code.
@@ -334,10 +334,10 @@ RigResult* result_for(Report& report, const std::string& character, const RigRec
 }
 
 /// Frames of the leading sweep of every rig of one mapping, as files and in memory.
-SweepFrames shoot_sweep(Shooting& shooting, const std::vector<RigRecord>& records,
+SweepFrames shoot_sweep(FrameRenderer& renderer, const std::vector<RigRecord>& records,
                         solver::Mapping mapping, Report& report) {
   SweepFrames frames;
-  render::Settings settings = shooting.settings;
+  render::Settings settings = renderer.settings;
   settings.width = kFrameWidth;
   settings.height = kFrameHeight;
   settings.samples = std::min(kFrameSamples, settings.samples);
@@ -347,16 +347,16 @@ SweepFrames shoot_sweep(Shooting& shooting, const std::vector<RigRecord>& record
     std::vector<render::Picture> pictures;
     std::vector<std::string> names;
     for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
-      names.push_back("review/" + file_word(shooting.stage.character().name) + "_" + rig_word(rig) +
+      names.push_back("review/" + file_word(renderer.stage.character().name) + "_" + rig_word(rig) +
                       "/" + file_word(sweep.sweep.name) + "." +
                       std::to_string(kFirstFrame + static_cast<int>(i)) + ".png");
-      pictures.push_back(shooting.picture(names.back(), {}, [&] {
-        const PosedCharacter body = shooting.stage.pose(*rig.system, sweep.poses[i].control);
-        shooting.photographer.pose(body);
-        return render::picture_from(shooting.photographer.shoot("profile", settings));
+      pictures.push_back(renderer.picture(names.back(), {}, [&] {
+        const PosedCharacter body = renderer.stage.pose(*rig.system, sweep.poses[i].control);
+        renderer.photographer.pose(body);
+        return render::picture_from(renderer.photographer.shoot("profile", settings));
       }));
     }
-    if (RigResult* result = result_for(report, shooting.stage.character().name, rig))
+    if (RigResult* result = result_for(report, renderer.stage.character().name, rig))
       result->sweeps.front().frame = names;
     frames.picture.push_back(std::move(pictures));
     frames.rig.push_back(&rig);
@@ -364,7 +364,7 @@ SweepFrames shoot_sweep(Shooting& shooting, const std::vector<RigRecord>& record
   return frames;
 }
 
-void write_sheet(Shooting& shooting, const SweepFrames& frames, int columns,
+void write_sheet(FrameRenderer& renderer, const SweepFrames& frames, int columns,
                  const std::string& name, Report& report) {
   std::vector<render::SheetCell> cells;
   for (std::size_t r = 0; r < frames.rig.size(); ++r) {
@@ -381,10 +381,10 @@ void write_sheet(Shooting& shooting, const SweepFrames& frames, int columns,
                        false});
     }
   }
-  const std::string title = shooting.stage.character().name + ": " +
+  const std::string title = renderer.stage.character().name + ": " +
                             frames.rig.front()->sweeps.front().sweep.name + ", mapping " +
                             std::string(mapping_name(frames.rig.front()->mapping));
-  shooting.folder.write(name, render::encode_png(render::contact_sheet(cells, columns, title)));
+  renderer.folder.write(name, render::encode_png(render::contact_sheet(cells, columns, title)));
   report.media.push_back({"contact_sheet", title, name});
 }
 
@@ -405,9 +405,9 @@ render::Picture row_of(const SweepFrames& frames, std::size_t pose, std::size_t 
   return row;
 }
 
-void write_sweep_video(Shooting& shooting, const SweepFrames& frames, const std::string& name,
+void write_sweep_video(FrameRenderer& renderer, const SweepFrames& frames, const std::string& name,
                        Report& report) {
-  write_video(shooting.folder, name, frames.picture.front().size(), kFramesPerSecond,
+  write_video(renderer.folder, name, frames.picture.front().size(), kFramesPerSecond,
               [&](std::size_t i) { return row_of(frames, i); });
   report.media.push_back({"video",
                           "all rigs over " + frames.rig.front()->sweeps.front().sweep.name +
@@ -418,7 +418,7 @@ void write_sweep_video(Shooting& shooting, const SweepFrames& frames, const std:
 /// For hand-off: the sweep under every rig of the mapping, standing still at the worst angle, and
 /// which angle each frame shows. The worst: of a proposed rig if it has any, else of the first
 /// other; where nothing was found the clip stands still at the sweep's end.
-void write_review(Shooting& shooting, const SweepFrames& frames,
+void write_review(FrameRenderer& renderer, const SweepFrames& frames,
                   const std::vector<RigRecord>& records,
                   const std::vector<std::vector<Finding>>& findings, const std::string& stem,
                   Report& report) {
@@ -445,10 +445,10 @@ void write_review(Shooting& shooting, const SweepFrames& frames,
   const std::string note =
       worst == nullptr ? "" : worst->code + " " + number_text(worst->value, 2) + " " + worst->unit;
   const std::string name = stem + "_" + file_word(sweep.name);
-  write_video(shooting.folder, name + ".mp4", order.size(), kFramesPerSecond, [&](std::size_t i) {
+  write_video(renderer.folder, name + ".mp4", order.size(), kFramesPerSecond, [&](std::size_t i) {
     return row_of(frames, order[i].pose, noted, order[i].held ? note : "");
   });
-  shooting.folder.write(name + ".csv", review_csv(order, angles));
+  renderer.folder.write(name + ".csv", review_csv(order, angles));
   const std::string held =
       worst == nullptr ? "nothing found" : worst->code + " of " + frames.rig[noted]->plan.name;
   report.media.push_back({"review",
@@ -459,7 +459,7 @@ void write_review(Shooting& shooting, const SweepFrames& frames,
 }
 
 /// The proposed rig at its worst, from all around.
-void write_turntable(Shooting& shooting, const std::vector<RigRecord>& records,
+void write_turntable(FrameRenderer& renderer, const std::vector<RigRecord>& records,
                      const std::vector<std::vector<Finding>>& findings, int views,
                      const std::string& prefix, Report& report) {
   for (std::size_t r = 0; r < records.size(); ++r) {
@@ -469,33 +469,33 @@ void write_turntable(Shooting& shooting, const std::vector<RigRecord>& records,
         findings[r].empty()
             ? leading.pose_at(leading.to_deg)
             : sweep_of(records[r], findings[r].front()).pose_at(findings[r].front().control_deg);
-    const PosedCharacter body = shooting.posed(records[r], pose);
-    shooting.photographer.pose(body);
-    const double aspect = static_cast<double>(shooting.settings.width) / shooting.settings.height;
-    const auto cameras = render::turntable(views, shooting.photographer.box(),
-                                           shooting.photographer.facing(), aspect);
+    const PosedCharacter body = renderer.posed(records[r], pose);
+    renderer.photographer.pose(body);
+    const double aspect = static_cast<double>(renderer.settings.width) / renderer.settings.height;
+    const auto cameras = render::turntable(views, renderer.photographer.box(),
+                                           renderer.photographer.facing(), aspect);
     const std::string name = prefix + "turntable_" + rig_word(records[r]);
     const auto shoot = [&](std::size_t i) {
-      return render::picture_from(shooting.photographer.shoot(cameras[i], shooting.settings));
+      return render::picture_from(renderer.photographer.shoot(cameras[i], renderer.settings));
     };
     // Its frames are kept only until the video is made.
     const auto frame = [&](std::size_t i) {
-      if (!shooting.ledger.is_on()) {
-        shooting.progress.step();
+      if (!renderer.ledger.is_on()) {
+        renderer.progress.step();
         return shoot(i);
       }
-      return shooting.picture(
+      return renderer.picture(
           std::string(kPartsFolder) + "/" + name + "/" + std::to_string(i) + ".png", {},
           [&] { return shoot(i); });
     };
-    bool complete = shooting.ledger.assembles();
-    if (shooting.ledger.mode() == Ledger::Mode::shard ||
-        shooting.ledger.mode() == Ledger::Mode::merge) {
+    bool complete = renderer.ledger.assembles();
+    if (renderer.ledger.mode() == Ledger::Mode::shard ||
+        renderer.ledger.mode() == Ledger::Mode::merge) {
       for (std::size_t i = 0; i < cameras.size(); ++i)
         complete = !frame(i).rgba.empty() && complete;
     }
     if (!complete) return;
-    write_video(shooting.folder, name + ".mp4", cameras.size(), kFramesPerSecond, frame);
+    write_video(renderer.folder, name + ".mp4", cameras.size(), kFramesPerSecond, frame);
     report.media.push_back(
         {"turntable", records[r].plan.name + " at " + pose.text(), name + ".mp4"});
     return;
@@ -525,7 +525,7 @@ void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames
   settings.width = plan.width;
   settings.height = plan.height;
   settings.samples = plan.samples;
-  Shooting shooting{stage, folder, Photographer(stage, box), settings, ledger, progress};
+  FrameRenderer renderer{stage, folder, Photographer(stage, box), settings, ledger, progress};
   const std::string character = file_word(stage.character().name);
 
   std::size_t frames =
@@ -543,26 +543,26 @@ void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames
                                 std::to_string(++number);
       const bool in_page = number <= kMeshesOfRig;
       if (finding.code == "BB001") {
-        picture_flip(shooting, records[r], places, finding, place, in_page, report);
+        picture_flip(renderer, records[r], places, finding, place, in_page, report);
       } else {
-        picture_finding(shooting, records, records[r], body, places, finding, place, in_page,
+        picture_finding(renderer, records, records[r], body, places, finding, place, in_page,
                         report);
       }
     }
   }
   if (plan.sheet_columns > 0) {
     for (const solver::Mapping mapping : {solver::Mapping::chest, solver::Mapping::spread}) {
-      const SweepFrames sweep = shoot_sweep(shooting, records, mapping, report);
-      if (!shooting.ledger.assembles() || !sweep.complete()) continue;
+      const SweepFrames sweep = shoot_sweep(renderer, records, mapping, report);
+      if (!renderer.ledger.assembles() || !sweep.complete()) continue;
       const std::string stem = "media/" + character + "_" + std::string(mapping_name(mapping));
-      write_sheet(shooting, sweep, plan.sheet_columns, stem + "_sheet.png", report);
-      write_sweep_video(shooting, sweep, stem + "_sweep.mp4", report);
-      write_review(shooting, sweep, records, findings,
+      write_sheet(renderer, sweep, plan.sheet_columns, stem + "_sheet.png", report);
+      write_sweep_video(renderer, sweep, stem + "_sweep.mp4", report);
+      write_review(renderer, sweep, records, findings,
                    "review/" + character + "_" + std::string(mapping_name(mapping)), report);
     }
   }
   if (plan.turntable_views > 0) {
-    write_turntable(shooting, records, findings, plan.turntable_views, "media/" + character + "_",
+    write_turntable(renderer, records, findings, plan.turntable_views, "media/" + character + "_",
                     report);
   }
 }
