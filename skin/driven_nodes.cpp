@@ -17,8 +17,7 @@ using Index = std::size_t;
 /// Every channel at once, so that no two places of the body move alike by chance.
 constexpr solver::BodyPose kProbe{0.7, 0.0, 0.2, 0.4, 0.3, 1.0};
 
-std::vector<glm::dmat4> motions(const Character& character, const Anatomy& anatomy) {
-  const SpineDriver driver(character, anatomy);
+std::vector<glm::dmat4> motions(const Character& character, const SpineDriver& driver) {
   const std::unique_ptr<solver::SpineSystem> system =
       solver::build_system({"even", {}}, driver.rest_chain());
   const std::vector<glm::dmat4> posed =
@@ -77,7 +76,10 @@ const char* word(DrivenNode::Kind kind) {
 }  // namespace
 
 std::vector<DrivenNode> driven_nodes(const Character& character, const Anatomy& anatomy) {
-  const std::vector<glm::dmat4> motion = motions(character, anatomy);
+  const SpineDriver driver(character, anatomy);
+  const std::vector<glm::dmat4> motion = motions(character, driver);
+  // Hips that no channel moves stand as still as a prop, and yet carry the legs.
+  const std::vector<bool> still = driver.static_nodes();
   std::vector<bool> shown(character.nodes.size(), false);
   for (const SkinJoint& joint : character.joints) shown[static_cast<Index>(joint.node)] = true;
   for (const int node : anatomy.spine) shown[static_cast<Index>(node)] = true;
@@ -85,7 +87,6 @@ std::vector<DrivenNode> driven_nodes(const Character& character, const Anatomy& 
       anatomy.spine.begin() + static_cast<std::ptrdiff_t>(anatomy.chest_index) + 1;
   const std::vector<double> weight = torso_weights(character, anatomy);
   const DriverCoverage coverage = driver_coverage(character, anatomy);
-  const glm::dmat4 none(1.0);
   std::vector<DrivenNode> out;
   for (Index n = 0; n < character.nodes.size(); ++n) {
     if (!shown[n]) continue;
@@ -93,6 +94,10 @@ std::vector<DrivenNode> driven_nodes(const Character& character, const Anatomy& 
     entry.node = static_cast<int>(n);
     if (std::find(anatomy.spine.begin(), driven_end, entry.node) != driven_end) {
       entry.kind = DrivenNode::Kind::driven;
+      out.push_back(entry);
+      continue;
+    }
+    if (still[n]) {
       out.push_back(entry);
       continue;
     }
@@ -105,9 +110,7 @@ std::vector<DrivenNode> driven_nodes(const Character& character, const Anatomy& 
     for (auto joint = anatomy.spine.begin(); joint != driven_end && entry.leader < 0; ++joint)
       if (same(motion[n], motion[static_cast<Index>(*joint)], anatomy.height))
         entry.leader = *joint;
-    entry.kind = entry.leader >= 0                       ? DrivenNode::Kind::follows
-                 : same(motion[n], none, anatomy.height) ? DrivenNode::Kind::still
-                                                         : DrivenNode::Kind::rides;
+    entry.kind = entry.leader >= 0 ? DrivenNode::Kind::follows : DrivenNode::Kind::rides;
     if (std::ranges::find(coverage.helpers, entry.node) != coverage.helpers.end())
       entry.torso_weight = weight[n];
     out.push_back(entry);

@@ -24,8 +24,8 @@ TEST(Mark, IsCutAtThePicturesEdges) {
   Picture picture(40, 30, kGrey);
   draw_mark(picture, 0.0, 0.0, 12.0);
   draw_mark(picture, 39.5, 29.5, 12.0);
-  EXPECT_GT(picture.at(12, 0)[0], 200);
-  EXPECT_GT(picture.at(27, 29)[0], 200);
+  EXPECT_GT(picture.at(12, 0)[0], 180);  // half a pixel off the ring's middle
+  EXPECT_GT(picture.at(27, 29)[0], 180);
 }
 
 TEST(Mark, OfAPlaceThatIsNowhereDrawsNothing) {

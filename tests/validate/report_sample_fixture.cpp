@@ -370,7 +370,9 @@ Report sample_report_named(const std::string& name) {
     f.code = f.character = f.rig = f.mapping = f.sweep = f.pose = f.joint = f.unit = name;
     f.detail = f.reproduce = f.image.camera = f.image.metric = f.image.note = name;
     f.geometry = {{name, 1.0}};
-    f.pictures = {name, name, name, name, name};
+    f.pictures = {name, name, name, name, name, name, name};
+    f.between = {name, name};
+    f.part = name;
     f.artist = {{name, name}};
   }
   for (CalibrationRow& c : r.calibration)
@@ -395,7 +397,7 @@ Report sample_report_named(const std::string& name) {
     for (TrendStep& s : t.steps) s.version = s.last_before = s.recovered = name;
   }
   for (MeshView& m : r.meshes) {
-    m.title = m.heat = m.unit = name;
+    m.title = m.heat = m.unit = m.view = name;
     m.pose_path = m.triangles_path = name;
   }
   for (CheckLegend& c : r.checks) c.code = c.name = c.measures = c.unit = c.reason = name;

@@ -30,6 +30,9 @@ constexpr float kHeatTop = 10.0f;
 /// A close-up holds a ball this large around the finding's place, of the spine's length; a long
 /// spine's no more than this part of the whole scene.
 constexpr double kCloseUp = 0.8, kMostOfScene = 0.35;
+/// What has no one place is shown with all that the spine carries, so much of the spine's length
+/// around its middle.
+constexpr double kWholeTorso = 1.3;
 /// The ring around a place, of the picture's height.
 constexpr double kMark = 0.05;
 /// Meshes travel inside the page: so many of each rig, none with more vertices.
@@ -102,13 +105,19 @@ struct FrameRenderer {
   }
 
   /// From the side that shows the pose, near the place where it is known.
-  render::Camera camera(const FindingView& view, const std::optional<glm::dvec3>& place) const {
+  render::Camera camera(const FindingView& view, const PosedCharacter& body,
+                        const std::optional<glm::dvec3>& place) const {
     const double aspect = static_cast<double>(settings.width) / settings.height;
-    const render::Facing facing = view.facing(photographer.facing());
-    if (!place) return render::view_camera(view.camera, photographer.box(), facing, aspect);
     const double scene = glm::distance(photographer.box().low, photographer.box().high);
-    const double radius = std::min(kCloseUp * stage.anatomy().spine_length, kMostOfScene * scene);
-    return render::close_up(view.camera, *place, radius, facing, aspect);
+    const double radius = std::min((place ? kCloseUp : kWholeTorso) * stage.anatomy().spine_length,
+                                   kMostOfScene * scene);
+    const glm::dvec3 middle = body.spine.position[body.spine.joint_count() / 2];
+    const render::Facing facing = view.facing(photographer.facing());
+    const glm::dvec3 target = place.value_or(middle);
+    // A pose that is not finite has no middle.
+    if (!std::isfinite(glm::dot(target, target)))
+      return render::view_camera(view.camera, photographer.box(), facing, aspect);
+    return render::close_up(view.camera, target, radius, facing, aspect);
   }
 
   /// How far each vertex is from the other body, % of the character's height.
@@ -223,7 +232,7 @@ void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceName
   const PosedCharacter after = renderer.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
   const FindingView view = view_of(sweep.pose_at(finding.control_deg), finding);
   // A flip swings the whole body above it: the picture is of all of it.
-  const render::Camera camera = renderer.camera(view, std::nullopt);
+  const render::Camera camera = renderer.camera(view, after, std::nullopt);
   const auto mark = places.point(after.mesh.position, after.world_from_node, finding);
   render::Picture left, right;
   finding.pictures.view = view.name;
@@ -255,7 +264,7 @@ void picture_finding(FrameRenderer& renderer, const std::vector<RigRecord>& reco
   const PosedCharacter here = renderer.posed(rig, pose);
   const FindingView view = view_of(pose, finding);
   const auto mark = places.point(here.mesh.position, here.world_from_node, finding);
-  const render::Camera camera = renderer.camera(view, mark);
+  const render::Camera camera = renderer.camera(view, here, mark);
   render::Picture left, right;
   finding.pictures.view = view.name;
   finding.pictures.before = renderer.still(here, camera, place + "/" + rig_word(rig), left);

@@ -73,7 +73,7 @@ VertexHeat metric_heat(const Stage& stage, const BodyMetrics& body, const HeatPo
   const bool arms = code == "BB020" || code == "BB021" || code == "BB022";
   if (arms && pose.baked) return {};
   if (arms)
-    return scaled("arms against the chest control, % of height", "% of height", 0.1,
+    return scaled("arm drift, % of height", "% of height", 0.1,
                   arm_motion(stage, pose));
   if (code == "BB033")
     return scaled("triangles that are turned inside out", "", 1.0,

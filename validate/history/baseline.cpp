@@ -34,10 +34,16 @@ bool low_is_bad(const std::string& code) {
 /// half a slice further, next to another tomorrow: it is told by its sweep alone.
 std::string case_joint(const Finding& f) { return f.slice < 0 && f.vertex < 0 ? f.joint : ""; }
 
+/// Drift of the arms had no joint before: what was approved without one holds for each.
+bool same_joint(const Approval& a, const Finding& f) {
+  const bool arms = f.code == "BB020" || f.code == "BB021";
+  return a.joint == case_joint(f) || (arms && a.joint.empty());
+}
+
 bool same_case(const Approval& a, const Finding& f) {
   return std::tie(a.code, a.character, a.rig, a.mapping, a.sweep) ==
              std::tie(f.code, f.character, f.rig, f.mapping, f.sweep) &&
-         a.joint == case_joint(f);
+         same_joint(a, f);
 }
 
 bool is_worse(const Finding& f, double approved) {

@@ -49,6 +49,11 @@ void PlaceNames::name(std::span<const glm::vec3> posed, Finding& finding) const 
     name_slice(posed, finding);
   } else if (finding.vertex >= 0) {
     name_vertex(finding);
+  } else if (finding.joint.empty() && (finding.code == "BB020" || finding.code == "BB021")) {
+    // Both arms drift as one: the left one's root stands for them.
+    const std::vector<int>& arm =
+        anatomy_.left_arm.empty() ? anatomy_.right_arm : anatomy_.left_arm;
+    if (!arm.empty()) finding.joint = character_.nodes[static_cast<Index>(arm.front())].name;
   } else if (!finding.joint.empty()) {
     const auto node = std::ranges::find(character_.nodes, finding.joint, &skin::Node::name);
     if (node != character_.nodes.end())

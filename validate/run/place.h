@@ -18,8 +18,8 @@ class PlaceNames {
              const BodyMetrics* metrics);
 
   /// Fills joint, between, side and part of a finding with a slice or a vertex; one with a joint
-  /// keeps it, and its side is that of the joint's arm or leg. `posed`: the vertices in the
-  /// finding's pose, or empty; without them a slice has no side.
+  /// keeps it, and its side is that of the joint's arm or leg; drift of the arms is at their root.
+  /// `posed`: the vertices in the finding's pose, or empty; without them a slice has no side.
   ///
   /// The side of a slice: where its material lines along the torso turn most beyond rest (for
   /// BB030: where they come nearest to the centre), if it is a quarter more than on the others.
