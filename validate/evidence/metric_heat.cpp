@@ -72,16 +72,17 @@ VertexHeat metric_heat(const Stage& stage, const BodyMetrics& body, const HeatPo
   const double limit = std::isfinite(finding.limit) ? finding.limit : 0.0;
   const bool arms = code == "BB020" || code == "BB021" || code == "BB022";
   if (arms && pose.baked) return {};
-  if (arms)
-    return scaled("arm drift, % of height", "% of height", 0.1,
-                  arm_motion(stage, pose));
+  if (arms) return scaled("arm drift, % of height", "% of height", 0.1, arm_motion(stage, pose));
   if (code == "BB033")
     return scaled("triangles that are turned inside out", "", 1.0,
                   inside_out(stage, pose.posed.mesh));
   const RigAtRest rest = rig_at_rest(pose.system);
-  if (code == "BB032")
-    return scaled("strain over that of the ideal bend (limit x " + number_text(limit, 0) + ")",
-                  "times", limit,
+  // A fold, a crease or a crossing is no number of each vertex; the strain that makes it is.
+  const bool strained = code == "BB012" || code == "BB034" || code == "BB035";
+  if (code == "BB032" || strained)
+    return scaled("strain, x that of the ideal bend" +
+                      (strained ? "" : " (limit " + number_text(limit, 0) + ")"),
+                  "times", strained ? 5.0 : limit,
                   body.strain_heat(rest, pose.control, pose.posed.spine, pose.posed.mesh,
                                    pose.twist, pose.stretches));
   const bool kink = code == "BB010" || code == "BB011" || code == "BB013";

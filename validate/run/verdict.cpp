@@ -86,7 +86,7 @@ void conclude(Report& report) {
   report.headline = skin::plural(poses, "pose") + " measured, " +
                     skin::plural(report.characters.size(), "character") + ", " +
                     skin::plural(report.rigs.size(), "rig") + " (mappings counted apart), " +
-                    skin::plural(report.canaries.size(), "canary run");
+                    skin::plural(report.canaries.size(), "self-test");
 }
 
 }  // namespace backbend::validate
