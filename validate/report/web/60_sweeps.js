@@ -93,6 +93,7 @@ function sweepSection() {
       el("i", { class: "swatch", "aria-hidden": "true" }), name(rig.rig), rig.role !== "proposed" && el("span", { class: "soft" }, " " + rig.role))));
     state.angles = [...new Set(all.flatMap(({ series }) => series.control_deg).filter((a) => a != null))].sort((a, b) => a - b);
     scrubber.max = state.angles.length - 1;
+    state.framed = all.length > 0 && all.every(({ series }) => series.channel === "frame");
     draw();
     seek(Math.min(state.angles.at(-1), Math.max(state.angles[0], at)));
   }
@@ -144,7 +145,8 @@ function sweepSection() {
     state.at = at;
     const index = nearest(state.angles, at);
     scrubber.value = index;
-    const text = visible(state.key[2]) + " " + number(at) + "°";
+    // A clip that names no control counts its frames.
+    const text = visible(state.key[2]) + (state.framed ? ", frame " + (1001 + Math.round(at)) : " " + number(at) + "°");
     scrubber.setAttribute("aria-valuetext", text);
     angle.textContent = text;
     for (const figure of frames.children) figure.place(at);
