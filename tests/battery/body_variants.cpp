@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <numeric>
+#include <set>
 
 #include "skin/joint_names.h"
 #include "skin/matrix_facts.h"
@@ -201,16 +202,12 @@ namespace {
 std::string other_side(const std::string& name) {
   std::string lower = name;
   for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  const auto put = [&](Index at, Index length, const std::string& word) {
-    std::string out = name;
-    std::string cased = word;
+  // In the case of what it replaces, as far as that has letters.
+  const auto put = [&](Index at, Index length, std::string word) {
     for (Index k = 0; k < word.size(); ++k)
-      if (std::isupper(static_cast<unsigned char>(name[at + std::min(k, length - 1)])) &&
-          (k == 0 || length > 1) && std::isupper(static_cast<unsigned char>(name[at + (k > 0)])))
-        cased[k] = static_cast<char>(std::toupper(static_cast<unsigned char>(word[k])));
-    if (std::isupper(static_cast<unsigned char>(name[at])))
-      cased[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(cased[0])));
-    return out.replace(at, length, cased);
+      if (std::isupper(static_cast<unsigned char>(name[at + std::min(k, length - 1)])))
+        word[k] = static_cast<char>(std::toupper(static_cast<unsigned char>(word[k])));
+    return std::string(name).replace(at, length, word);
   };
   if (const Index at = lower.find("left"); at != std::string::npos) return put(at, 4, "right");
   if (const Index at = lower.find("right"); at != std::string::npos) return put(at, 5, "left");
@@ -234,18 +231,12 @@ void mirror(Character& body, const glm::dvec3& left) {
   for (int c = 1; c < 3; ++c)
     if (std::abs(left[c]) > std::abs(left[axis])) axis = c;
   flip[axis][axis] = -1.0;
+  std::set<std::string> names;
+  for (const skin::Node& node : body.nodes) names.insert(node.name);
   for (skin::Node& node : body.nodes) {
     node.parent_from_node = flip * node.parent_from_node * flip;
-    const std::string other = other_side(node.name);
-    if (other == node.name) continue;
-    const bool has_pair =
-        std::any_of(body.nodes.begin(), body.nodes.end(), [&](const skin::Node& each) {
-          return each.name == other || other_side(each.name) == node.name;
-        });
-    if (has_pair) node.name = "\x01" + other;  // marked, lest it be swapped back
+    if (const std::string other = other_side(node.name); names.contains(other)) node.name = other;
   }
-  for (skin::Node& node : body.nodes)
-    if (!node.name.empty() && node.name[0] == '\x01') node.name.erase(0, 1);
   for (skin::SkinJoint& joint : body.joints)
     joint.joint_from_mesh = flip * joint.joint_from_mesh * flip;
   for (glm::vec3& p : body.bind_position) p[axis] = -p[axis];

@@ -21,9 +21,9 @@ bool is_clean(const json& each) { return each["family"].get<std::string>().start
 std::string kind_of_step(const std::string& step) {
   std::string out;
   for (const char c : step)
-    if (!std::isdigit(static_cast<unsigned char>(c)) && c != '.' && c != '-') out += c;
-  while (!out.empty() && out.back() == ' ') out.pop_back();
-  return out;
+    if (!std::isdigit(static_cast<unsigned char>(c)) && c != '.') out += c;
+  while (!out.empty() && (out.back() == ' ' || out.back() == '-')) out.pop_back();
+  return out.substr(std::min(out.find_first_not_of(" -"), out.size()));
 }
 
 struct Count {
@@ -51,7 +51,9 @@ int print_clean(const std::vector<json>& cases) {
     const std::string family = each["family"];
     by_character[family + ", " + each["character"].get<std::string>()].add(wrong);
     std::set<std::string> kinds;
-    for (const json& step : each["steps"]) kinds.insert(kind_of_step(step));
+    for (const json& step : each["steps"])
+      if (const std::string kind = kind_of_step(step); !kind.starts_with("from"))
+        kinds.insert(kind);
     for (const std::string& kind : kinds) by_step[family + ", " + kind].add(wrong);
     std::set<std::string> codes;
     for (const json& finding : each["findings"])

@@ -32,8 +32,6 @@
 #include "tests/battery/judged_case.h"
 #include "tests/battery/tables.h"
 #include "tests/source_folder.h"
-#include "validate/metrics/body_metrics.h"
-#include "validate/run/stage.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 
@@ -187,26 +185,11 @@ bool near_touched(const skin::Character& body, const std::vector<bool>& touched,
   return false;
 }
 
-/// Between which joints a slice of the torso stands, as the tool names them.
-std::string slice_text(const skin::Character& body, int slice) {
-  try {
-    const validate::Stage stage(body, skin::AnatomyHints{});
-    return validate::BodyMetrics(stage.character(), stage.anatomy(), stage.driver())
-        .slice_place(slice);
-  } catch (const skin::CharacterError&) {
-    return "";
-  }
-}
-
 bool is_placed(const Finding& finding, const Case& each) {
   const WeightFault& fault = *each.weight_fault;
   if (fault.joints.contains(finding.joint)) return true;
   if (finding.vertex >= 0 && near_touched(each.faulted, fault.touched, finding.vertex)) return true;
-  if (finding.slice < 0) return false;
-  const std::string text = slice_text(each.faulted, finding.slice);
-  return std::any_of(fault.joints.begin(), fault.joints.end(), [&](const std::string& joint) {
-    return text.find(joint) != std::string::npos;
-  });
+  return fault.joints.contains(finding.between[0]) || fault.joints.contains(finding.between[1]);
 }
 
 Score score(const Case& each, const Outcome& outcome, const Outcome& twin) {
