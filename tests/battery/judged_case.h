@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "validate/report/report.h"
+
+namespace backbend::battery {
+
+/// What `backbend check` says of a file, without pictures.
+struct Outcome {
+  int exit_code = 0;
+  std::string refused;                     // why the file was not taken; empty: it was
+  std::vector<validate::Finding> failing;  // worst first
+  std::vector<std::string> reasons;        // why the verdict is what it is
+};
+
+/// `backbend check FILE --quick`, in this process.
+Outcome check_character(const std::filesystem::path& file);
+/// `backbend check [FILE] --baked CLIP`; `character` empty: the clip's own body.
+Outcome check_clip(const std::filesystem::path& character, const std::filesystem::path& clip);
+
+}  // namespace backbend::battery
