@@ -85,6 +85,23 @@ void record_gain(SweepRecord& record) {
   }
 }
 
+/// How much of the back, from the sacrum to the first thoracic vertebra, the driven chain is: it
+/// ends where the arms hang, below the base of the neck.
+double share_of_back(const Stage& stage) {
+  const skin::Anatomy& anatomy = stage.anatomy();
+  double driven = 0.0, back = 0.0;
+  for (std::size_t k = 1; k <= std::max(anatomy.chest_index, anatomy.neck_index); ++k) {
+    const auto at = [&](std::size_t joint) {
+      return glm::dvec3(stage.character()
+                            .nodes[static_cast<std::size_t>(anatomy.spine[joint])]
+                            .world_from_node[3]);
+    };
+    back += glm::distance(at(k - 1), at(k));
+    if (k == anatomy.chest_index) driven = back;
+  }
+  return back > 0.0 ? driven / back : 1.0;
+}
+
 /// What a pose owes to the rig alone: its mirror image, its way back to rest, what a human's spine
 /// could do of it.
 void record_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record) {
@@ -110,7 +127,9 @@ void record_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& reco
   const PoseDifference left_over = pose_difference(system.solve(neutral), rest, length);
   record.at(MetricId::return_to_rest) = {100.0 * left_over.shift, left_over.joint};
 
-  const RangeUse use = human_range_use(pose, rest, system.arc_fraction(), left);
+  std::vector<double> level = system.arc_fraction();
+  for (double& l : level) l *= share_of_back(stage);
+  const RangeUse use = human_range_use(pose, rest, level, left);
   record.at(MetricId::range_of_motion) = {use.ratio, use.joint};
 }
 
