@@ -24,7 +24,7 @@ struct Booking {
 };
 
 /// Weights may be so much worse than clean ones, as a factor of what those give beyond the limit,
-/// before they are to blame although the skeleton cannot meet the limit either. Healthy characters
+/// before they are to blame although the skeleton cannot meet the limit either. Healthy humans
 /// stay below 1.3; weights moved by one vertebra double it.
 inline constexpr double kWorseThanClean = 1.5;
 
