@@ -11,7 +11,7 @@ using namespace backbend::validate;
 void add_bench(const Registry& registry) {
   struct Options {
     RenderRequest request;
-    std::string what, rig = "curve", pose, resolution;
+    std::string what, rig = "even", pose, resolution;
     int repeats = 5;
   };
   auto options = std::make_shared<Options>();
@@ -56,8 +56,7 @@ void add_bench(const Registry& registry) {
       ->required()
       ->check(CLI::IsMember({"rays"}));
   command->add_option("character", options->request.character, "character file")->required();
-  command->add_option("--rig", options->rig,
-                      "rig: a system (backbend list rigs) or a file [curve]");
+  command->add_option("--rig", options->rig, "rig: a system (backbend list rigs) or a file [even]");
   command->add_option("--pose", options->pose, "channel=degrees, separated by commas [rest]");
   command->add_option("--res", options->resolution, "picture size, WIDTHxHEIGHT [256x256]");
   command->add_option("--spp", options->request.settings.samples, "samples a pixel, 1 to 256 [16]")

@@ -68,7 +68,7 @@ void add_body(const Registry& registry) {
 
 void add_bake(const Registry& registry) {
   struct Options {
-    std::string character, rig = "curve", sweep = "extension", mapping = "chest", output;
+    std::string character, rig = "even", sweep = "extension", mapping = "chest", output;
     double frames_per_second = 24.0;
     skin::AnatomyHints hints;
   };
@@ -102,8 +102,7 @@ void add_bake(const Registry& registry) {
                    "character file: .glb, .gltf, .fbx, .dae, or a body description .toml")
       ->required();
   command
-      ->add_option("--rig", options->rig,
-                   "rig: a system (backbend list rigs) or a rig file [curve]")
+      ->add_option("--rig", options->rig, "rig: a system (backbend list rigs) or a rig file [even]")
       ->type_name(kRigType)
       ->configurable();
   command->add_option("--sweep", options->sweep, "sweep (backbend list sweeps) [extension]");

@@ -69,8 +69,9 @@ int compare_rigs(const Options& options, const Common& common) {
   const fs::path bundled = read_suite(data_folder() / "scenes" / "nightly.toml").characters.front();
   suite.characters = {options.character.empty() ? bundled : fs::path(options.character)};
   suite.mappings = {*find_mapping(options.mapping)};
-  suite.sweeps = sweeps_named(options.sweeps);
+  suite.pictures.sheet_columns = 0;  // the worst frames of both sides are what it is made for
   suite.envelope = *find_envelope("sweep");
+  sweep_as_named(options.sweeps, suite);
   options.apply_to(request);
   request.compare = RunRequest::Compare::rigs;
   request.character =
@@ -91,9 +92,10 @@ int compare_characters(const Options& options, const Common& common) {
   suite.characters = {options.first, options.second};
   suite.rigs = {read_rig(options.rig), isner_canary()};
   suite.mappings = {*find_mapping(options.mapping)};
-  suite.sweeps = sweeps_named(options.sweeps);
   suite.pictures.sheet_columns = 0;
   suite.envelope = *find_envelope("human");
+  suite.envelope_by_kind = true;
+  sweep_as_named(options.sweeps, suite);
   suite.judges_weights = true;
   options.apply_to(request);
   request.compare = RunRequest::Compare::characters;
@@ -111,6 +113,7 @@ int compare_clips(const Options& options, const Common& common) {
   Report now = judged(options.second);
   const auto [first, second] = side_labels(options.first, options.second);
   now.title = second + " against " + first;
+  now.is_comparison = true;
   now.comparisons = {compare_results(now.rigs.front(), before.rigs.front(), second, first)};
   return publish(now, new_run_folder(options.output), options.output.empty(), common,
                  options.single_file);

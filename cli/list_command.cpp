@@ -3,12 +3,16 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
+#include "cli/sweep_named.h"
 #include "render/cameras.h"
+#include "solver/nearest_name.h"
 #include "solver/spine_system.h"
+#include "validate/clips/clip_judge.h"
 #include "validate/report/escape.h"
 #include "validate/sweeps/suite.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
+#include "validate/verdicts/topics.h"
 
 namespace backbend::cli {
 namespace {
@@ -65,19 +69,30 @@ std::string sweep_text(const Sweep& sweep) {
 
 Rows sweep_rows() {
   Rows rows;
-  for (const Sweep& sweep : standard_sweeps()) rows.add(sweep.name, sweep_text(sweep));
+  for (const Sweep& sweep : bundled_sweeps()) rows.add(sweep.name, sweep_text(sweep));
   for (const Sweep& sweep : stress_sweeps()) rows.add("stress " + sweep.name, sweep_text(sweep));
   rows.add("stress grid", sweep_text(grid_sweeps().front()) +
                               "; each at side -60 to 60 by 30 and twist -90 to 90 by 45");
   return rows;
 }
 
+/// The limit of a clip, of which only the motion is known.
+Limit clip_limit(const Check& check) { return clip_limits().of(check.code); }
+bool on_clips(const Check& check) { return clip_limit(check).value != check.limit; }
+
+/// `at most 2 deg`
+std::string limit_text(const Check& check) {
+  return std::string(name_of(check.sense)) + " " + number_text(check.limit) + " " +
+         std::string(check.unit);
+}
+
 Rows check_rows() {
   Rows rows;
   for (const Check& check : all_checks()) {
-    rows.add(std::string(check.code), std::string(check.name) + ": " + std::string(check.measures) +
-                                          "; limit " + number_text(check.limit) + " " +
-                                          std::string(check.unit));
+    rows.add(std::string(check.code),
+             std::string(check.name) + ": " + std::string(check.measures) + "; " +
+                 limit_text(check) +
+                 (on_clips(check) ? ", on clips " + number_text(clip_limit(check).value) : ""));
   }
   return rows;
 }
@@ -88,6 +103,23 @@ Rows view_rows() {
   return rows;
 }
 
+int print_topic(const Topic& topic, bool json) {
+  if (json) {
+    const nlohmann::json object = {
+        {"topic", topic.name}, {"means", topic.means}, {"more", topic.more}, {"try", topic.act}};
+    std::printf("%s\n", object.dump(2).c_str());
+    return 0;
+  }
+  const auto line = [](const char* head, std::string_view text) {
+    std::printf("  %-9s %.*s\n", head, static_cast<int>(text.size()), text.data());
+  };
+  std::printf("%.*s\n", static_cast<int>(topic.name.size()), topic.name.data());
+  line("means", topic.means);
+  line("how", topic.more);
+  line("try", topic.act);
+  return 0;
+}
+
 int print_checks_json() {
   nlohmann::json list = nlohmann::json::array();
   for (const Check& check : all_checks()) {
@@ -96,6 +128,7 @@ int print_checks_json() {
                     {"measures", check.measures},
                     {"unit", check.unit},
                     {"limit", check.limit},
+                    {"clip_limit", clip_limit(check).value},
                     {"sense", name_of(check.sense)},
                     {"decides", check.decides},
                     {"owner", name_of(check.owner)},
@@ -127,13 +160,18 @@ void add_explain(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "explain", "what a finding's code means, how it is measured, what to try",
+      "explain", "what a code or a word of the report means, how it is measured, what to try",
       [options, &common = registry.common] {
         const std::string* code = &options->code;
+        if (const Topic* topic = find_topic(*code)) return print_topic(*topic, common.json);
         const Check* check = find_check(*code);
         if (check == nullptr) {
-          throw CLI::ValidationError("no check has the code '" + *code +
-                                     "'; backbend list checks shows all");
+          std::vector<std::string> known;
+          for (const Check& each : all_checks()) known.emplace_back(each.code);
+          for (const Topic& each : all_topics()) known.emplace_back(each.name);
+          throw CLI::ValidationError("no check or word '" + *code + "'" +
+                                     solver::did_you_mean(*code, known) +
+                                     "; backbend list checks shows all checks");
         }
         std::vector<Limit> history;
         if (!options->suite.empty()) {
@@ -141,10 +179,14 @@ void add_explain(const Registry& registry) {
         }
         const std::pair<const char*, std::string> lines[] = {
             {"measures", std::string(check->measures)},
-            {"limit", (check->sense == Sense::at_most ? "at most " : "at least ") +
-                          number_text(check->limit) + " " + std::string(check->unit) +
-                          (check->decides ? "" : " (advisory: never fails a rig)")},
+            {"limit",
+             limit_text(*check) + (check->decides ? "" : " (advisory: never fails a rig)")},
             {"why", std::string(check->reason)},
+            {"on clips", on_clips(*check)
+                             ? std::string(name_of(check->sense)) + " " +
+                                   number_text(clip_limit(*check).value) + " " +
+                                   std::string(check->unit) + ": " + clip_limit(*check).reason
+                             : ""},
             {"owner", std::string(name_of(check->owner))},
             {"cause", std::string(check->cause)},
             {"try", std::string(check->remedy)},
@@ -180,7 +222,10 @@ void add_explain(const Registry& registry) {
         }
         return 0;
       });
-  command->add_option("code", options->code, "a code such as BB001")->required();
+  command
+      ->add_option("code", options->code,
+                   "a code such as BB001, or a word of the report such as SOLVER or envelope")
+      ->required();
   CLI::Option* suite =
       command
           ->add_option("--suite", options->suite,

@@ -40,8 +40,9 @@ int print_estimate(const validate::RunRequest& request, const Common& common);
 
 /// The rig of a run that must be caught (specification 8, canaries).
 validate::RigPlan isner_canary();
-/// `standard`; `stress`: with the grid of poses.
-std::vector<validate::Sweep> sweeps_named(const std::string& name);
+/// Has the suite sweep as a name says: `standard`, or `stress` with the grid of poses; either with
+/// the corners of the envelope.
+void sweep_as_named(const std::string& name, validate::Suite& suite);
 
 /// The words of a command line that say what a job is: the options that were given, then the suite
 /// with its whole path. How it is done (folder, shard) is left out; files that only the report

@@ -45,7 +45,7 @@ constexpr Preset kPresets[] = {
 /// What both picture commands take.
 struct PictureOptions {
   RenderRequest request;
-  std::string rig = "curve", pose, mapping = "chest", chain, resolution, layers, output = ".";
+  std::string rig = "even", pose, mapping = "chest", chain, resolution, layers, output = ".";
   std::string preset_name = kPresets[0].name, mode = "clay";
   std::optional<int> samples;
   std::optional<double> noise;
@@ -62,7 +62,7 @@ struct PictureOptions {
         ->add_option("character", request.character,
                      "character file: .glb, .gltf, or a body description .toml")
         ->required();
-    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [curve]")
+    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [even]")
         ->type_name(kRigType)
         ->configurable();
     command->add_option("--pose", pose,
@@ -258,9 +258,16 @@ std::vector<std::string> known_views() {
 
 }  // namespace
 
+std::vector<Sweep> bundled_sweeps() {
+  const Envelope human = *find_envelope("human");
+  std::vector<Sweep> sweeps = standard_sweeps(human);
+  for (Sweep& corner : corner_sweeps(human)) sweeps.push_back(std::move(corner));
+  return sweeps;
+}
+
 Sweep sweep_named(const std::string& name) {
   std::vector<std::string> names;
-  for (const Sweep& sweep : standard_sweeps()) {
+  for (const Sweep& sweep : bundled_sweeps()) {
     if (sweep.name == name) return sweep;
     names.push_back(sweep.name);
   }
@@ -297,7 +304,7 @@ void add_render(const Registry& registry) {
         if (!options->extreme)
           return print_files(render_pose(request, folder, progress), folder.path());
         const std::vector<Sweep> sweeps =
-            options->sweeps == "stress" ? stress_sweeps() : standard_sweeps();
+            options->sweeps == "stress" ? stress_sweeps() : bundled_sweeps();
         if (options->dry_run) return print_extreme_plan(request, sweeps, common);
         return print_files(
             render_extremes(request, sweeps, *find_envelope("sweep"), folder, progress),

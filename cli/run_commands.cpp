@@ -150,7 +150,8 @@ void print_character(const std::string& title, const CharacterFacts& facts, bool
   const std::string right = facts.right_arm.empty() ? "none" : visible(facts.right_arm.front());
   std::printf("  arms   %s, %s\n", left.c_str(), right.c_str());
   for (const std::string& note : facts.notes) std::printf("  note   %s\n", visible(note).c_str());
-  std::printf("  limits envelope '%s', %s\n\n", facts.envelope.c_str(),
+  std::printf("  limits envelope '%s' (%s), %s\n\n", facts.envelope.c_str(),
+              visible(facts.envelope_reason).c_str(),
               has_baseline ? "baseline: new or worse fails" : "no baseline: absolute limits");
   std::fflush(stdout);
 }
@@ -235,11 +236,15 @@ RigPlan isner_canary() {
   return plan;
 }
 
-std::vector<Sweep> sweeps_named(const std::string& name) {
-  if (name != "stress") return standard_sweeps();
-  std::vector<Sweep> sweeps = stress_sweeps();
-  for (Sweep& sweep : grid_sweeps()) sweeps.push_back(std::move(sweep));
-  return sweeps;
+void sweep_as_named(const std::string& name, Suite& suite) {
+  suite.standard = name != "stress";
+  suite.corners = true;
+  if (suite.standard) {
+    suite.sweeps = standard_sweeps(suite.envelope);
+    return;
+  }
+  suite.sweeps = stress_sweeps();
+  for (Sweep& sweep : grid_sweeps()) suite.sweeps.push_back(std::move(sweep));
 }
 
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.
@@ -378,9 +383,21 @@ void add_nightly(const Registry& registry) {
   command->add_flag("--dry-run", options->dry_run, "only say what there is to do, and how long");
 }
 
+namespace {
+
+constexpr const char* kByKind = "auto";
+
+std::vector<std::string> envelope_choices() {
+  std::vector<std::string> names = envelope_names();
+  names.insert(names.begin(), kByKind);
+  return names;
+}
+
+}  // namespace
+
 void add_check(const Registry& registry) {
   struct Options : RunOptions {
-    std::string character, rig = "even", mapping = "chest", envelope = "human", sweeps = "standard",
+    std::string character, rig = "even", mapping = "chest", envelope = kByKind, sweeps = "standard",
                            chain;
     BakedOptions baked;
     bool dry_run = false;
@@ -402,8 +419,9 @@ void add_check(const Registry& registry) {
         suite.characters = {options->character};
         suite.rigs = {read_rig(options->rig), isner_canary()};
         suite.mappings = {*find_mapping(options->mapping)};
-        suite.sweeps = sweeps_named(options->sweeps);
-        suite.envelope = *find_envelope(options->envelope);
+        suite.envelope_by_kind = options->envelope == kByKind;
+        suite.envelope = *find_envelope(suite.envelope_by_kind ? "human" : options->envelope);
+        sweep_as_named(options->sweeps, suite);
         request.envelope_yields = common.from_project.contains("envelope");
         suite.pictures.sheet_columns = 0;
         options->apply_to(request);
@@ -435,8 +453,9 @@ void add_check(const Registry& registry) {
       ->configurable();
   command
       ->add_option("--envelope", options->envelope,
-                   "what the character must do: human, cartoon, creature or sweep [human]")
-      ->check(CLI::IsMember(envelope_names()))
+                   "what the character must do: human, animal, long_neck, snake, neck, cartoon, "
+                   "creature, sweep, or auto for that of its kind of body [auto]")
+      ->check(CLI::IsMember(envelope_choices()))
       ->configurable();
   add_chain_option(command, options->chain);
   command->add_option("--sweeps", options->sweeps, "standard or stress [standard]")

@@ -82,7 +82,8 @@ class Reader {
 
 constexpr std::array<std::string_view, 4> kChannels = {"extension", "flexion", "side", "twist"};
 constexpr std::array<std::string_view, 3> kTurns = {"X", "Y", "Z"};
-constexpr std::array<std::string_view, 4> kEnvelopes = {"human", "cartoon", "creature", "sweep"};
+constexpr std::array<std::string_view, 8> kEnvelopes = {"human", "animal",  "long_neck", "snake",
+                                                        "neck",  "cartoon", "creature",  "sweep"};
 
 std::vector<SidecarControl> read_controls(const Reader& reader, const toml::table& root) {
   std::vector<SidecarControl> out;

@@ -255,3 +255,49 @@ class WritingClips(CommandTest):
         self.assertEqual(sorted(names), ["side", "twist"])
         twist = dict(backbend_clip.sweeps({"twist": []}, stress=True))["twist"]
         self.assertEqual((twist[0], twist[-1], len(twist)), (-360, 360, 361))
+
+    def test_every_channel_goes_to_the_end_of_the_envelope_and_to_its_corners(self):
+        channels = {name: [] for name in ("extension", "flexion", "side", "twist")}
+        for name, envelope in backbend_clip.ENVELOPES.items():
+            found = backbend_clip.paths({"channels": channels, "envelope": name})
+            for channel, needs in envelope.items():
+                reached = [pose[channel] for pose in dict(found)[channel]]
+                self.assertGreaterEqual(max(reached), needs, (name, channel))
+            ends = [poses[-1] for path, poses in found if path.startswith("corner ")]
+            self.assertEqual(len(ends), 20, name)
+            self.assertIn({"extension": envelope["extension"], "side": -envelope["side"], "twist": envelope["twist"]}, ends)
+            self.assertEqual({abs(value) for value in found[-1][1][-1].values()}, {0}, "the way back ends at rest")
+
+    def test_its_corners_and_names_are_those_of_the_program(self):
+        told = json.loads(self.assert_runs("list", "sweeps", "--json").stdout)
+        program = {row["name"] for row in told if row["name"].startswith("corner ")}
+        channels = {name: [] for name in ("extension", "flexion", "side", "twist")}
+        ours = {name for name, _ in backbend_clip.corners(channels, backbend_clip.ENVELOPES["human"])}
+        self.assertEqual(ours, program)
+
+    def test_compound_poses_are_tried_between_them(self):
+        channels = {name: [] for name in ("extension", "flexion", "side", "twist")}
+        found = backbend_clip.paths({"channels": channels})
+        beyond = [name for name, poses in found for pose in poses
+                  if pose.get("extension", 0) >= 80 and pose.get("side", 0) >= 20 and pose.get("twist", 0) >= 45]
+        self.assertGreaterEqual(len(beyond), 8)
+
+    def test_one_control_takes_the_sum_of_its_channels(self):
+        ctl = [{"control": "chest", "channel": "rx", "per_degree": -1}]
+        mapping = {"spine": ["a", "b"], "channels": {"extension": ctl, "side": ctl}}
+        now, seen = {}, []
+        writer = backbend_clip.ClipWriter([("a", -1, [0.0] * 16)])
+        backbend_clip.record(mapping, False, lambda control, channel, value: now.update({channel: value}),
+                             lambda: (seen.append(now["rx"]) or [[0.0] * 16], []), writer, say=lambda text: None)
+        poses = writer.header["poses"]
+        self.assertEqual(len(poses), len(seen))
+        for pose, value in zip(poses, seen):
+            self.assertAlmostEqual(-sum(pose["controls"].values()), value)
+        self.assertEqual(now["rx"], 0, "the control is left at rest")
+
+    def test_a_wrong_envelope_of_a_mapping_is_named(self):
+        mapping = {"spine": ["a", "b"], "channels": {"twist": [{"control": "c", "channel": "rx"}]}}
+        for envelope in ("horse", {"bend": 3}, {"side": -3}, 5):
+            with self.assertRaises(ValueError) as caught:
+                backbend_clip.check_mapping(dict(mapping, envelope=envelope))
+            self.assertIn("envelope", str(caught.exception))

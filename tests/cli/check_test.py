@@ -5,7 +5,7 @@ import pathlib
 import tempfile
 import unittest
 
-from harness import CommandTest, SOURCE, character, contents, run_backbend
+from harness import CommandTest, SOURCE, character, contents, human, run_backbend
 
 HUMAN = SOURCE / "scenes/characters/human.toml"
 
@@ -92,6 +92,82 @@ class CheckingAgain(CommandTest):
     def test_quiet_says_nothing_on_stderr(self):
         result = self.backbend("check", HUMAN, "--quick", "--quiet", "-o", "out")
         self.assertEqual(result.stderr, "")
+
+
+class WhatTheEnvelopeNeeds(CommandTest):
+    SUITE = """[suite]
+characters = ["human.glb"]
+envelope = "creature"
+corners = %s
+[[rig]]
+solver = { system = "even" }
+[[sweep]]
+channel = "side"
+from = %d
+to = %d
+step = 15
+"""
+
+    def check(self, *words):
+        self.backbend("check", human(), "--quick", "-o", "out", *words)
+        return json.loads((self.folder / "out/report.json").read_text())
+
+    def proposed(self, report):
+        return next(rig for rig in report["rigs"] if rig["role"] == "proposed")
+
+    def test_every_channel_is_swept_to_the_end_of_the_envelope(self):
+        for name, needs in (("creature", {"extension": 45, "flexion": 60, "side": 60, "twist": 45}),
+                            ("cartoon", {"extension": 120, "flexion": 120, "side": 75, "twist": 120})):
+            rig = self.proposed(self.check("--envelope", name))
+            for row in rig["headroom"]:
+                self.assertEqual(row["needs_deg"], needs[row["channel"]])
+                self.assertGreaterEqual(row["tested_to_deg"], row["needs_deg"] - 1e-9, row)
+            self.assertTrue(rig["corners"]["needed"])
+            self.assertGreaterEqual(rig["corners"]["poses"], 200)
+
+    def test_the_kind_of_body_chooses_it_and_says_why(self):
+        facts = self.check()["characters"][0]
+        self.assertEqual((facts["kind"], facts["envelope"]), ("human", "human"))
+        self.assertIn("upright", facts["envelope_reason"])
+        shown = self.backbend("check", SOURCE / "scenes/characters/snake.toml", "--quick", "-o", "snake").stdout
+        self.assertIn("envelope 'snake' (no arms and no legs", shown)
+
+    def test_what_no_sweep_reaches_is_not_measured_and_no_pass(self):
+        (self.folder / "human.glb").write_bytes(human().read_bytes())
+        self.write("short.toml", self.SUITE % ("true", -45, 45))
+        result = self.backbend("nightly", "short.toml", "--quick", "-o", "short")
+        report = json.loads((self.folder / "short/report.json").read_text())
+        self.assertEqual((result.returncode, report["verdict"]), (5, "not_measured"), result.stdout)
+        self.assertIn("side to 60, measured to 45", result.stdout)
+        self.assertIn("twist to 45, not measured", result.stdout)
+        self.assertNotIn(" 0 not measured", result.stdout)
+
+    def test_nor_is_what_goes_one_way_only(self):
+        (self.folder / "human.glb").write_bytes(human().read_bytes())
+        self.write("half.toml", self.SUITE % ("false", 0, 60))
+        result = self.backbend("nightly", "half.toml", "--quick", "-o", "half")
+        self.assertEqual(result.returncode, 5, result.stdout)
+        self.assertIn("side to 60, measured to 0", result.stdout)
+        self.assertIn("its corners, not measured", result.stdout)
+
+
+class Explaining(CommandTest):
+    def test_knows_every_word_that_reports_use(self):
+        for word in ("SOLVER", "RIG", "MOTION", "WEIGHTS", "SKELETON", "POSE", "INPUT", "TOOL", "envelope", "headroom",
+                     "corners", "mapping", "proxy weights", "proxy_weights", "Envelope"):
+            result = self.assert_runs("explain", word)
+            self.assertIn("means", result.stdout)
+        wrong = self.backbend("explain", "envelop")
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("did you mean 'envelope'", wrong.stderr)
+
+    def test_knows_the_limit_of_every_kind_of_input(self):
+        told = self.assert_runs("explain", "BB010").stdout
+        self.assertIn("at most 2 deg", told)
+        self.assertIn("at most 15 deg", told)
+        checks = json.loads(self.assert_runs("list", "checks", "--json").stdout)
+        kink = next(check for check in checks if check["code"] == "BB010")
+        self.assertEqual((kink["limit"], kink["clip_limit"], kink["sense"]), (2, 15, "at most"))
 
 
 class CheckingRealCharacters(CommandTest):

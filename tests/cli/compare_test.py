@@ -24,6 +24,13 @@ class Comparing(CommandTest):
         self.assertEqual((one["worst_of_a"], one["worst_of_b"]), ([], []))
         self.assertIn("a draw", result.stdout)
 
+    def test_its_last_line_is_who_is_ahead_and_what_each_side_is_short_of(self):
+        _, result = self.compared("even", "isner", *FAST)
+        last = " ".join(result.stdout.rstrip().split("\n\n")[-1].split())
+        self.assertRegex(last, r"^even is ahead of isner: over a limit in \d+ of \d+ poses, isner in \d+\.")
+        self.assertIn("isner is short of", last)
+        self.assertNotIn("PASS", result.stdout)
+
     def test_isner_loses_on_backbends_all_over_pose_space(self):
         (one,), result = self.compared("even", "isner", "--quick")
         self.assertEqual(one["ahead"], "a")

@@ -24,6 +24,7 @@ SUITE = """[suite]
 name = "short"
 characters = ["human.glb"]
 mappings = ["chest"]
+envelope = "sweep"
 
 [[rig]]
 solver = { system = "even" }

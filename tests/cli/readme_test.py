@@ -18,7 +18,7 @@ class Readme(CommandTest):
         for row, check in zip(rows, checks):
             self.assertEqual(row[1], check["name"])
             self.assertEqual(row[2], check["measures"])
-            self.assertIn("%g %s" % (check["limit"], check["unit"]), row[3])
+            self.assertIn("%s %g %s" % (check["sense"], check["limit"], check["unit"]), row[3])
             self.assertEqual(row[4].removesuffix(" |"), check["reason"])
 
     def test_its_list_of_rigs_is_the_programs(self):

@@ -77,5 +77,64 @@ TEST(BookMeshFinding, WithoutAnIdealTheFindingStands) {
             Verdict::not_measured);
 }
 
+TEST(BookMeshFinding, WhatCleanWeightsAndTheIdealBendShareIsTheSkeletonsAndNeverDecides) {
+  // Clean weights fail, too.
+  Booking b = book_mesh_finding(
+      kKink, 25.0,
+      {.value = 33.0, .ideal = 33.0, .proxy = 31.0, .ideal_proxy = 31.0, .judging_weights = true});
+  EXPECT_EQ(b.owner, Owner::skeleton);
+  EXPECT_FALSE(b.decides);
+  // They pass, but within a tenth of the limit of the character's own.
+  b = book_mesh_finding(
+      kKink, 25.0,
+      {.value = 26.0, .ideal = 26.0, .proxy = 24.0, .ideal_proxy = 24.0, .judging_weights = true});
+  EXPECT_EQ(b.owner, Owner::skeleton);
+  b = book_mesh_finding(
+      kArea, 0.75,
+      {.value = 0.70, .ideal = 0.70, .proxy = 0.71, .ideal_proxy = 0.71, .judging_weights = true});
+  EXPECT_EQ(b.owner, Owner::skeleton);
+}
+
+TEST(BookMeshFinding, WhatCleanWeightsCureIsTheWeightsAndDecides) {
+  const Booking b = book_mesh_finding(
+      kKink, 25.0,
+      {.value = 33.0, .ideal = 33.0, .proxy = 12.0, .ideal_proxy = 12.0, .judging_weights = true});
+  EXPECT_EQ(b.owner, Owner::weights);
+  EXPECT_TRUE(b.decides);
+}
+
+TEST(BookMeshFinding, AWeakSkeletonDoesNotExcuseWeightsThatAreFarWorseThanCleanOnes) {
+  const Booking b = book_mesh_finding(
+      kKink, 25.0,
+      {.value = 63.0, .ideal = 63.0, .proxy = 30.0, .ideal_proxy = 30.0, .judging_weights = true});
+  EXPECT_EQ(b.owner, Owner::weights);
+  EXPECT_TRUE(b.decides);
+}
+
+TEST(BookMeshFinding, AWeakSkeletonDoesNotExcuseARigThatIsWorseThanTheIdeal) {
+  const Booking b = book_mesh_finding(
+      kKink, 25.0, {.value = 63.0, .ideal = 30.0, .proxy = 60.0, .ideal_proxy = 29.0});
+  EXPECT_EQ(b.owner, Owner::solver);
+  EXPECT_TRUE(b.decides);
+}
+
+TEST(JointsNeeded, ShareAKinkOutAndKeepASlice) {
+  EXPECT_EQ(joints_needed(kKink, 25.0, 45.0, 5), 9);  // 5 x 45 / 25
+  // A slice keeps cos^2 of half the twist between two joints: 0.25 at 120 degrees, 0.75 at 60.
+  EXPECT_EQ(joints_needed(kArea, 0.75, 0.25, 4), 8);
+  EXPECT_EQ(joints_needed(kKink, 25.0, 20.0, 5), 0);                 // nothing is missing
+  EXPECT_EQ(joints_needed(*find_check("BB032"), 20.0, 40.0, 5), 0);  // no such rule
+}
+
+TEST(Judge, TakesAValueAsReportsPrintIt) {
+  const Check& twist = *find_check("BB036");
+  EXPECT_EQ(judge(twist, 15.004, 15.0), Verdict::pass);  // reads 15
+  EXPECT_EQ(judge(twist, 15.006, 15.0), Verdict::fail);  // reads 15.01
+  EXPECT_EQ(judge(kArea, 0.749996, 0.75), Verdict::pass);
+  EXPECT_EQ(judge(kArea, 0.7494, 0.75), Verdict::fail);
+  EXPECT_EQ(judge(*find_check("BB061"), 1.0, 0.0), Verdict::fail);
+  EXPECT_EQ(judge(twist, kNan, 15.0), Verdict::not_measured);
+}
+
 }  // namespace
 }  // namespace backbend::validate

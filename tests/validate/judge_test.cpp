@@ -3,9 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <set>
 
+#include "tests/validate/spoiled_rig.h"
 #include "validate/calibrate/calibration_body.h"
 #include "validate/calibrate/faults.h"
 #include "validate/files/data_folder.h"
@@ -42,40 +44,6 @@ double worst(const RigRecord& rig, MetricId metric) {
     }
   return most;
 }
-
-/// `even` with something of a bad rig added to what it solves.
-class Spoiled : public solver::SpineSystem {
- public:
-  using Fault = std::function<void(std::span<const double>, solver::SpinePose&)>;
-  Spoiled(std::unique_ptr<solver::SpineSystem> good, Fault fault)
-      : good_(std::move(good)), fault_(std::move(fault)) {}
-  std::string_view name() const override { return good_->name(); }
-  const std::map<std::string, solver::OptionValue>& options() const override {
-    return good_->options();
-  }
-  const std::vector<solver::Channel>& channels() const override { return good_->channels(); }
-  const std::vector<std::string>& joint_names() const override { return good_->joint_names(); }
-  const std::vector<int>& joint_parents() const override { return good_->joint_parents(); }
-  const solver::SpinePose& rest() const override { return good_->rest(); }
-  const std::vector<double>& arc_fraction() const override { return good_->arc_fraction(); }
-  solver::SpinePose solve(std::span<const double> control) const override {
-    solver::SpinePose pose = good_->solve(control);
-    fault_(control, pose);
-    return pose;
-  }
-  std::vector<double> controls_for(const solver::BodyPose& body,
-                                   solver::Mapping mapping) const override {
-    return good_->controls_for(body, mapping);
-  }
-  std::vector<glm::dvec3> intended_curve(std::span<const double> control,
-                                         std::size_t count) const override {
-    return good_->intended_curve(control, count);
-  }
-
- private:
-  std::unique_ptr<solver::SpineSystem> good_;
-  Fault fault_;
-};
 
 RigRecord spoiled(Spoiled::Fault fault) {
   RigRecord rig = measured("even");
@@ -223,6 +191,75 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
                   examine_weights(good.influences, good.triangles, good.place, good.place_count),
                   true)
           .empty());
+}
+
+TEST(CompoundLoad, IsTheRootOfTheSumOfSquaresOfWhatEachChannelNeeds) {
+  const Envelope human = *find_envelope("human");  // 60, 90, 45, 60
+  EXPECT_EQ(compound_load(human, parse_pose("extension=60")), 1.0);
+  EXPECT_EQ(compound_load(human, parse_pose("extension=30,side=10")), 1.0);  // inside of 1
+  EXPECT_NEAR(compound_load(human, parse_pose("extension=60,side=-45,twist=60")), std::sqrt(3.0),
+              1e-12);
+  EXPECT_NEAR(compound_load(human, parse_pose("flexion=90,twist=30")), std::sqrt(1.25), 1e-12);
+  EXPECT_EQ(compound_load(human, parse_pose("extension=90,side=45")), 1.0);  // not required
+  EXPECT_EQ(compound_load(*find_envelope("sweep"), parse_pose("extension=60,side=45")), 1.0);
+}
+
+TEST(LimitAt, GrowsWithTheLoadWhereTheMeshIsMeasuredAndNowhereElse) {
+  EXPECT_EQ(limit_at("BB011", 25.0, 1.0), 25.0);
+  EXPECT_EQ(limit_at("BB011", 25.0, 1.5), 37.5);   // an angle
+  EXPECT_EQ(limit_at("BB034", 2.0, 1.5), 4.5);     // a share of area
+  EXPECT_EQ(limit_at("BB030", 0.75, 1.5), 0.625);  // what a slice keeps
+  for (const char* code : {"BB001", "BB002", "BB010", "BB014", "BB020", "BB022", "BB050"})
+    EXPECT_EQ(limit_at(code, 3.0, 1.7), 3.0) << code;
+}
+
+TEST(Headroom, OfAChannelThatNoSweepMovesIsNotMeasured) {
+  const LimitSet limits;
+  const Envelope human = *find_envelope("human");
+  const RigRecord rig = measured("even");  // extension 0..90, side +-40, twist +-60; no flexion
+  const std::vector<Headroom> rows = headroom_of(rig, {tube(), limits, human, "tube"}, {});
+  ASSERT_EQ(rows.size(), 4u);
+  EXPECT_TRUE(rows[0].covered());
+  EXPECT_EQ(rows[1].channel, "flexion");
+  EXPECT_FALSE(rows[1].measured);
+  EXPECT_FALSE(rows[1].covered());
+  EXPECT_EQ(rows[2].tested_to_deg, 40.0);
+  EXPECT_FALSE(rows[2].covered());  // 45 are needed
+  EXPECT_TRUE(rows[3].covered());
+  EXPECT_FALSE(corners_of(rig, {tube(), limits, human, "tube"}, {}).covered());
+}
+
+TEST(Headroom, OfSideAndTwistIsTheNearerOfBothWays) {
+  const LimitSet limits;
+  const Envelope human = *find_envelope("human");
+  const RigRecord rig = measure_chain_only(tube(), read_rig("even"), solver::Mapping::chest,
+                                           {channel_sweep("side", -10, 45, 5)}, human);
+  const std::vector<Headroom> rows = headroom_of(rig, {tube(), limits, human, "tube"}, {});
+  const auto side = std::ranges::find(rows, "side", &Headroom::channel);
+  ASSERT_NE(side, rows.end());
+  EXPECT_EQ(side->tested_to_deg, 10.0);
+  EXPECT_FALSE(side->covered());
+}
+
+TEST(Headroom, DoesNotCountWhatOnlyTheSkeletonIsToBlameFor) {
+  const LimitSet limits;
+  const Envelope human = *find_envelope("human");
+  RigRecord rig = measured("even");
+  rig.has_mesh = true;
+  for (PoseRecord& pose : rig.sweeps[0].poses)
+    pose.at(MetricId::mesh_kink) = {pose.control_deg, 3};  // 25 is the limit: over it from 30 on
+  const JudgeContext context{tube(), limits, human, "tube"};
+  EXPECT_EQ(headroom_of(rig, context, {})[0].clean_to_deg, 0.0);
+  Finding finding;
+  finding.code = "BB011";
+  finding.sweep = "extension";
+  finding.owner = Owner::skeleton;
+  finding.verdict = Verdict::stress;
+  finding.inside_envelope = true;
+  EXPECT_EQ(headroom_of(rig, context, {finding})[0].clean_to_deg, 60.0);  // 90 lies outside
+  finding.owner = Owner::weights;
+  finding.verdict = Verdict::fail;
+  EXPECT_EQ(headroom_of(rig, context, {finding})[0].clean_to_deg, 0.0);
 }
 
 TEST(Coverage, AsksAChainOfFewJointsForNoTwistJump) {

@@ -14,6 +14,7 @@ TEST(ParsePose, ReadsChannelsInAnyOrder) {
   EXPECT_EQ(pose.side, 10.0);
   EXPECT_EQ(pose.text(), "extension 90, side 10");
   EXPECT_EQ(parse_pose("").text(), "rest");
+  EXPECT_EQ(parse_pose(" rest ").text(), "rest");  // as poses are written
 }
 
 TEST(ParsePose, ReadsATippedHipAndAStretchInPerCent) {
@@ -95,21 +96,6 @@ TEST(Sweep, AWalkIsOneUnbrokenPathThatNeverBendsBothWays) {
   EXPECT_EQ(random_walk(1, 12, 8).through[1].pose.text(), "flexion 62, side -44, twist -12");
 }
 
-TEST(Sweep, StandardOnesReachWhatTheSpecificationAsks) {
-  const std::vector<Sweep> sweeps = standard_sweeps();
-  const auto reaches = [&](const std::string& name, double from, double to) {
-    for (const Sweep& sweep : sweeps) {
-      if (sweep.name == name)
-        return sweep.from_deg == from && sweep.control_at(sweep.pose_count() - 1) == to;
-    }
-    return false;
-  };
-  EXPECT_TRUE(reaches("extension", 0, 120));
-  EXPECT_TRUE(reaches("flexion", 0, 90));
-  EXPECT_TRUE(reaches("side", -45, 45));
-  EXPECT_TRUE(reaches("twist", -90, 90));
-}
-
 TEST(Sweep, StressSetsHipAgainstChestAndCompressesAndStretches) {
   const auto ends = [](const std::string& name) {
     for (const Sweep& sweep : stress_sweeps())
@@ -121,11 +107,6 @@ TEST(Sweep, StressSetsHipAgainstChestAndCompressesAndStretches) {
   EXPECT_EQ(ends("hip_chest"), "hip -60 to hip 60");
   EXPECT_EQ(ends("compress"), "rest to stretch -40");
   EXPECT_EQ(ends("stretch"), "rest to stretch 40");
-  for (const Sweep& sweep : standard_sweeps())
-    for (const double control : {sweep.from_deg, sweep.to_deg}) {
-      EXPECT_EQ(sweep.pose_at(control).hip, 0.0) << sweep.name;
-      EXPECT_EQ(sweep.pose_at(control).stretch, 0.0) << sweep.name;
-    }
 }
 
 TEST(Sweep, WhatARigHasNoControlForIsNamed) {
@@ -137,21 +118,6 @@ TEST(Sweep, WhatARigHasNoControlForIsNamed) {
   EXPECT_EQ(why_not_taken(*curve, parse_pose("stretch=5,hip=1")).rfind("hip: ", 0), 0u);
   const auto isner = solver::build_system({"isner", {}}, chain);
   EXPECT_EQ(why_not_taken(*isner, parse_pose("stretch=5,hip=1")), "");
-}
-
-TEST(Envelope, HoldsItsBorderAndNothingBeyond) {
-  const Envelope human = *find_envelope("human");
-  EXPECT_TRUE(human.contains(parse_pose("extension=60")));
-  EXPECT_FALSE(human.contains(parse_pose("extension=60.1")));
-  EXPECT_TRUE(human.contains(parse_pose("side=-45")));
-  EXPECT_FALSE(human.contains(parse_pose("extension=10,twist=61")));
-  EXPECT_FALSE(human.contains(parse_pose("hip=1")));
-  EXPECT_FALSE(human.contains(parse_pose("stretch=-1")));
-}
-
-TEST(Envelope, OfAComparisonIsTheWholeSweep) {
-  EXPECT_TRUE(find_envelope("sweep")->contains(parse_pose("extension=180,twist=720")));
-  EXPECT_FALSE(find_envelope("horse").has_value());
 }
 
 TEST(NumberText, IsShortAndNeverNegativeZero) {

@@ -297,4 +297,55 @@ std::string comparison_verdict(const Comparison& comparison) {
   return (comparison.ahead == "a" ? comparison.a : comparison.b) + " is ahead";
 }
 
+namespace {
+
+/// `extension (clean to 94 of 180), corners (71 %)`; `nothing` where a side is clean throughout.
+std::string shortfalls(const RigResult& rig) {
+  std::string text;
+  const auto add = [&](const std::string& each) { text += (text.empty() ? "" : ", ") + each; };
+  for (const Headroom& h : rig.headroom) {
+    if (!h.measured)
+      add(h.channel + " (not measured)");
+    else if (h.clean_to_deg < h.needs_deg)
+      add(h.channel + " (clean to " + number_text(h.clean_to_deg, 0) + " of " +
+          number_text(h.needs_deg, 0) + ")");
+  }
+  const Corners& c = rig.corners;
+  if (!c.covered())
+    add("corners (not measured)");
+  else if (c.clean < c.poses)
+    add("corners (" + number_text(std::floor(c.clean_percent()), 0) + " % clean)");
+  return text.empty() ? "nothing" : text;
+}
+
+std::string shortfalls_of(const Report& report, const Comparison& comparison, Role role) {
+  for (const RigResult& rig : report.rigs)
+    if (rig.role == role && rig.mapping == comparison.mapping) return shortfalls(rig);
+  return "";
+}
+
+}  // namespace
+
+std::string comparison_summary(const Report& report) {
+  std::string text;
+  for (const Comparison& c : report.comparisons) {
+    if (!text.empty()) text += " ";
+    if (c.paired == 0) {
+      text += c.a + " and " + c.b + ": nothing could be compared.";
+      continue;
+    }
+    const bool swap = c.ahead == "b";
+    const std::string &first = swap ? c.b : c.a, &second = swap ? c.a : c.b;
+    const int first_over = swap ? c.b_over : c.a_over, second_over = swap ? c.a_over : c.b_over;
+    text += first + (c.ahead.empty() ? " and " + second + ": a draw" : " is ahead of " + second) +
+            ": over a limit in " + std::to_string(first_over) + " of " + std::to_string(c.paired) +
+            " poses, " + second + " in " + std::to_string(second_over) + ".";
+    const std::string of_a = shortfalls_of(report, c, Role::proposed);
+    const std::string of_b = shortfalls_of(report, c, Role::reference);
+    if (!of_a.empty()) text += " " + c.a + " is short of " + of_a + ".";
+    if (!of_b.empty()) text += " " + c.b + " is short of " + of_b + ".";
+  }
+  return text;
+}
+
 }  // namespace backbend::validate

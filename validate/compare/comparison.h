@@ -34,4 +34,8 @@ double comparison_tolerance(double limit);
 /// How one comparison ended, in a few words: `curve is ahead`, `a draw`.
 std::string comparison_verdict(const Comparison& comparison);
 
+/// The last word of a comparison: who is ahead, by how many poses over a limit, and what each side
+/// is short of over the sweeps. Of several comparisons a sentence each.
+std::string comparison_summary(const Report& report);
+
 }  // namespace backbend::validate

@@ -279,8 +279,10 @@ ImageReading motion_change(const PoseViews& before, const PoseViews& now) {
   });
 }
 
-ImageReading tilt_jump(const PoseViews& posed, const PoseViews& clean) {
+ImageReading tilt_jump(const PoseViews& posed, const PoseViews& clean, std::string_view camera) {
   return largest(posed, [&](std::size_t i, double& pixels) {
+    if (!camera.empty() && posed.view[i].camera != camera)
+      return std::numeric_limits<double>::quiet_NaN();
     const BinReading found = largest_tilt_jump(torso_profile(posed, posed.view[i].frame),
                                                torso_profile(clean, clean.view[i].frame));
     pixels = found.pixels;

@@ -45,8 +45,10 @@ ImageReading motion(const PoseViews& views);
 ImageReading motion_change(const PoseViews& before, const PoseViews& now);
 /// A bend sharper than the clean rig's: by how many degrees the tilt of the torso's surface against
 /// the clean picture's changes from one eighth of the spine to the next but one. Smooth differences
-/// between two rigs change slowly along the spine; a kink does not.
-ImageReading tilt_jump(const PoseViews& posed, const PoseViews& clean);
+/// between two rigs change slowly along the spine; a kink does not. `camera`: only this one looks;
+/// empty: the one that sees most.
+ImageReading tilt_jump(const PoseViews& posed, const PoseViews& clean,
+                       std::string_view camera = {});
 /// How much narrower the torso is than in the clean picture where it is worst, percent of its
 /// width.
 ImageReading narrowing(const PoseViews& posed, const PoseViews& clean);

@@ -81,12 +81,17 @@ JobEstimate estimate(const RunRequest& request) {
   JobEstimate job;
   job.characters = suite.characters.size();
   job.mappings = suite.mappings.size();
-  job.sweeps = suite.sweeps.size();
+  const std::vector<Sweep> sweeps = sweeps_for(suite, suite.envelope);
+  job.sweeps = sweeps.size();
   for (const RigPlan& rig : suite.rigs) ++(rig.role == Role::canary ? job.canaries : job.rigs);
-  std::size_t poses = 0;
-  for (const Sweep& sweep : suite.sweeps) poses += sweep.pose_count();
+  std::size_t poses = 0, looked_at = 0;
+  for (const Sweep& sweep : sweeps) {
+    poses += sweep.pose_count();
+    looked_at += sweep.watched ? sweep.pose_count() : 0;
+  }
   job.poses = job.characters * job.rigs * job.mappings * poses;
-  if (request.image_pass) job.small_pictures = 3 * job.poses;
+  if (request.image_pass)
+    job.small_pictures = 3 * job.characters * job.rigs * job.mappings * looked_at;
   const PicturePlan& plan = suite.pictures;
   std::size_t frames = 0;
   if (plan.enabled && !suite.sweeps.empty()) {

@@ -22,12 +22,16 @@ int rank(const Finding& f, Role role) {
 Digest::Digest(const Report& report) : report_(report) {
   for (const RigResult& rig : report.rigs) role_[{rig.character, rig.rig, rig.mapping}] = rig.role;
   for (const CheckLegend& check : report.checks) name_[check.code] = check.name;
-  for (const RigResult& rig : report.rigs)
-    if (rig.role == Role::proposed)
-      for (const Coverage& c : rig.coverage) {
-        counts_.not_measured += c.not_measured;
-        counts_.not_applicable += c.not_applicable;
-      }
+  for (const RigResult& rig : report.rigs) {
+    if (rig.role != Role::proposed) continue;
+    for (const Coverage& c : rig.coverage) {
+      counts_.not_measured += c.not_measured;
+      counts_.not_applicable += c.not_applicable;
+    }
+    // What the envelope needs and no sweep reaches.
+    for (const Headroom& h : rig.headroom) counts_.not_measured += h.covered() ? 0 : 1;
+    counts_.not_measured += rig.corners.covered() ? 0 : 1;
+  }
   for (const Finding& f : report.findings) {
     const Role role = role_of(f);
     if (f.verdict == Verdict::pass) continue;

@@ -24,6 +24,11 @@ std::string headline_text(const Report& report) {
         line(visible(rig.rig) + " (" + visible(rig.mapping) + ") on " + visible(rig.character) +
              ": " + visible(h.channel) + " clean to " + fixed(h.clean_to_deg, 0) + ", needs " +
              fixed(h.needs_deg, 0));
+    const Corners& c = rig.corners;
+    if (c.clean < c.poses)
+      line(visible(rig.rig) + " (" + visible(rig.mapping) + ") on " + visible(rig.character) +
+           ": " + std::to_string(c.clean) + " of " + std::to_string(c.poses) +
+           " corner poses clean, worst " + visible(c.worst));
   }
   const Digest::Counts& n = digest.counts();
   line(std::to_string(n.fail) + " inside the envelope, " + std::to_string(n.stress) +

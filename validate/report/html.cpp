@@ -100,13 +100,21 @@ std::string without_script(const Report& report) {
   out +=
       "</ul>\n<table><caption>Headroom, degrees</caption>\n<tr><th>rig<th>channel<th>clean "
       "to<th>needs<th>headroom</tr>\n";
-  for (const RigResult& rig : report.rigs)
+  for (const RigResult& rig : report.rigs) {
     for (const Headroom& h : rig.headroom)
       out += "<tr><td>" + markup_text(rig.character + " " + rig.rig + " " + rig.mapping) + "<td>" +
              markup_text(h.channel) + "<td>" +
              (h.measured ? fixed(h.clean_to_deg, 0) : "not measured") + "<td>" +
              fixed(h.needs_deg, 0) + "<td>" +
              (h.measured ? with_sign(h.headroom_deg(), 0) : "not measured") + "</tr>\n";
+    const Corners& c = rig.corners;
+    if (c.needed || c.poses > 0)
+      out += "<tr><td>" + markup_text(rig.character + " " + rig.rig + " " + rig.mapping) +
+             "<td>corners<td>" +
+             (c.poses > 0 ? std::to_string(c.clean) + " of " + std::to_string(c.poses) + " poses"
+                          : "not measured") +
+             "<td>100 %<td>" + markup_text(c.worst) + "</tr>\n";
+  }
   out += "</table>\n<table><caption>Worst findings</caption>\n";
   constexpr std::size_t kShown = 50;
   for (std::size_t i = 0; i < std::min(kShown, report.findings.size()); ++i) {

@@ -62,6 +62,19 @@ std::vector<std::string> headroom_rows(const Report& report) {
                      (h.measured ? fixed(h.clean_to_deg, 0) : "not measured") + " | " +
                      fixed(h.needs_deg, 0) + " | " + bold + left + bold + " |\n");
     }
+    const Corners& c = rig.corners;
+    if (!c.needed && c.poses == 0) continue;
+    const std::string bold = c.covered() && c.clean == c.poses ? "" : "**";
+    rows.push_back("| " + code(rig.character) + " | " + code(rig.rig) + " | " + code(rig.mapping) +
+                   " | " + std::string(role_word(rig.role)) + " | corners | " +
+                   (c.poses > 0
+                        ? std::to_string(c.clean) + " of " + std::to_string(c.poses) + " poses"
+                        : "not measured") +
+                   " | 100 % | " + bold +
+                   (c.poses == 0      ? "not measured"
+                    : c.worst.empty() ? "clean"
+                                      : "worst: " + code(c.worst)) +
+                   bold + " |\n");
   }
   return rows;
 }

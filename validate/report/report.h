@@ -20,6 +20,27 @@ struct Headroom {
   double needs_deg = 0;
   bool measured = false;
   double headroom_deg() const { return clean_to_deg - needs_deg; }
+  /// Whether it was measured as far as the envelope needs.
+  bool covered() const { return measured && tested_to_deg >= needs_deg - 1e-9; }
+};
+
+/// The poses on the way from rest to the corners of the envelope: extension or flexion, side and
+/// twist together.
+struct Corners {
+  int poses = 0, clean = 0;
+  bool needed = false;      // the envelope has corners
+  std::string worst, code;  // the pose that is furthest over a limit, and by which check
+  double clean_percent() const { return poses == 0 ? 0.0 : 100.0 * clean / poses; }
+  bool covered() const { return poses > 0 || !needed; }
+};
+
+/// The search for jumps between the sweeps: paths from the end of flexion through rest to the end
+/// of extension, at each pair of a lattice of side and twist.
+struct CompoundSearch {
+  int paths = 0, poses = 0;  // poses: at which it started to look; it looks between them as needed
+  int with_jumps = 0;        // paths
+  int unsure = 0;            // paths that could not be certified
+  std::string box;           // `extension 0..120, flexion 0..90, side +-45, twist +-90`
 };
 
 /// One sweep of one rig: a value per pose for every plotted metric.
@@ -46,6 +67,8 @@ struct RigResult {
   std::map<std::string, std::string> options;
   Verdict verdict = Verdict::not_measured;
   std::vector<Headroom> headroom;
+  Corners corners;
+  CompoundSearch search;
   std::vector<SweepSeries> sweeps;
   std::vector<Coverage> coverage;
   std::map<std::string, double> summary;  // worst value per metric, by name
@@ -57,7 +80,8 @@ struct CharacterFacts {
   double height = 0, spine_length = 0;
   std::vector<std::string> spine, left_arm, right_arm;
   bool sure = true;
-  std::string envelope;
+  std::string kind, kind_reason;          // `human`, `arms on an upright spine`
+  std::string envelope, envelope_reason;  // its name; where it comes from, and its figures
   std::vector<std::string> notes;
 };
 
@@ -98,6 +122,7 @@ struct CheckLegend {
   std::string measures;      // what is measured, one line
   std::string unit, reason;  // reason: why the limit is where it is
   double limit = 0;          // the default; NaN: none
+  std::string sense;         // `at most`, `at least`
 };
 
 /// A lasting change of a metric's level from one night on.
@@ -187,6 +212,7 @@ struct Report {
   std::vector<std::string> detectors;       // one line each: sensitivity at zero false alarms
   std::vector<CalibrationRow> calibration;  // empty where the run planted no faults
   std::vector<Comparison> comparisons;
+  bool is_comparison = false;  // made to compare: its last word is which side is ahead
   std::vector<PicturePair> pairs;
   std::vector<MediaItem> media;
   std::vector<MeshView> meshes;

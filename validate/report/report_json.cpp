@@ -30,6 +30,19 @@ json value(const Headroom& h) {
           {"measured", h.measured}};
 }
 
+json value(const Corners& c) {
+  return {{"poses", c.poses},   {"clean", c.clean}, {"clean_percent", c.clean_percent()},
+          {"needed", c.needed}, {"worst", c.worst}, {"code", c.code}};
+}
+
+json value(const CompoundSearch& s) {
+  return {{"paths", s.paths},
+          {"poses", s.poses},
+          {"with_jumps", s.with_jumps},
+          {"unsure", s.unsure},
+          {"box", s.box}};
+}
+
 json value(const SweepSeries& s) {
   return {{"sweep", s.sweep},
           {"channel", s.channel},
@@ -59,6 +72,8 @@ json value(const RigResult& r) {
           {"options", r.options},
           {"verdict", verdict_word(r.verdict)},
           {"headroom", list(r.headroom, [](const auto& h) { return value(h); })},
+          {"corners", value(r.corners)},
+          {"search", value(r.search)},
           {"sweeps", list(r.sweeps, [](const auto& s) { return value(s); })},
           {"coverage", list(r.coverage, [](const auto& c) { return value(c); })},
           {"summary", r.summary}};
@@ -77,7 +92,10 @@ json value(const CharacterFacts& c) {
           {"spine", c.spine},
           {"arms", {{"left", c.left_arm}, {"right", c.right_arm}}},
           {"sure", c.sure},
+          {"kind", c.kind},
+          {"kind_reason", c.kind_reason},
           {"envelope", c.envelope},
+          {"envelope_reason", c.envelope_reason},
           {"notes", c.notes}};
 }
 
@@ -240,8 +258,8 @@ json value(const Trend& t) {
 }
 
 json value(const CheckLegend& c) {
-  return {{"code", c.code}, {"name", c.name},     {"measures", c.measures},
-          {"unit", c.unit}, {"reason", c.reason}, {"limit", c.limit}};
+  return {{"code", c.code},     {"name", c.name},   {"measures", c.measures}, {"unit", c.unit},
+          {"reason", c.reason}, {"limit", c.limit}, {"sense", c.sense}};
 }
 
 json value(const Report& r) {
@@ -266,6 +284,7 @@ json value(const Report& r) {
               {"nights", r.nights},
               {"trends", list(r.trends, [](const auto& t) { return value(t); })},
               {"next", r.next}};
+  if (r.is_comparison) out["is_comparison"] = true;
   if (!r.calibration.empty())
     out["calibration"] = list(r.calibration, [](const auto& c) { return value(c); });
   return out;

@@ -134,6 +134,30 @@ Headroom headroom(Place p) {
   return h;
 }
 
+Corners corners(Place p) {
+  Corners c;
+  c.poses = p.at("poses").count();
+  c.clean = p.at("clean").count();
+  if (c.clean > c.poses) p.refuse("more clean poses than poses");
+  c.needed = p.at("needed").flag();
+  c.worst = p.at("worst").text();
+  c.code = p.at("code").text();
+  expect_same(p.at("clean_percent"), c.clean_percent());
+  p.done();
+  return c;
+}
+
+CompoundSearch search(Place p) {
+  CompoundSearch s;
+  s.paths = p.at("paths").count();
+  s.poses = p.at("poses").count();
+  s.with_jumps = p.at("with_jumps").count();
+  s.unsure = p.at("unsure").count();
+  s.box = p.at("box").text();
+  p.done();
+  return s;
+}
+
 SweepSeries sweep(Place p) {
   SweepSeries s;
   s.sweep = p.at("sweep").text();
@@ -184,6 +208,8 @@ RigResult rig(Place p) {
   r.options = p.at("options").map(text);
   r.verdict = p.at("verdict").word(verdict_from_word);
   r.headroom = p.at("headroom").list(headroom);
+  r.corners = p.optional("corners", r.corners, corners);
+  r.search = p.optional("search", r.search, search);
   r.sweeps = p.at("sweeps").list(sweep);
   r.coverage = p.at("coverage").list(coverage);
   r.summary = p.at("summary").map(number);
@@ -208,7 +234,10 @@ CharacterFacts character(Place p) {
   c.right_arm = texts(arms.at("right"));
   arms.done();
   c.sure = p.at("sure").flag();
+  c.kind = p.optional("kind", c.kind, text);
+  c.kind_reason = p.optional("kind_reason", c.kind_reason, text);
   c.envelope = p.at("envelope").text();
+  c.envelope_reason = p.optional("envelope_reason", c.envelope_reason, text);
   c.notes = texts(p.at("notes"));
   p.done();
   return c;
@@ -457,6 +486,7 @@ CheckLegend check(Place p) {
   c.unit = p.at("unit").text();
   c.reason = p.at("reason").text();
   c.limit = p.at("limit").number();
+  c.sense = p.optional("sense", c.sense, text);
   p.done();
   return c;
 }
@@ -501,6 +531,8 @@ Report parse_report(std::string_view text_in, std::string_view name) {
   r.findings = p.at("findings").list(finding);
   r.canaries = p.at("canaries").list(canary);
   r.detectors = texts(p.at("detectors"));
+  r.is_comparison =
+      p.optional("is_comparison", false, [](const Place& each) { return each.flag(); });
   r.calibration = p.optional("calibration", r.calibration,
                              [](const Place& each) { return each.list(calibration); });
   const auto expect_finding = [&](const char* list, std::size_t i, int finding) {

@@ -91,6 +91,18 @@ std::string clean_text(const Headroom& h) {
 
 bool falls_short(const Headroom& h) { return !h.measured || !(h.clean_to_deg >= h.needs_deg); }
 
+/// Clean as far as it was measured, which is not as far as it has to be.
+bool ends_early(const Headroom& h) {
+  return h.measured && !h.covered() && h.clean_to_deg >= h.tested_to_deg;
+}
+
+bool falls_short(const Corners& c) { return !c.covered() || c.clean < c.poses; }
+
+std::string corners_share(const Corners& c) {
+  // 99.6 % is not all of them.
+  return c.poses == 0 ? "?" : fixed(std::floor(c.clean_percent()), 0) + " %";
+}
+
 std::string bar(const Headroom& h, std::size_t cells, bool unicode) {
   const double end = std::max({h.tested_to_deg, h.needs_deg, 1.0});
   const double part = h.measured && std::isfinite(h.clean_to_deg)
@@ -117,13 +129,26 @@ void headroom_table(Page& page, const RigResult& rig) {
     };
     row += right(clean_text(h), 6) + (h.measured ? " deg" : "    ") +
            right(fixed(h.needs_deg, 0), 7) + right(left, 11) + "  ";
-    const std::string note = !h.measured                                ? "not measured"
+    const std::string note = !h.measured     ? "not measured"
+                             : ends_early(h) ? "not measured beyond " + fixed(h.tested_to_deg, 0)
                              : untested_beyond && h.headroom_deg() == 0 ? "beyond: not tested"
                              : page.width() < display_width(row) + 16   ? ""
                                                                       : bar(h, 16, page.unicode());
     page.line(row, note, falls_short(h) ? Ink::red : Ink::plain,
               falls_short(h) ? Ink::red : Ink::green);
   }
+  const Corners& c = rig.corners;
+  if (!c.needed && c.poses == 0) return;
+  const auto right = [](const std::string& text, std::size_t width) {
+    return std::string(width - std::min(width, text.size()), ' ') + text;
+  };
+  const Ink ink = falls_short(c) ? Ink::red : Ink::plain;
+  page.line("  " + padded("corners", kName) + right(corners_share(c), 8) + right("100 %", 9) +
+                right(falls_short(c) ? "X" : "", 11) + "  ",
+            c.poses == 0      ? "not measured"
+            : c.worst.empty() ? std::to_string(c.poses) + " poses"
+                              : "worst: " + visible(c.worst) + " (" + visible(c.code) + ")",
+            ink, falls_short(c) ? Ink::red : Ink::green);
 }
 
 /// Several rigs on one character under one mapping: a column each.
@@ -166,6 +191,18 @@ void comparison_table(Page& page, const std::vector<const RigResult*>& rigs) {
     page.line("  " + padded(visible(channel), 14) + padded(needs, 8) + cells, "",
               proposed_short ? Ink::red : Ink::plain);
   }
+  std::string cells;
+  bool any = false, proposed_short = false;
+  for (std::size_t i = 0; i < shown; ++i) {
+    const Corners& c = rigs[i]->corners;
+    const bool has = c.needed || c.poses > 0;
+    any = any || has;
+    proposed_short |= has && falls_short(c) && rigs[i]->role == Role::proposed;
+    cells += padded(has ? corners_share(c) + (falls_short(c) ? " X" : "") : "-", column[i]);
+  }
+  if (any)
+    page.line("  " + padded("corners", 14) + padded("100 %", 8) + cells, "",
+              proposed_short ? Ink::red : Ink::plain);
 }
 
 /// How each rig bends over its leading sweep: one row of marks per rig, all on their own scale.
@@ -367,6 +404,22 @@ void comparisons(Page& page, const Report& report) {
   page.blank();
 }
 
+/// What the search between the sweeps looked at, rig by rig.
+void searches(Page& page, const Report& report) {
+  for (const RigResult& rig : report.rigs) {
+    const CompoundSearch& s = rig.search;
+    if (s.paths == 0) continue;
+    const std::string jumps =
+        s.with_jumps == 0 ? "no jump" : "jumps on " + std::to_string(s.with_jumps);
+    page.headed("  search    ",
+                visible(rig.rig) + (rig.mapping.empty() ? "" : "/" + visible(rig.mapping)) + ": " +
+                    jumps + (s.with_jumps == 0 ? " on " : " of ") + std::to_string(s.paths) +
+                    " compound paths, " + std::to_string(s.poses) + " poses of " + s.box +
+                    (s.unsure > 0 ? "; " + std::to_string(s.unsure) + " not certified" : ""),
+                Ink::dim, s.with_jumps > 0 ? Ink::yellow : Ink::plain);
+  }
+}
+
 void canaries(Page& page, const Report& report) {
   for (const CanaryResult& c : report.canaries) {
     const std::string found = c.found ? "found at " + significant(c.found_deg, 6) : "not found";
@@ -390,6 +443,8 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
   const Ink ink = report.verdict == Verdict::pass   ? Ink::green
                   : report.verdict == Verdict::fail ? Ink::red
                                                     : Ink::yellow;
+  // No side of a comparison passes for being better than the other.
+  if (report.is_comparison && report.verdict == Verdict::pass) word = "COMPARED";
   headroom(page, report);
   comparisons(page, report);
   page.line(word, "  " + visible(report.title), ink, Ink::bold);
@@ -403,6 +458,7 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
     for (const auto& [program, line] : f->artist)
       page.whole_line("      " + visible(program) + ": " + visible(line));
   }
+  searches(page, report);
   canaries(page, report);
   for (const std::string& detector : report.detectors)
     page.headed("  detectors ", visible(detector), Ink::dim, Ink::plain);
@@ -412,6 +468,10 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
   for (const std::string& command : report.next) {
     page.whole_line(head + visible(command));
     head = "        ";
+  }
+  if (report.is_comparison && !report.comparisons.empty()) {
+    page.blank();
+    page.paragraph(0, visible(comparison_summary(report)), Ink::bold);
   }
   return page.take();
 }

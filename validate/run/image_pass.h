@@ -22,8 +22,9 @@ class ImagePass {
   /// `character` names the character's content in it.
   ImagePass(const Stage& stage, const render::Bounds& box, std::string character, Ledger& ledger);
 
-  /// Looks at a rig's sweeps and fills the image part of its findings. In a shard only its own
-  /// share of the sweeps is looked at.
+  /// Looks at a rig's sweeps and fills the image part of its findings, whose owners are known. In a
+  /// shard only its own share of the sweeps is looked at. Of sweeps that are not watched (corners,
+  /// grids) only the findings are looked at.
   void look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress);
   /// Where pictures and geometry contradict each other on the rig that look() saw last (BB070): the
   /// picture jumps between two poses while geometry knows of no jump and no haste there, or a
@@ -49,7 +50,9 @@ class ImagePass {
   void add_usual_step(const SweepRecord& sweep, Finding& finding) const;
   ImageWitness witness(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
   ImageWitness witness_flip(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
-  ImageWitness witness_kink(const RigRecord& rig, const PoseDegrees& pose);
+  ImageWitness witness_kink(const RigRecord& rig, const PoseDegrees& pose, const Finding& finding);
+  /// The pose with clean proxy weights; nothing where there can be none.
+  std::optional<PosedCharacter> with_proxy_weights(const RigRecord& rig, const PoseDegrees& pose);
   ImageWitness witness_arms(const RigRecord& rig, const PoseDegrees& pose);
   ImageWitness witness_slices(const RigRecord& rig, const PoseDegrees& pose);
 
@@ -57,6 +60,8 @@ class ImagePass {
   Photographer photographer_;
   std::string character_;
   Ledger& ledger_;
+  std::optional<skin::Character> proxy_;  // the character with clean proxy weights
+  bool proxy_made_ = false;
   std::size_t item_ = 0;  // units of work so far, the same in every shard
   std::map<std::string, std::map<std::string, std::vector<double>>> series_;  // by sweep, metric
 };

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <set>
+#include <utility>
 
 #include "validate/report/shell_word.h"
 
@@ -24,6 +26,22 @@ std::string command_for(const RigRecord& rig, const std::string& character, Driv
   return "backbend render " + character + driven + " --rig " + shell_word(rig_text(rig.plan.spec)) +
          " --mapping " + std::string(mapping_name(rig.mapping)) +
          (channels.empty() ? "" : " --pose " + channels);
+}
+
+double compound_load(const Envelope& envelope, const PoseDegrees& pose) {
+  if (envelope.whole_sweep || !envelope.contains(pose)) return 1.0;
+  double sum = 0.0;
+  for (const std::string_view channel : kBendChannels)
+    if (const double needs = envelope.needs(channel); needs > 0.0)
+      sum += *pose.find(channel) * *pose.find(channel) / (needs * needs);
+  return std::max(1.0, std::sqrt(sum));
+}
+
+double limit_at(std::string_view code, double limit, double load) {
+  if (code == "BB012" || code == "BB033" || code == "BB034") return limit * load * load;
+  if (code == "BB011" || code == "BB031" || code == "BB032" || code == "BB036") return limit * load;
+  if (code == "BB030") return 1.0 - (1.0 - limit) * load;
+  return limit;
 }
 
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
@@ -82,19 +100,28 @@ std::string name_at(const std::vector<std::string>& names, int place) {
              : "";
 }
 
+/// The body is too thick for the pose: its surface must fold, whatever the rig does.
+bool is_infeasible(const PoseRecord& pose) { return pose.at(MetricId::feasibility).value >= 1.0; }
+
 struct Worst {
   std::size_t pose = 0;
   double excess = 0.0;
 };
 
-/// The worst pose among those (inside or beyond the envelope) that fail, and the first that does.
+/// The worst pose among those (inside or beyond the envelope) that fail. `feasible`: only those
+/// that the body is not too thick for, so that none of them hides behind one that is nobody's
+/// fault.
 std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
-                                   const Check& check, double limit, bool inside) {
+                                   const Check& check, const JudgeContext& context, bool inside,
+                                   bool feasible) {
+  const double single = context.limits.of(check.code).value;
   std::optional<Worst> worst;
   for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
     const PoseRecord& pose = sweep.poses[i];
     if (pose.inside != inside || !is_applicable(rig, metric, pose)) continue;
+    if (feasible && is_infeasible(pose)) continue;
     const double value = pose.at(metric).value;
+    const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (judge(check, value, limit) != Verdict::fail) continue;
     const double here = excess(check, value, limit);
     if (!worst || here > worst->excess) worst = Worst{i, here};
@@ -103,9 +130,11 @@ std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& swee
 }
 
 double first_failing_deg(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
-                         const Check& check, double limit) {
+                         const Check& check, const JudgeContext& context) {
+  const double single = context.limits.of(check.code).value;
   double first = std::numeric_limits<double>::quiet_NaN();
   for (const PoseRecord& pose : sweep.poses) {
+    const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (!is_applicable(rig, metric, pose) ||
         judge(check, pose.at(metric).value, limit) != Verdict::fail)
       continue;
@@ -127,10 +156,15 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
   finding.pose_index = static_cast<int>(index);
   finding.value = pose.at(metric).value;
   set_place(metric, pose.at(metric).place, rig.system->joint_names(), finding);
-  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, finding.limit);
+  const double single = finding.limit, load = compound_load(context.envelope, pose.body);
+  finding.limit = limit_at(check.code, single, load);
+  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, context);
   finding.detail = std::string(check.name) + " " + number_text(finding.value, 3) + " " +
                    finding.unit + ", over the limit from " + sweep.sweep.channel + " " +
                    number_text(finding.geometry["first_deg"], 2);
+  if (finding.limit != single)
+    finding.detail += " (limit " + number_text(single, 3) + " at the end of one channel, " +
+                      number_text(finding.limit, 3) + " in this compound pose)";
   if (metric == MetricId::arm_drift || metric == MetricId::arm_shift) {
     finding.detail += "; " + drift_story(pose);
     finding.geometry["twist_deg"] = pose.arms.twist_deg;
@@ -202,9 +236,11 @@ std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context
       if (!check.decides) continue;
       // The gain of an interval that holds a jump is that jump, which is a finding already.
       if (metric == MetricId::gain && !sweep.flips.jumps.empty()) continue;
-      const double limit = context.limits.of(check.code).value;
-      auto worst = worst_failing(rig, sweep, metric, check, limit, true);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, limit, false);
+      const bool on_mesh = check.subject == Subject::mesh && metric != MetricId::feasibility;
+      auto worst = worst_failing(rig, sweep, metric, check, context, true, on_mesh);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, true, false);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, false, on_mesh);
+      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, false, false);
       if (worst)
         findings.push_back(metric_finding(rig, context, sweep, metric, check, worst->pose));
     }
@@ -265,7 +301,53 @@ std::vector<Coverage> input_coverage() {
   return {{"BB060", 1, 1, 0, 0}, {"BB061", 1, 1, 0, 0}, {"BB062", 1, 1, 0, 0}};
 }
 
-std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context) {
+namespace {
+
+/// The deciding check that a pose misses by most, and by how much; nothing where it is clean.
+struct Miss {
+  std::string_view code;
+  double excess = 0.0;
+};
+
+/// Checks by sweep that were found to be over their limit inside the envelope, and are nobody's to
+/// mend: the skeleton's or the pose's.
+using Advisories = std::set<std::pair<std::string, std::string>>;
+
+Advisories advisories_in(const std::vector<Finding>& findings) {
+  Advisories out;
+  for (const Finding& finding : findings)
+    if (finding.inside_envelope && finding.verdict != Verdict::fail &&
+        (finding.owner == Owner::skeleton || finding.owner == Owner::pose))
+      out.emplace(finding.sweep, finding.code);
+  return out;
+}
+
+std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context,
+                               const Advisories& advisories, const SweepRecord& sweep,
+                               const PoseRecord& pose) {
+  std::optional<Miss> worst;
+  const double load = compound_load(context.envelope, pose.body);
+  for (std::size_t m = 0; m < kMetricCount; ++m) {
+    const auto metric = static_cast<MetricId>(m);
+    const Check& check = *find_check(pose_metrics()[m].code);
+    if (!check.decides || !is_applicable(rig, metric, pose)) continue;
+    const double value = pose.at(metric).value;
+    const double limit = limit_at(check.code, context.limits.of(check.code).value, load);
+    if (judge(check, value, limit) != Verdict::fail) continue;
+    if (pose.inside && advisories.contains({sweep.sweep.name, std::string(check.code)})) continue;
+    // Nor is what a body is too thick for, wherever a milder pose has decided.
+    if (pose.inside && check.subject == Subject::mesh && is_infeasible(pose)) continue;
+    const double here = excess(check, value, limit);
+    if (!worst || here > worst->excess) worst = Miss{check.code, here};
+  }
+  return worst;
+}
+
+}  // namespace
+
+std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context,
+                                  const std::vector<Finding>& findings) {
+  const Advisories advisories = advisories_in(findings);
   std::vector<Headroom> result;
   for (const std::string_view channel : kBendChannels) {
     Headroom headroom;
@@ -273,8 +355,9 @@ std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& cont
     headroom.needs_deg = context.envelope.needs(channel);
     double dirty_from = std::numeric_limits<double>::infinity();
     std::vector<double> tested;
+    double least = 0.0, most = 0.0;
     for (const SweepRecord& sweep : rig.sweeps) {
-      if (sweep.sweep.name != channel) continue;
+      if (!moves_alone(sweep.sweep, channel)) continue;
       const double span = sweep.sweep.to_deg - sweep.sweep.from_deg;
       for (const Jump& jump : sweep.flips.jumps) {
         dirty_from = std::min(dirty_from, std::abs(sweep.sweep.from_deg + span * jump.t));
@@ -282,24 +365,47 @@ std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& cont
       for (const PoseRecord& pose : sweep.poses) {
         headroom.measured = true;
         tested.push_back(std::abs(pose.control_deg));
-        for (std::size_t m = 0; m < kMetricCount; ++m) {
-          const auto metric = static_cast<MetricId>(m);
-          const Check& check = *find_check(pose_metrics()[m].code);
-          if (!check.decides || !is_applicable(rig, metric, pose)) continue;
-          if (context.limits.judge(check.code, pose.at(metric).value) == Verdict::fail) {
-            dirty_from = std::min(dirty_from, std::abs(pose.control_deg));
-          }
-        }
+        least = std::min(least, pose.control_deg);
+        most = std::max(most, pose.control_deg);
+        if (worst_miss(rig, context, advisories, sweep, pose))
+          dirty_from = std::min(dirty_from, std::abs(pose.control_deg));
       }
     }
-    for (const double angle : tested) {
-      headroom.tested_to_deg = std::max(headroom.tested_to_deg, angle);
+    for (const double angle : tested)
       if (angle < dirty_from) headroom.clean_to_deg = std::max(headroom.clean_to_deg, angle);
-    }
+    // Side and twist are needed both ways; everything that was swept counts as it was swept.
+    const bool both_ways = channel == "side" || channel == "twist";
+    headroom.tested_to_deg = both_ways && !context.envelope.whole_sweep ? std::min(-least, most)
+                                                                        : std::max(-least, most);
+    headroom.clean_to_deg = std::min(headroom.clean_to_deg, headroom.tested_to_deg);
     if (context.envelope.whole_sweep) headroom.needs_deg = headroom.tested_to_deg;
-    if (headroom.measured) result.push_back(headroom);
+    if (headroom.measured || headroom.needs_deg > 0.0) result.push_back(headroom);
   }
   return result;
+}
+
+Corners corners_of(const RigRecord& rig, const JudgeContext& context,
+                   const std::vector<Finding>& findings) {
+  const Advisories advisories = advisories_in(findings);
+  Corners corners;
+  corners.needed = !corner_sweeps(context.envelope).empty();
+  double worst = 0.0;
+  for (const SweepRecord& sweep : rig.sweeps) {
+    if (!sweep.sweep.corner) continue;
+    for (const PoseRecord& pose : sweep.poses) {
+      if (!pose.inside) continue;
+      ++corners.poses;
+      const auto miss = worst_miss(rig, context, advisories, sweep, pose);
+      if (!miss) {
+        ++corners.clean;
+      } else if (miss->excess > worst) {
+        worst = miss->excess;
+        corners.worst = pose.body.text();
+        corners.code = miss->code;
+      }
+    }
+  }
+  return corners;
 }
 
 std::vector<Coverage> coverage_of(const RigRecord& rig) {
@@ -311,6 +417,9 @@ std::vector<Coverage> coverage_of(const RigRecord& rig) {
     const bool taken = std::ranges::all_of(sweep.poses, &PoseRecord::taken);
     ++(!taken ? flips.not_applicable : sweep.flips.certified ? flips.measured : flips.not_measured);
   }
+  flips.planned += rig.search.paths;
+  flips.measured += rig.search.paths - rig.search.unsure;
+  flips.not_measured += rig.search.unsure;
   result.push_back(flips);
   for (std::size_t m = 0; m < kMetricCount; ++m) {
     const auto metric = static_cast<MetricId>(m);

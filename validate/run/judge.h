@@ -21,6 +21,17 @@ struct JudgeContext {
 /// where a limit is exceeded, inside the envelope if anywhere there. Worst first.
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context);
 
+/// How far a pose inside the envelope goes beyond the end of one channel, by taking several at
+/// once: the root of the sum of squared shares of what each channel needs, at least 1. 1.73 in a
+/// corner of three channels. Outside, and where everything that is swept counts: 1.
+double compound_load(const Envelope& envelope, const PoseDegrees& pose);
+
+/// A limit at a pose of that load. Limits on the mesh were set at the ends of single channels: what
+/// grows with the bend may be so much more in a compound pose (angles and strains in proportion,
+/// shares of folded or crossing area with its square, a slice's loss of area in proportion). Other
+/// limits stay.
+double limit_at(std::string_view code, double limit, double load);
+
 /// A finding of a check at a pose of a sweep, with everything but its value and its story.
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg);
@@ -44,8 +55,17 @@ std::vector<Finding> judge_input(const RigRecord& rig, const JudgeContext& conte
 std::vector<Coverage> input_coverage();
 
 /// Per body channel: the largest angle up to which no deciding check fails, over the sweeps that
-/// move that channel alone.
-std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context);
+/// move that channel alone. A channel that the envelope needs and no sweep moves is not measured.
+/// `findings`: of this rig, with their owners: what only the skeleton or the pose is to blame for
+/// does not count against it inside the envelope, as it does not decide either.
+std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context,
+                                  const std::vector<Finding>& findings);
+
+/// The poses of the sweeps to the envelope's corners, and of those around jumps that the search
+/// between the sweeps found, as far as they lie inside the envelope: how many are clean, as in
+/// headroom_of().
+Corners corners_of(const RigRecord& rig, const JudgeContext& context,
+                   const std::vector<Finding>& findings);
 
 /// Planned, measured and not measured, for every check that is measured at poses.
 std::vector<Coverage> coverage_of(const RigRecord& rig);

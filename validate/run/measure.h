@@ -11,6 +11,7 @@
 #include "validate/metrics/body_metrics.h"
 #include "validate/metrics/chain.h"
 #include "validate/metrics/flip.h"
+#include "validate/report/report.h"
 #include "validate/run/progress.h"
 #include "validate/run/stage.h"
 #include "validate/sweeps/suite.h"
@@ -88,6 +89,7 @@ struct RigRecord {
   solver::Mapping mapping = solver::Mapping::chest;
   std::unique_ptr<solver::SpineSystem> system;
   std::vector<SweepRecord> sweeps;
+  CompoundSearch search;   // of the poses between the sweeps
   bool has_mesh = false;   // the surface was measured too
   bool open_mesh = false;  // its volume has no meaning
   bool has_arms = true;    // that the chest carries

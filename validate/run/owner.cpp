@@ -1,7 +1,11 @@
 #include "validate/run/owner.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <limits>
+#include <map>
+#include <utility>
 
 #include "validate/metrics/proxy_weights.h"
 #include "validate/run/ideal_bend.h"
@@ -30,6 +34,15 @@ class SecondOpinions {
   SecondOpinions(const Stage& stage, const BodyMetrics& body, const RigRecord& rig)
       : stage_(stage), body_(body), rig_(rig), even_(stage.build({"even", {}})) {}
 
+  /// Before the first proxy() or ideal_proxy(), which are nothing without.
+  void make_proxy() {
+    const auto weights =
+        proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
+    if (!weights) return;
+    proxy_ = stage_.character();
+    proxy_->influences = *weights;
+  }
+
   /// Under `even`: the ideal bend and twist with the same ends and the same weights.
   PoseRecord ideal(const PoseDegrees& pose) const {
     const IdealBend ideal(pose);
@@ -42,18 +55,15 @@ class SecondOpinions {
     return measured(*rig_.system, pose, skin::SkinningMethod::dual_quaternion, stage_.character());
   }
   /// The same rig with clean proxy weights; every metric NaN where there can be none.
-  PoseRecord proxy(const PoseDegrees& pose) {
-    if (!proxy_made_) {
-      proxy_made_ = true;
-      const auto weights =
-          proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
-      if (weights) {
-        proxy_ = stage_.character();
-        proxy_->influences = *weights;
-      }
-    }
+  PoseRecord proxy(const PoseDegrees& pose) const {
     if (!proxy_) return {};
     return measured(*rig_.system, pose, skin::SkinningMethod::linear, *proxy_);
+  }
+  /// `even` with clean proxy weights: what this skeleton can do at its best.
+  PoseRecord ideal_proxy(const PoseDegrees& pose) const {
+    if (!proxy_) return {};
+    const IdealBend ideal(pose);
+    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear, *proxy_);
   }
 
  private:
@@ -75,12 +85,21 @@ class SecondOpinions {
   const RigRecord& rig_;
   std::unique_ptr<solver::SpineSystem> even_;
   std::optional<skin::Character> proxy_;
-  bool proxy_made_ = false;
 };
 
 /// `0.94, which passes`: a value that somebody else would give, and what it would mean.
 std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
+}
+
+/// `5 joints cannot carry this pose within the limit: about 9 would`
+std::string skeleton_text(const Stage& stage, const Check& check, const Finding& finding,
+                          double clean) {
+  const int joints = static_cast<int>(stage.anatomy().chest_index) + 1;
+  const int needed = joints_needed(check, finding.limit, clean, joints);
+  return std::to_string(joints) + " joints cannot carry " + finding.pose + " here" +
+         (needed > joints ? ": about " + std::to_string(needed) + " would" : "") +
+         "; advisory: clean weights and the ideal bend show it, too";
 }
 
 }  // namespace
@@ -89,31 +108,61 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
                  bool judges_weights, std::vector<Finding>& findings) {
   SecondOpinions opinions(stage, body, rig);
   const bool is_ideal = rig.plan.spec.system == "even" && rig.plan.spec.options.empty();
+  // A pose of a sweep is solved again once, however many findings name it.
+  struct Opinions {
+    bool on_mesh = false;
+    PoseDegrees pose;
+    PoseRecord ideal, proxy, ideal_proxy, dual;
+  };
+  std::map<std::pair<std::string, double>, Opinions> by_pose;
+  bool any_on_mesh = false;
+  for (const Finding& finding : findings) {
+    const Check& check = *find_check(finding.code);
+    if (!metric_of(finding.code)) continue;
+    const bool on_mesh = check.subject == Subject::mesh;
+    if (!on_mesh && is_ideal) continue;  // it would be asked of itself
+    Opinions& each = by_pose[{finding.sweep, finding.control_deg}];
+    each.pose = pose_of(rig, finding);
+    each.on_mesh = each.on_mesh || on_mesh;
+    any_on_mesh = any_on_mesh || on_mesh;
+  }
+  if (any_on_mesh) opinions.make_proxy();
+  std::vector<Opinions*> todo;
+  for (auto& [place, each] : by_pose) todo.push_back(&each);
+  oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
+    Opinions& each = *todo[i];
+    each.ideal = opinions.ideal(each.pose);
+    if (!each.on_mesh) return;
+    each.proxy = opinions.proxy(each.pose);
+    each.ideal_proxy = is_ideal ? each.proxy : opinions.ideal_proxy(each.pose);
+    each.dual = opinions.dual_quaternion(each.pose);
+  });
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
     const auto metric = metric_of(finding.code);
-    if (!metric) continue;
-    if (check.subject != Subject::mesh && is_ideal) continue;  // it would be asked of itself
-    const PoseDegrees pose = pose_of(rig, finding);
-    const PoseRecord clean = opinions.ideal(pose);
-    const double ideal = clean.at(*metric).value;
-    if (check.subject != Subject::mesh) {
+    const auto found = by_pose.find({finding.sweep, finding.control_deg});
+    const bool on_mesh = check.subject == Subject::mesh;
+    if (!metric || found == by_pose.end() || (!on_mesh && is_ideal)) continue;
+    const Opinions& each = found->second;
+    const double ideal = each.ideal.at(*metric).value;
+    if (!on_mesh) {
       if (!std::isfinite(ideal)) continue;  // asked of pairs of poses, not of one
       finding.geometry["ideal"] = ideal;
-      finding.detail += "; the rig " + rig_text(IdealBend(pose).spec) + " gives " +
+      finding.detail += "; the rig " + rig_text(IdealBend(each.pose).spec) + " gives " +
                         verdict_text(check, ideal, finding.limit) + " in the same pose";
       continue;
     }
     MeshContext facts;
     facts.value = finding.value;
     facts.ideal = ideal;
-    facts.proxy = opinions.proxy(pose).at(*metric).value;
-    facts.infeasible = clean.at(MetricId::feasibility).value;
+    facts.proxy = each.proxy.at(*metric).value;
+    facts.ideal_proxy = each.ideal_proxy.at(*metric).value;
+    facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
-    const double dual = opinions.dual_quaternion(pose).at(*metric).value;
+    const double dual = each.dual.at(*metric).value;
     finding.geometry["ideal"] = facts.ideal;
     finding.geometry["dual_quaternion"] = dual;
     finding.detail += "; the ideal bend gives " + verdict_text(check, facts.ideal, finding.limit) +
@@ -122,6 +171,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       finding.geometry["proxy_weights"] = facts.proxy;
       finding.detail += ", clean proxy weights " + verdict_text(check, facts.proxy, finding.limit);
     }
+    if (booking.owner == Owner::skeleton)
+      finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
     if (booking.owner == Owner::pose) {
       finding.detail += "; too thick to bend this far, no fault of the rig";
     }

@@ -23,6 +23,7 @@
 #include "validate/report/report_json.h"
 #include "validate/report/shell_word.h"
 #include "validate/run/canary.h"
+#include "validate/run/compound_search.h"
 #include "validate/run/confirmed.h"
 #include "validate/run/image_pass.h"
 #include "validate/run/judge.h"
@@ -65,7 +66,8 @@ CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& a
 
 namespace {
 
-RigResult result_of(const RigRecord& record, const JudgeContext& context) {
+RigResult result_of(const RigRecord& record, const JudgeContext& context,
+                    const std::vector<Finding>& findings) {
   RigResult result;
   result.character = context.stage.character().name;
   result.rig = record.plan.name;
@@ -75,7 +77,9 @@ RigResult result_of(const RigRecord& record, const JudgeContext& context) {
   for (const auto& [key, value] : record.system->options()) {
     result.options[key] = rig_text({"", {{key, value}}}).substr(key.size() + 2);
   }
-  result.headroom = headroom_of(record, context);
+  result.headroom = headroom_of(record, context, findings);
+  result.corners = corners_of(record, context, findings);
+  result.search = record.search;
   result.coverage = coverage_of(record);
   result.sweeps = series_of(record, context.limits);
   for (const SweepSeries& series : result.sweeps) {
@@ -109,8 +113,8 @@ std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
         });
     if (!planned) continue;
     rows.push_back({std::string(check.code), std::string(check.name), std::string(check.measures),
-                    std::string(check.unit), std::string(check.reason),
-                    limits.of(check.code).value});
+                    std::string(check.unit), std::string(check.reason), limits.of(check.code).value,
+                    std::string(name_of(check.sense))});
   }
   return rows;
 }
@@ -129,13 +133,28 @@ Finding input_finding(const std::filesystem::path& file, const std::string& why)
   return finding;
 }
 
-/// A suite that asks for another envelope than the usual one means it; else the character's own
-/// counts.
-Envelope envelope_of(const RunRequest& request, const ConfirmedCharacter& confirmed) {
+/// Which envelope a character is held to, and who says so.
+struct EnvelopeChoice {
+  Envelope envelope;
+  std::string reason;
+};
+
+/// What the suite or the command line asks for; else what stands beside the character; else that
+/// of its kind. A project's word yields to the character's own.
+EnvelopeChoice envelope_of(const RunRequest& request, const std::optional<skin::Sidecar>& sidecar,
+                           const CharacterFacts& facts, skin::BodyKind kind) {
   const Suite& suite = request.suite;
-  const bool usual = suite.envelope.name == "human" || request.envelope_yields;
-  if (!usual || !confirmed.sidecar || confirmed.sidecar->envelope.empty()) return suite.envelope;
-  return find_envelope(confirmed.sidecar->envelope).value_or(suite.envelope);
+  const auto chosen = [](Envelope envelope, const std::string& who) {
+    std::string reason = who + ": " + envelope.reason;
+    return EnvelopeChoice{std::move(envelope), std::move(reason)};
+  };
+  const bool own_counts = suite.envelope_by_kind || request.envelope_yields;
+  if (own_counts && sidecar && !sidecar->envelope.empty())
+    if (const auto own = find_envelope(sidecar->envelope)) return chosen(*own, "its sidecar");
+  if (!suite.envelope_by_kind) return chosen(suite.envelope, "as asked for");
+  if (request.chain == DrivenChain::neck)
+    return chosen(envelope_for(kind, true), "the neck is driven");
+  return chosen(envelope_for(kind, false), facts.kind_reason);
 }
 
 /// The file is judged once, under the first rig that decides, or the first at all.
@@ -154,9 +173,12 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   for (const Coverage& each : input_coverage()) rig->coverage.push_back(each);
 }
 
-/// What pictures and geometry were both asked about: every sweep, and every finding.
+/// What pictures and geometry were both asked about: every sweep that is watched, and every
+/// finding.
 Coverage agreement_coverage(const RigRecord& rig, const std::vector<Finding>& findings) {
-  Coverage out{"BB070", static_cast<int>(rig.sweeps.size() + findings.size()), 0, 0, 0};
+  const auto looked_at =
+      std::ranges::count_if(rig.sweeps, [](const SweepRecord& each) { return each.sweep.watched; });
+  Coverage out{"BB070", static_cast<int>(looked_at) + static_cast<int>(findings.size()), 0, 0, 0};
   out.not_applicable = static_cast<int>(std::ranges::count_if(
       findings, [](const Finding& finding) { return !finding.image.measured; }));
   out.measured = out.planned - out.not_applicable;
@@ -215,6 +237,28 @@ void say_what_is_left_out(const RigRecord& rig, std::vector<std::string>& notes)
     notes.push_back("rig " + rig.plan.name + ", not applicable: " + names + " (" + why + ")");
 }
 
+/// What the search on compound poses found, for each rig of the suite.
+struct RigSearches {
+  std::vector<CompoundSearch> rig;
+  std::vector<Sweep> around;  // every rig is measured where one of them jumps: all have these poses
+};
+
+RigSearches search_rigs(const Stage& stage, const Suite& suite, solver::Mapping mapping,
+                        const Envelope& box) {
+  RigSearches out;
+  for (const RigPlan& plan : suite.rigs) {
+    FoundJumps found;
+    if (plan.role != Role::canary && suite.corners)
+      found = search_compound(*stage.build(plan.spec), mapping, box);
+    out.rig.push_back(found.summary);
+    for (Sweep& sweep : found.around) {
+      const auto known = [&](const Sweep& each) { return each.name == sweep.name; };
+      if (std::ranges::none_of(out.around, known)) out.around.push_back(std::move(sweep));
+    }
+  }
+  return out;
+}
+
 CharacterRun run_character(const RunRequest& request, const Suite& suite,
                            const std::filesystem::path& file, const OutputFolder& folder,
                            Ledger& ledger, Progress& progress, Report& report) {
@@ -233,8 +277,19 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       request.character_words(file),
       {}};
   const Stage& stage = *run.stage;
-  const Envelope envelope = envelope_of(request, confirmed);
-  report.characters.push_back(facts_of(stage.character(), stage.anatomy(), envelope.name));
+  report.characters.push_back(facts_of(stage.character(), stage.anatomy(), ""));
+  CharacterFacts& facts = report.characters.back();
+  // Of the whole body, whichever chain of it is driven.
+  const skin::BodyKindChoice kind = skin::body_kind(
+      stage.character(), request.chain == DrivenChain::neck
+                             ? skin::find_anatomy(stage.character(), confirmed.hints)
+                             : stage.anatomy());
+  facts.kind = skin::name_of(kind.kind);
+  facts.kind_reason = kind.reason;
+  const EnvelopeChoice choice = envelope_of(request, confirmed.sidecar, facts, kind.kind);
+  const Envelope& envelope = choice.envelope;
+  facts.envelope = envelope.name;
+  facts.envelope_reason = choice.reason + "; " + envelope.text();
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
   const JudgeContext context{stage, limits, envelope, run.words};
@@ -247,19 +302,27 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
 
   std::vector<RigRecord>& records = run.records;
   std::size_t poses = 0, rigs = 0;
-  for (const Sweep& sweep : suite.sweeps) poses += sweep.pose_count();
+  const std::vector<Sweep> sweeps = sweeps_for(suite, envelope);
+  for (const Sweep& sweep : sweeps) poses += sweep.pose_count();
   for (const RigPlan& plan : suite.rigs)
     rigs += plan.role == Role::canary ? 0 : suite.mappings.size();
-  // The image pass looks at every pose once more.
-  progress.start("poses", poses * rigs * (request.image_pass ? 2 : 1));
+  // The image pass looks at most poses once more.
+  for (const Sweep& sweep : sweeps)
+    poses += request.image_pass && sweep.watched ? sweep.pose_count() : 0;
+  progress.start("poses", poses * rigs);
   for (const solver::Mapping mapping : suite.mappings) {
-    for (const RigPlan& plan : suite.rigs) {
+    const RigSearches searches = search_rigs(stage, suite, mapping, search_box(envelope, sweeps));
+    std::vector<Sweep> all = sweeps;
+    all.insert(all.end(), searches.around.begin(), searches.around.end());
+    for (std::size_t i = 0; i < suite.rigs.size(); ++i) {
+      const RigPlan& plan = suite.rigs[i];
       if (plan.role == Role::canary) {
         if (mapping == plan.duty->mapping)
-          report.canaries.push_back(run_canary(plan, suite.sweeps, by_the_table));
+          report.canaries.push_back(run_canary(plan, sweeps, by_the_table));
         continue;
       }
-      records.push_back(plan_rig(stage, body, plan, mapping, suite.sweeps, envelope));
+      records.push_back(plan_rig(stage, body, plan, mapping, all, envelope));
+      records.back().search = searches.rig[i];
       if (mapping == suite.mappings.front())
         say_what_is_left_out(records.back(), report.characters.back().notes);
     }
@@ -276,7 +339,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     book_owners(stage, body, record, suite.judges_weights, findings.back());
     say_to_artist(confirmed.sidecar, record, findings.back());
     if (request.image_pass) pictures.look(record, findings.back(), progress);
-    report.rigs.push_back(result_of(record, context));
+    report.rigs.push_back(result_of(record, context, findings.back()));
     if (!request.image_pass) continue;
     pictures.add_series(report.rigs.back());
     contradictions.push_back(pictures.contradictions(record, findings.back(), context));
@@ -471,6 +534,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   const auto ledger = request.ledger ? request.ledger : std::make_shared<Ledger>();
 
   const bool comparing = request.compare != RunRequest::Compare::none;
+  report.is_comparison = comparing;
   std::vector<CharacterRun> runs;  // of a comparison
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();

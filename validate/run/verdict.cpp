@@ -15,6 +15,19 @@ bool belongs(const Finding& finding, const RigResult& rig) {
          finding.mapping == rig.mapping;
 }
 
+/// What the envelope needs of a rig and no pose has shown: `side to 60, measured to 45`.
+std::string envelope_gaps(const RigResult& rig) {
+  std::string text;
+  const auto add = [&](const std::string& gap) { text += (text.empty() ? "" : "; ") + gap; };
+  for (const Headroom& h : rig.headroom) {
+    if (h.covered()) continue;
+    add(h.channel + " to " + number_text(h.needs_deg) +
+        (h.measured ? ", measured to " + number_text(h.tested_to_deg) : ", not measured"));
+  }
+  if (!rig.corners.covered()) add("its corners, not measured");
+  return text;
+}
+
 Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
   const bool fails = std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
     return belongs(finding, rig) && finding.verdict == Verdict::fail;
@@ -24,7 +37,8 @@ Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
     const Check* check = find_check(each.code);
     return each.not_measured > 0 && check != nullptr && check->decides;
   });
-  return gap || rig.coverage.empty() ? Verdict::not_measured : Verdict::pass;
+  return gap || rig.coverage.empty() || !envelope_gaps(rig).empty() ? Verdict::not_measured
+                                                                    : Verdict::pass;
 }
 
 std::string rig_text(const RigResult& rig) {
@@ -54,8 +68,12 @@ void conclude(Report& report) {
                                worst->code + " " + std::string(find_check(worst->code)->name) +
                                " " + number_text(worst->value, 2) + " " + worst->unit + " at " +
                                worst->pose);
-    } else if (rig.verdict == Verdict::not_measured) {
+    } else if (rig.verdict == Verdict::not_measured && envelope_gaps(rig).empty()) {
       report.reasons.push_back(rig_text(rig) + ": not everything that decides was measured");
+    }
+    if (const std::string gaps = envelope_gaps(rig); !gaps.empty()) {
+      gap = true;
+      report.reasons.push_back(rig_text(rig) + ": the envelope needs " + gaps);
     }
   }
   for (const CanaryResult& canary : report.canaries) {

@@ -66,6 +66,13 @@ class TableReader {
     return static_cast<int>(value);
   }
 
+  bool flag(std::string_view key, bool otherwise) {
+    const toml::node* node = find(key);
+    if (node == nullptr) return otherwise;
+    if (const auto value = node->value_exact<bool>()) return *value;
+    fail(*node, "'" + std::string(key) + "' must be true or false");
+  }
+
   std::string word(std::string_view key, const std::string& otherwise,
                    const std::vector<std::string>& allowed) {
     const std::string value = text(key, otherwise);
@@ -425,7 +432,10 @@ Suite read_suite(const fs::path& file) {
   TableReader reader(*head.as_table(), file.string(), "suite");
   suite.name = reader.text("name", file.stem().string());
   suite.title = reader.text("title", suite.name);
+  const bool names_envelope = reader.find("envelope") != nullptr;
   suite.envelope = *find_envelope(reader.word("envelope", "human", envelope_names()));
+  suite.envelope_by_kind = !names_envelope;
+  suite.corners = reader.flag("corners", !suite.envelope.whole_sweep);
   const auto list_of_text = [&](std::string_view key) {
     std::vector<std::string> values;
     if (const toml::node* node = reader.find(key)) {
@@ -468,9 +478,18 @@ Suite read_suite(const fs::path& file) {
   }
   top.finish();
   if (suite.rigs.empty()) throw SuiteError(file.string() + ": a suite needs at least one [[rig]]");
-  if (suite.sweeps.empty()) suite.sweeps = standard_sweeps();
+  suite.standard = suite.sweeps.empty();
+  if (suite.standard) suite.sweeps = standard_sweeps(suite.envelope);
   check_names(suite);
   return suite;
+}
+
+std::vector<Sweep> sweeps_for(const Suite& suite, const Envelope& envelope) {
+  std::vector<Sweep> sweeps = suite.standard ? standard_sweeps(envelope) : suite.sweeps;
+  if (!suite.corners) return sweeps;
+  for (Sweep& corner : corner_sweeps(reach_of(envelope, sweeps)))
+    sweeps.push_back(std::move(corner));
+  return sweeps;
 }
 
 LimitSet limits_for(const SuiteRules& rules, const std::string& character) {

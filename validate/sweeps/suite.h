@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "solver/spine_system.h"
+#include "validate/sweeps/envelope.h"
 #include "validate/sweeps/suite_rules.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/finding.h"
@@ -55,8 +56,11 @@ struct Suite {
   std::vector<std::filesystem::path> characters;  // absolute
   std::vector<RigPlan> rigs;
   std::vector<solver::Mapping> mappings;
-  std::vector<Sweep> sweeps;
+  std::vector<Sweep> sweeps;  // with `standard`: those of a human's envelope, for estimates
+  bool standard = false;      // the standard sweeps of each character's envelope instead
+  bool corners = false;       // and straight to each corner of it
   Envelope envelope;
+  bool envelope_by_kind = false;  // each character's own, by the kind of its body
   PicturePlan pictures;
   CalibrationSlice calibration;
   SuiteRules rules;             // limits that were moved, findings that were accepted
@@ -66,6 +70,10 @@ struct Suite {
 /// Reads a suite from TOML. Throws SuiteError naming file, line and the nearest key for every
 /// unknown key, wrong type or value out of range.
 Suite read_suite(const std::filesystem::path& file);
+
+/// What a suite sweeps on a character with this envelope: its sweeps, or the standard ones, then
+/// the corners.
+std::vector<Sweep> sweeps_for(const Suite& suite, const Envelope& envelope);
 
 /// `--rig`: the name of a system, the same with options (`curve:length=rest,bones=12`), or a TOML
 /// file with a [rig] table. Throws SuiteError.

@@ -12,15 +12,6 @@
 namespace backbend::validate {
 namespace {
 
-std::vector<Envelope> envelopes() {
-  // Human: voluntary range of a fit adult, hips to neck (research: specification 8). The others
-  // leave room for what animators ask of cartoons, and less for what four legs allow.
-  return {{"human", 60, 90, 45, 60, false},
-          {"cartoon", 120, 120, 75, 120, false},
-          {"creature", 45, 60, 60, 45, false},
-          {"sweep", 0, 0, 0, 0, true}};
-}
-
 std::vector<std::string> channel_names() { return {std::begin(kChannels), std::end(kChannels)}; }
 
 double parse_number(std::string_view text, std::string_view channel) {
@@ -76,6 +67,7 @@ std::string PoseDegrees::text() const {
 
 PoseDegrees parse_pose(std::string_view text) {
   PoseDegrees pose;
+  if (trimmed(text) == "rest") return pose;
   while (!text.empty()) {
     const std::size_t comma = text.find(',');
     const std::string_view item = trimmed(text.substr(0, comma));
@@ -172,21 +164,15 @@ Sweep random_walk(std::uint64_t seed, int legs, double step_deg) {
     poses.push_back(pose);
     bend_before = bend;
   }
-  return path_sweep(std::string(kRandomWalk), poses, step_deg);
+  Sweep walk = path_sweep(std::string(kRandomWalk), poses, step_deg);
+  walk.watched = false;  // it turns a corner every few poses
+  return walk;
 }
 
 Sweep channel_sweep(std::string_view channel, double from_deg, double to_deg, double step_deg) {
   Sweep sweep{std::string(channel), std::string(channel), from_deg, to_deg, step_deg, {}};
   *sweep.per_degree.find(channel) = 1.0;
   return sweep;
-}
-
-std::vector<Sweep> standard_sweeps() {
-  Sweep compound = channel_sweep("extension", 0, 45, 3);
-  compound.name = "compound";
-  compound.per_degree.side = 30.0 / 45.0;
-  return {channel_sweep("extension", 0, 120, 2), channel_sweep("flexion", 0, 90, 2),
-          channel_sweep("side", -45, 45, 3), channel_sweep("twist", -90, 90, 3), compound};
 }
 
 std::vector<Sweep> stress_sweeps() {
@@ -217,38 +203,11 @@ std::vector<Sweep> grid_sweeps() {
       sweep.name = "grid side " + std::to_string(side) + " twist " + std::to_string(twist);
       sweep.start.side = side;
       sweep.start.twist = twist;
+      sweep.watched = false;  // 15 degrees between two poses are no motion
       sweeps.push_back(std::move(sweep));
     }
   }
   return sweeps;
-}
-
-double Envelope::needs(std::string_view channel) const {
-  if (channel == "extension") return extension;
-  if (channel == "flexion") return flexion;
-  if (channel == "side") return side;
-  return channel == "twist" ? twist : 0.0;
-}
-
-bool Envelope::contains(const PoseDegrees& pose) const {
-  if (whole_sweep) return true;
-  constexpr double kSlack = 1e-9;  // a pose on the border is inside whatever its last bit says
-  return std::all_of(std::begin(kChannels), std::end(kChannels), [&](std::string_view channel) {
-    return std::abs(*pose.find(channel)) <= needs(channel) + kSlack;
-  });
-}
-
-std::optional<Envelope> find_envelope(std::string_view name) {
-  for (const Envelope& envelope : envelopes()) {
-    if (envelope.name == name) return envelope;
-  }
-  return std::nullopt;
-}
-
-std::vector<std::string> envelope_names() {
-  std::vector<std::string> names;
-  for (const Envelope& envelope : envelopes()) names.push_back(envelope.name);
-  return names;
 }
 
 std::string_view mapping_name(solver::Mapping mapping) {

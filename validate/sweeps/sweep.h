@@ -29,8 +29,9 @@ struct PoseDegrees {
   std::string text() const;
 };
 
-/// Reads `extension=90,side=10`. Throws solver::RigError naming an unknown channel (with the
-/// nearest name), a missing or a non-finite number, or a stretch that leaves nothing (-95 or less).
+/// Reads `extension=90,side=10`, or `rest`. Throws solver::RigError naming an unknown channel (with
+/// the nearest name), a missing or a non-finite number, or a stretch that leaves nothing (-95 or
+/// less).
 PoseDegrees parse_pose(std::string_view text);
 inline constexpr double kLeastStretch = -95.0;  // per cent
 
@@ -54,6 +55,8 @@ struct Sweep {
   PoseDegrees per_degree;
   PoseDegrees start{};
   std::vector<Waypoint> through{};  // empty, or at least two by rising control
+  bool corner = false;              // leads from rest to a corner of the envelope
+  bool watched = true;              // small pictures follow its motion; else only its findings
 
   std::size_t pose_count() const;
   double control_at(std::size_t pose) const;
@@ -73,26 +76,10 @@ Sweep path_sweep(std::string name, std::span<const PoseDegrees> poses, double st
 inline constexpr std::string_view kRandomWalk = "walk";  // its name
 Sweep random_walk(std::uint64_t seed, int legs, double step_deg);
 
-/// Specification 8, Sweeps: what `check` runs by itself, and what stresses a rig further. The grid
+/// Specification 8, Sweeps: what stresses a rig beyond the standard sweeps (envelope.h). The grid
 /// covers pose space: extension at every pair of side and twist, a sweep each.
-std::vector<Sweep> standard_sweeps();
 std::vector<Sweep> stress_sweeps();
 std::vector<Sweep> grid_sweeps();
-
-/// How far a kind of character is expected to be clean in each channel, degrees.
-struct Envelope {
-  std::string name;
-  double extension = 0, flexion = 0, side = 0, twist = 0;
-  bool whole_sweep = false;  // a comparison: everything that is swept counts
-
-  double needs(std::string_view channel) const;
-  /// Whether a pose of the sweep lies inside. A tipped hip and a stretch always are stress.
-  bool contains(const PoseDegrees& pose) const;
-};
-
-/// `human`, `cartoon`, `creature`, `sweep`; nullopt for another name.
-std::optional<Envelope> find_envelope(std::string_view name);
-std::vector<std::string> envelope_names();
 
 std::string_view mapping_name(solver::Mapping mapping);
 std::optional<solver::Mapping> find_mapping(std::string_view name);

@@ -15,11 +15,31 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
       check.sense == Sense::at_most ? context.value - context.ideal : context.ideal - context.value;
   const bool ideal_is_as_bad =
       judge(check, context.ideal, limit) == Verdict::fail && worse <= 0.1 * std::abs(limit);
+  if (ideal_is_as_bad && std::isfinite(context.ideal_proxy)) {
+    const bool at_most = check.sense == Sense::at_most;
+    const double gap =
+        at_most ? context.ideal - context.ideal_proxy : context.ideal_proxy - context.ideal;
+    const bool as_bad = gap <= 0.1 * std::abs(limit);
+    const bool clean_misses = judge(check, context.ideal_proxy, limit) == Verdict::fail;
+    const bool far_worse = at_most ? context.ideal > kWorseThanClean * context.ideal_proxy
+                                   : context.ideal * kWorseThanClean < context.ideal_proxy;
+    if (as_bad || (clean_misses && !far_worse)) return {Verdict::fail, Owner::skeleton, false};
+  }
   if (ideal_is_as_bad)
     return {Verdict::fail, Owner::weights, check.decides && context.judging_weights};
   const bool only_weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass &&
                                     judge(check, context.ideal, limit) == Verdict::fail;
   return {Verdict::fail, only_weights_cure_it ? Owner::weights : Owner::solver, check.decides};
+}
+
+int joints_needed(const Check& check, double limit, double value, int joints) {
+  if (!std::isfinite(value) || judge(check, value, limit) != Verdict::fail) return 0;
+  if (check.code == "BB011" || check.code == "BB036")
+    return static_cast<int>(std::ceil(joints * value / limit));
+  if (check.code == "BB030" && value > 0.0 && limit < 1.0)
+    return static_cast<int>(
+        std::ceil(joints * std::acos(std::sqrt(value)) / std::acos(std::sqrt(limit))));
+  return 0;
 }
 
 }  // namespace backbend::validate

@@ -1,13 +1,16 @@
 #pragma once
+#include <limits>
+
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {
 
-/// What is known about a value on the mesh beside the value itself.
+/// What is known about a value on the mesh beside the value itself. NaN: not measured.
 struct MeshContext {
   double value = 0.0;  // of the rig under judgement
   double ideal = 0.0;  // of the ideal bend (`even`) with the same ends and the same weights
-  double proxy = 0.0;  // of the same rig with clean proxy weights; NaN: not measured
+  double proxy = 0.0;  // of the same rig with clean proxy weights
+  double ideal_proxy = std::numeric_limits<double>::quiet_NaN();  // of the ideal bend with those
   double infeasible =
       0.0;  // curvature times depth at the place; 1 and above: the surface must fold
   bool judging_weights = false;  // the character is on trial: what the ideal shows too decides
@@ -20,15 +23,29 @@ struct Booking {
   bool decides = false;
 };
 
+/// Weights may be so much worse than clean ones, as a factor of what those give beyond the limit,
+/// before they are to blame although the skeleton cannot meet the limit either. Healthy humans
+/// stay below 1.3; weights moved by one vertebra double it.
+inline constexpr double kWorseThanClean = 1.5;
+
 /// Books a value on the mesh. Within its limit it is a pass. Beyond it:
 /// - in a pose that this body is too thick for, the pose's, and never a rig's fault;
-/// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), the weights';
-///   that decides only where weights are what is judged;
+/// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), and clean proxy
+///   weights under the ideal bend are as bad too or miss the limit themselves, the skeleton's: it
+///   has too few joints for the range. That never decides, unless the character's own weights are
+///   worse than clean ones by more than kWorseThanClean: then they are to blame all the same;
+/// - where the ideal bend is as bad and clean weights are not, the weights'; that decides only
+///   where weights are what is judged;
 /// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
 ///   the limit and clean proxy weights are not, which makes it the weights'. Where both cure it,
 ///   these weights are good enough for a better rig.
 /// A value or limit that is not finite is not measured; without a finite ideal nobody can be
 /// blamed, and the finding stands as the check's usual owner's, deciding.
 Booking book_mesh_finding(const Check& check, double limit, const MeshContext& context);
+
+/// How many joints would carry what `joints` cannot, where clean weights and the ideal bend give
+/// `value`: kinks and twist jumps are shared out among the joints; a slice under linear blending
+/// keeps cos^2 of half the twist between two of them. 0: that check has no such rule.
+int joints_needed(const Check& check, double limit, double value, int joints);
 
 }  // namespace backbend::validate

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 namespace backbend::validate {
 namespace {
@@ -270,6 +271,15 @@ constexpr bool codes_rise() {
 }
 static_assert(codes_rise(), "find_check() searches by halves");
 
+/// To the four digits that reports print: what reads `15` is no more than a limit of 15.
+double as_printed(double value) {
+  if (value == 0.0) return value;
+  const double places = 3.0 - std::floor(std::log10(std::abs(value)));
+  if (std::abs(places) > 22.0) return value;  // no power of ten beyond that is exact
+  const double scale = std::pow(10.0, std::abs(places));
+  return places >= 0.0 ? std::round(value * scale) / scale : std::round(value / scale) * scale;
+}
+
 }  // namespace
 
 std::span<const Check> all_checks() { return kChecks; }
@@ -279,8 +289,9 @@ const Check* find_check(std::string_view code) {
   return found != kChecks.end() && found->code == code ? &*found : nullptr;
 }
 
-Verdict judge(const Check& check, double measured, double limit) {
-  if (!std::isfinite(measured) || !std::isfinite(limit)) return Verdict::not_measured;
+Verdict judge(const Check& check, double exact, double limit) {
+  if (!std::isfinite(exact) || !std::isfinite(limit)) return Verdict::not_measured;
+  const double measured = as_printed(exact);
   const bool good = check.sense == Sense::at_most ? measured <= limit : measured >= limit;
   return good ? Verdict::pass : Verdict::fail;
 }

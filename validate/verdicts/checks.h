@@ -37,7 +37,8 @@ std::span<const Check> all_checks();
 /// The check with this code, or nullptr.
 const Check* find_check(std::string_view code);
 
-/// Judges a value of a check against a limit. A value or limit that is not finite is not_measured.
+/// Judges a value of a check against a limit, the value to the four digits that reports print, so
+/// that none fails that reads like its limit. A value or limit that is not finite is not_measured.
 Verdict judge(const Check& check, double measured, double limit);
 
 /// By how much a value misses its limit, as a factor of it: comparable between checks. Above 1 on

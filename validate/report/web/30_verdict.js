@@ -68,8 +68,20 @@ function headroomTiles() {
         el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(row.h)), ", needs ", number(row.h.needs_deg)))),
       rows.length > 3 && el("a", { href: "#rigs" }, plural(rows.length - 3, "more row")));
   };
+  const cornered = rigs.filter((rig) => rig.corners && (rig.corners.needed || rig.corners.poses > 0));
+  const open = (rig) => rig.corners.poses === 0 || rig.corners.clean < rig.corners.poses;
+  const share = (c) => c.poses === 0 ? "not measured" : Math.floor(100 * c.clean / c.poses) + " %";
+  const cornerTile = () => {
+    const rows = [...cornered].sort((a, b) => a.corners.clean_percent - b.corners.clean_percent);
+    return el("div", { class: "tile" + (open(rows[0]) ? " short" : "") },
+      el("h3", {}, "corners"),
+      el("p", { class: "room" }, share(rows[0].corners), open(rows[0]) && el("span", { class: "falls" }, " short")),
+      rows.slice(0, 3).map((rig) => el("div", { class: "row" }, el("span", { class: "who" }, who({ rig })),
+        el("span", { class: "num" }, `${rig.corners.clean} of ${plural(rig.corners.poses, "pose")} clean`,
+          rig.corners.worst && ", worst: " + visible(rig.corners.worst)))));
+  };
   return section("headroom", "Headroom of the proposed rig" + (severalRigs ? "s" : ""),
-    el("div", { class: "tiles" }, [...channels].map(tile)));
+    el("div", { class: "tiles" }, [...channels].map(tile), cornered.length > 0 && cornerTile()));
 }
 
 function picturesOf(finding) {
