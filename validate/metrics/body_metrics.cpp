@@ -32,8 +32,7 @@ std::vector<std::uint8_t> arm_vertices(const skin::Character& character,
 }
 
 /// Arc of each spine joint along the rest pose, hips first, against that of the chest.
-std::vector<double> spine_fractions(const skin::Character& character,
-                                    const skin::Anatomy& anatomy) {
+std::vector<double> arc_of_joints(const skin::Character& character, const skin::Anatomy& anatomy) {
   std::vector<double> arc;
   const auto at = [&](std::size_t k) {
     return glm::dvec3(
@@ -130,7 +129,7 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                       joints};
   const SpineLine line(joints);
   const std::vector<float> coordinate = spine_coordinate(mesh, line);
-  spine_fraction_ = spine_fractions(character, anatomy);
+  spine_fraction_ = arc_of_joints(character, anatomy);
   for (const int node : anatomy.spine)
     spine_name_.push_back(character.nodes[static_cast<std::size_t>(node)].name);
   for (const std::uint32_t place : character.place) coordinate_.push_back(coordinate[place]);
