@@ -114,6 +114,52 @@ TEST(WeightHygiene, CallsAJointOnTwoShellsNoBleed) {
   EXPECT_TRUE(judge(twice).bleed.empty());
 }
 
+TEST(WeightHygiene, LeavesPiecesOfACostumeAlone) {
+  Character character = curtain();
+  const auto foot = static_cast<std::uint16_t>(stick_node(character, "foot.L"));
+  const auto bind = [&](std::size_t row, std::size_t column, float share) {
+    Influences& influences = character.influences[row * 21 + column];
+    influences.joint[2] = foot;
+    influences.weight = {0.5f * (1.0f - share), 0.5f * (1.0f - share), share};
+  };
+  for (std::size_t row = 0; row < 6; ++row)  // its area
+    for (std::size_t column = 0; column < 6; ++column) bind(row, column, 1.0f);
+  // A plate that it holds all over, far from there.
+  for (std::size_t row = 15; row < 18; ++row)
+    for (std::size_t column = 12; column < 17; ++column) bind(row, column, 0.95f);
+  EXPECT_TRUE(judge(character).bleed.empty());
+  // The same patch half as firm was painted by accident.
+  for (std::size_t row = 15; row < 18; ++row)
+    for (std::size_t column = 12; column < 17; ++column) bind(row, column, 0.5f);
+  ASSERT_EQ(judge(character).bleed.size(), 1u);
+  EXPECT_EQ(judge(character).bleed[0].places, 15u);
+
+  // As a part of its own whose vertices stand on the body's, it is a piece at any share.
+  Character dressed = character;
+  dressed.parts.push_back({"body", 0, 0, static_cast<std::uint32_t>(character.triangles.size()), 0,
+                           static_cast<std::uint32_t>(character.vertex_count())});
+  const auto first = static_cast<std::uint32_t>(character.vertex_count());
+  for (std::size_t row = 15; row < 18; ++row)
+    for (std::size_t column = 12; column < 17; ++column) {
+      const std::size_t v = row * 21 + column;
+      dressed.influences[v] = curtain().influences[v];
+      dressed.bind_position.push_back(character.bind_position[v] + glm::vec3(0.0f, 0.0f, 0.1f));
+      dressed.bind_normal.push_back(character.bind_normal[v]);
+      dressed.influences.push_back(character.influences[v]);
+      // Its first row touches the body.
+      dressed.place.push_back(row == 15 ? character.place[v] : dressed.place_count++);
+      if (row == 15 || column == 12) continue;
+      const auto n = static_cast<std::uint32_t>(dressed.vertex_count()) - 1;
+      dressed.triangles.emplace_back(n - 6, n - 5, n);
+      dressed.triangles.emplace_back(n - 6, n, n - 1);
+    }
+  dressed.parts.push_back(
+      {"plate", 0, dressed.parts[0].triangle_count,
+       static_cast<std::uint32_t>(dressed.triangles.size()) - dressed.parts[0].triangle_count,
+       first, static_cast<std::uint32_t>(dressed.vertex_count()) - first});
+  EXPECT_TRUE(judge(dressed).bleed.empty());
+}
+
 TEST(WeightHygiene, CountsTinyWeightsAndLongLists) {
   Character character = curtain();
   character.influences[40].joint = {0, 1, 2, 3, 4};

@@ -40,7 +40,9 @@ class InputJudge {
     }
   }
 
-  void ask(std::string_view code, const skin::WeightAnswer& answer, const char* what) {
+  /// `story` tells of a joint, its size in per cent and the other joint.
+  template <typename Story>
+  void ask(std::string_view code, const skin::WeightAnswer& answer, const Story& story) {
     if (!answer.not_applicable.empty()) {
       out_.coverage.push_back({std::string(code), 1, 0, 0, 1});
       out_.notes.push_back(std::string(code) + " " + std::string(find_check(code)->name) +
@@ -51,21 +53,20 @@ class InputJudge {
     for (const skin::WeightFault& fault : answer.faults) {
       if (facts.size() > 4 * kMostJoints) break;
       const double percent = 100.0 * fault.value;
-      std::string detail = joint(fault.node) + " " + what + " " + number_text(percent, 1) + " %";
-      if (fault.other >= 0) detail += ", where " + joint(fault.other) + " should be";
+      std::string detail =
+          story(joint(fault.node), number_text(percent, 1) + " %", joint(fault.other));
       if (fault.places > 0)
         detail += "; " + std::to_string(fault.places) + " places, " +
                   skin::place_of_fault(character(), context_.stage.anatomy(), fault);
       if (fault.distance > 0.0)
-        detail += ", " + number_text(1000.0 * fault.distance, 0) + " mm away";
-      const bool has_place = fault.places > 0;
-      facts.push_back({percent, has_place ? static_cast<int>(fault.vertex) : -1, fault.node,
+        detail += ", up to " + number_text(1000.0 * fault.distance, 0) + " mm away";
+      facts.push_back({percent, fault.places > 0 ? static_cast<int>(fault.vertex) : -1, fault.node,
                        1000.0 * fault.distance, fault.places, std::move(detail)});
     }
     ask(code, facts);
   }
 
-  std::string joint(int node) const { return name(node); }
+  std::string joint(int node) const { return node < 0 ? "another joint" : name(node); }
   const std::string& name(int node) const {
     return character().nodes[static_cast<std::size_t>(node)].name;
   }
@@ -124,11 +125,31 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
 
   const skin::Anatomy& anatomy = context.stage.anatomy();
   const skin::WeightFaults faults = skin::find_weight_faults(character, anatomy);
-  input.ask("BB063", faults.wrong_side, "weighs on the other side with");
-  input.ask("BB064", faults.far, "weighs far from its area with");
-  input.ask("BB065", faults.asymmetry, "differs from its mirror image by");
-  input.ask("BB066", faults.order, "stands above the joint that follows it by");
-  input.ask("BB067", faults.seams, "differs between vertices of one place by");
+  using Text = std::string;
+  input.ask("BB063", faults.wrong_side,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return joint + " has " + size + " of the weight on the other side, where " + other +
+                     " belongs";
+            });
+  input.ask("BB064", faults.far,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return joint + " has " + size + " of the weight far from its area, where " + other +
+                     " weighs most";
+            });
+  input.ask("BB065", faults.asymmetry,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return joint + " lacks " + size + " of what its mirror image has; " + other +
+                     " has it";
+            });
+  input.ask("BB066", faults.order,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return "the weights of " + joint + " stand " + size +
+                     " of the spine beyond those of " + other + ", which follows it";
+            });
+  input.ask("BB067", faults.seams,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return joint + " and " + other + ": vertices of one place differ by " + size;
+            });
 
   std::vector<InputFact> off;
   for (const skin::JointBindOff& one : skin::joints_bound_off(character)) {
