@@ -45,7 +45,8 @@ TEST(ShareExcess, AKinkIsFoundAtItsJointByItsSizeWhereverItBegins) {
         EXPECT_EQ(found.joint, 3) << size_deg << " from " << from;
         EXPECT_NEAR(found.deg, size_deg, 0.02 * size_deg) << from;
         EXPECT_GT(found.deg, found.limit_deg);
-        EXPECT_GT(glm::dot(glm::normalize(found.turn), axis), 0.99);
+        EXPECT_GT(glm::dot(glm::normalize(found.turn), axis),
+                  0.9);  // the bend turns it by up to 24 deg
       }
 }
 
