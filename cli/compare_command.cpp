@@ -72,6 +72,11 @@ int compare_rigs(const Options& options, const Common& common) {
   suite.pictures.sheet_columns = 0;  // the worst frames of both sides are what it is made for
   suite.envelope = *find_envelope("sweep");
   sweep_as_named(options.sweeps, suite);
+  suite.standard = false;  // they are those already, for every character
+  // Pictures of every pose are what takes time: they follow the bends, and findings elsewhere.
+  for (Sweep& sweep : suite.sweeps)
+    sweep.watched =
+        sweep.watched && (moves_alone(sweep, "extension") || moves_alone(sweep, "flexion"));
   options.apply_to(request);
   request.compare = RunRequest::Compare::rigs;
   request.character =

@@ -27,6 +27,16 @@ double always_seen(std::string_view code) {
   return std::numeric_limits<double>::infinity();
 }
 
+/// Which findings, worst first, pictures are asked about: a body that fails everywhere fails at the
+/// end of every sweep, and its twentieth kink shows what the first did.
+std::vector<bool> worst_of_each_code(const std::vector<Finding>& findings) {
+  constexpr int kOfACode = 6;
+  std::map<std::string, int> seen;
+  std::vector<bool> shown;
+  for (const Finding& finding : findings) shown.push_back(seen[finding.code]++ < kOfACode);
+  return shown;
+}
+
 /// Whether two rigid motions are one, but for rounding.
 bool moves_alike(const solver::RigidMotion& a, const solver::RigidMotion& b) {
   constexpr double kRounding = 1e-9;
@@ -269,11 +279,16 @@ void ImagePass::look_at_sweep(const RigRecord& rig, const SweepRecord& sweep, Pr
 
 void ImagePass::look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress) {
   series_.clear();
+  const std::vector<bool> shown = worst_of_each_code(findings);
   for (const SweepRecord& sweep : rig.sweeps) {
     if (sweep.sweep.watched) look_at_sweep(rig, sweep, progress);
     for (std::size_t i = 0; i < findings.size(); ++i) {
       Finding& finding = findings[i];
       if (finding.sweep != sweep.sweep.name) continue;
+      if (!shown[i]) {
+        finding.image.note = "not looked at: worse ones of this check were";
+        continue;
+      }
       poll_interrupt();
       // Every shard needs the witnesses: pictures are taken by the camera that sees most.
       const std::string unit = unit_name("witness", character_, rig, sweep.sweep.name, i);

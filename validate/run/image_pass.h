@@ -24,7 +24,7 @@ class ImagePass {
 
   /// Looks at a rig's sweeps and fills the image part of its findings, whose owners are known. In a
   /// shard only its own share of the sweeps is looked at. Of sweeps that are not watched (corners,
-  /// grids) only the findings are looked at.
+  /// grids) only the findings are looked at, and of each check the six worst.
   void look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress);
   /// Where pictures and geometry contradict each other on the rig that look() saw last (BB070): the
   /// picture jumps between two poses while geometry knows of no jump and no haste there, or a
