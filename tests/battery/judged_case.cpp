@@ -37,8 +37,10 @@ Outcome check_character(const std::filesystem::path& file) {
     suite.characters = {file};
     suite.rigs = {read_rig("even")};
     suite.mappings = {solver::Mapping::chest};
-    suite.sweeps = standard_sweeps();
+    suite.envelope_by_kind = true;
     suite.envelope = *find_envelope("human");
+    suite.standard = suite.corners = true;
+    suite.sweeps = standard_sweeps(suite.envelope);
     suite.pictures.enabled = false;
     suite.judges_weights = true;
     request.image_pass = false;
