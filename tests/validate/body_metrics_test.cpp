@@ -231,7 +231,10 @@ TEST(BodyMetrics, SlicesGoOnAsFarAsTheLastJointBends) {
   const Measured m{Figure(5)};
   EXPECT_NEAR(m.metrics.slices().slice.front().s, 0.05, 1e-6);
   EXPECT_NEAR(m.metrics.slices().slice.back().s, 0.95 * 1.2, 1e-6);
-  EXPECT_EQ(m.metrics.slice_place(63), "slice 64/64 spine5..neck");
+  Finding last;
+  last.slice = 63;
+  PlaceNames(m.figure.character, m.figure.anatomy, &m.metrics).name({}, last);
+  EXPECT_EQ(last.between, (std::array<std::string, 2>{"spine5", "neck"}));
   // Nothing is asked of them beyond the chest: a twist that ends there is no wringing above.
   const BodyMeasures still = m.pose("even", {});
   EXPECT_LT(still.slices.kink_worst_deg, 1e-2);

@@ -103,6 +103,45 @@ TEST(BookMeshFinding, WhatCleanWeightsCureIsTheWeightsAndDecides) {
   EXPECT_TRUE(b.decides);
 }
 
+TEST(BookMeshFinding, WeightsNearlyAsGoodAsCleanOnesAreNotToBlameOnWhicheverSideOfTheLimit) {
+  // 33 is 1.4 times 23.6, which passes; 36 is more than 1.5 times.
+  MeshContext facts{
+      .value = 33.0, .ideal = 33.0, .proxy = 23.6, .ideal_proxy = 23.6, .judging_weights = true};
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::skeleton);
+  facts.value = facts.ideal = 36.0;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+}
+
+TEST(BookMeshFinding, SlicesOfASpineOfTwoBonesAreItsOwn) {
+  MeshContext facts{
+      .value = 63.0, .ideal = 63.0, .proxy = 12.0, .ideal_proxy = 12.0, .judging_weights = true};
+  for (const int bones : {1, 2}) {
+    facts.bones = bones;
+    EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::skeleton) << bones;
+    EXPECT_FALSE(book_mesh_finding(kKink, 25.0, facts).decides) << bones;
+  }
+  facts.bones = kLeastBonesForSlices;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+  // Another check is asked of any spine, and a rig that is worse than the ideal bend stays to
+  // blame.
+  facts.bones = 2;
+  facts.value = facts.ideal = 0.3;
+  facts.proxy = facts.ideal_proxy = 0.9;
+  EXPECT_EQ(book_mesh_finding(kArea, 0.75, facts).owner, Owner::weights);
+  facts.value = 63.0;
+  facts.ideal = facts.ideal_proxy = 12.0;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::solver);
+}
+
+TEST(IsRestShape, IsWhatTheIdealBendShowsOnTheSameRestSpine) {
+  const Check& kink = *find_check("BB010");
+  EXPECT_TRUE(is_rest_shape(kink, 2.0, 2.5, 2.5));
+  EXPECT_TRUE(is_rest_shape(kink, 2.0, 2.6, 2.5));
+  EXPECT_FALSE(is_rest_shape(kink, 2.0, 3.0, 2.5)) << "worse than the ideal bend";
+  EXPECT_FALSE(is_rest_shape(kink, 2.0, 2.5, 1.9)) << "the ideal bend passes";
+  EXPECT_FALSE(is_rest_shape(*find_check("BB020"), 0.5, 0.6, 0.6)) << "arms drift on any shape";
+}
+
 TEST(BookMeshFinding, AWeakSkeletonDoesNotExcuseWeightsThatAreFarWorseThanCleanOnes) {
   const Booking b = book_mesh_finding(
       kKink, 25.0,

@@ -102,6 +102,16 @@ std::string skeleton_text(const Stage& stage, const Check& check, const Finding&
          "; advisory: clean weights and the ideal bend show it, too";
 }
 
+/// What the ideal bend of the same rest spine shows as well belongs to the skeleton, and is
+/// advisory.
+void book_rest_shape(const Check& check, double ideal, Finding& finding) {
+  if (!is_rest_shape(check, finding.limit, finding.value, ideal)) return;
+  finding.owner = Owner::skeleton;
+  finding.verdict = Verdict::stress;
+  finding.detail +=
+      "; advisory: the rest spine turns so sharply there that the ideal bend shows it, too";
+}
+
 }  // namespace
 
 void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
@@ -120,7 +130,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     const Check& check = *find_check(finding.code);
     if (!metric_of(finding.code)) continue;
     const bool on_mesh = check.subject == Subject::mesh;
-    if (!on_mesh && is_ideal) continue;  // it would be asked of itself
+    if (!on_mesh && is_ideal) continue;  // it is its own ideal
     Opinions& each = by_pose[{finding.sweep, finding.control_deg}];
     each.pose = pose_of(rig, finding);
     each.on_mesh = each.on_mesh || on_mesh;
@@ -142,6 +152,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     const auto metric = metric_of(finding.code);
     const auto found = by_pose.find({finding.sweep, finding.control_deg});
     const bool on_mesh = check.subject == Subject::mesh;
+    if (metric && !on_mesh && is_ideal) book_rest_shape(check, finding.value, finding);
     if (!metric || found == by_pose.end() || (!on_mesh && is_ideal)) continue;
     const Opinions& each = found->second;
     const double ideal = each.ideal.at(*metric).value;
@@ -150,6 +161,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       finding.geometry["ideal"] = ideal;
       finding.detail += "; the rig " + rig_text(IdealBend(each.pose).spec) + " gives " +
                         verdict_text(check, ideal, finding.limit) + " in the same pose";
+      book_rest_shape(check, ideal, finding);
       continue;
     }
     MeshContext facts;
@@ -159,6 +171,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.ideal_proxy = each.ideal_proxy.at(*metric).value;
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
+    facts.bones = static_cast<int>(stage.anatomy().chest_index);
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;

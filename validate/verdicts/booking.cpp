@@ -4,6 +4,18 @@
 #include <cmath>
 
 namespace backbend::validate {
+namespace {
+
+bool compares_slices(const Check& check) {
+  return check.code == "BB011" || check.code == "BB012" || check.code == "BB036";
+}
+
+}  // namespace
+
+bool is_rest_shape(const Check& check, double limit, double value, double ideal) {
+  if (check.code != "BB010" && check.code != "BB014") return false;
+  return judge(check, ideal, limit) == Verdict::fail && value - ideal <= 0.1 * limit;
+}
 
 Booking book_mesh_finding(const Check& check, double limit, const MeshContext& context) {
   Booking out;
@@ -20,11 +32,13 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
     const double gap =
         at_most ? context.ideal - context.ideal_proxy : context.ideal_proxy - context.ideal;
     const bool as_bad = gap <= 0.1 * std::abs(limit);
-    const bool clean_misses = judge(check, context.ideal_proxy, limit) == Verdict::fail;
     const bool far_worse = at_most ? context.ideal > kWorseThanClean * context.ideal_proxy
                                    : context.ideal * kWorseThanClean < context.ideal_proxy;
-    if (as_bad || (clean_misses && !far_worse)) return {Verdict::fail, Owner::skeleton, false};
+    if (as_bad || !far_worse) return {Verdict::fail, Owner::skeleton, false};
   }
+  const bool short_spine = context.bones > 0 && context.bones < kLeastBonesForSlices;
+  if (ideal_is_as_bad && short_spine && compares_slices(check))
+    return {Verdict::fail, Owner::skeleton, false};
   if (ideal_is_as_bad)
     return {Verdict::fail, Owner::weights, check.decides && context.judging_weights};
   const bool only_weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass &&

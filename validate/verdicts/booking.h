@@ -14,6 +14,7 @@ struct MeshContext {
   double infeasible =
       0.0;  // curvature times depth at the place; 1 and above: the surface must fold
   bool judging_weights = false;  // the character is on trial: what the ideal shows too decides
+  int bones = 0;                 // of the character's driven spine; 0: not known
 };
 
 /// Whose a mesh finding is, and whether it decides the exit code.
@@ -23,19 +24,28 @@ struct Booking {
   bool decides = false;
 };
 
-/// Weights may be so much worse than clean ones, as a factor of what those give beyond the limit,
-/// before they are to blame although the skeleton cannot meet the limit either. Healthy humans
-/// stay below 1.3; weights moved by one vertebra double it.
+/// Weights may be so much worse than clean ones, as a factor of what those give, before they are to
+/// blame. Healthy humans stay below 1.3, whichever side of the limit clean weights are on; weights
+/// moved by one vertebra double it.
 inline constexpr double kWorseThanClean = 1.5;
+
+/// Checks that compare slices over one spine bone with those on both sides need three bones: on a
+/// shorter spine the window is the spine, and what they measure is where its joints are.
+inline constexpr int kLeastBonesForSlices = 3;
+
+/// A value on the chain that the ideal bend of the same rest shape shows as well (a tenth of the
+/// limit apart counts as equal): a corner or an S in the rest spine, no fault of the rig. True for
+/// the checks that compare neighbouring bones, BB010 and BB014, and no other.
+bool is_rest_shape(const Check& check, double limit, double value, double ideal);
 
 /// Books a value on the mesh. Within its limit it is a pass. Beyond it:
 /// - in a pose that this body is too thick for, the pose's, and never a rig's fault;
 /// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), and clean proxy
-///   weights under the ideal bend are as bad too or miss the limit themselves, the skeleton's: it
-///   has too few joints for the range. That never decides, unless the character's own weights are
-///   worse than clean ones by more than kWorseThanClean: then they are to blame all the same;
-/// - where the ideal bend is as bad and clean weights are not, the weights'; that decides only
-///   where weights are what is judged;
+///   weights under the ideal bend are nearly as bad (by a tenth of the limit, or by less than
+///   kWorseThanClean), the skeleton's: it has too few joints for the range. So are slices of a
+///   spine of fewer than kLeastBonesForSlices bones. That never decides;
+/// - where the ideal bend is as bad and clean weights are far better, the weights'; that decides
+///   only where weights are what is judged;
 /// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
 ///   the limit and clean proxy weights are not, which makes it the weights'. Where both cure it,
 ///   these weights are good enough for a better rig.
