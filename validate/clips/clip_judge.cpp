@@ -341,6 +341,8 @@ void book_clip_owners(const ClipContext& context, const ClipRecord& record,
         facts.value - facts.ideal <= finding.limit)
       booking = {booking.verdict, Owner::weights, false};
     finding.owner = booking.owner == Owner::solver ? owner_of_motion(context.clip) : booking.owner;
+    // What captured or keyed motion does to the skin is what was meant: no even bend is owed.
+    if (finding.owner == Owner::motion) booking.decides = false;
     if (!booking.decides) finding.verdict = Verdict::stress;
     finding.geometry["ideal"] = facts.ideal;
     finding.detail += "; an even bend with the same ends gives " + number_text(facts.ideal, 3);

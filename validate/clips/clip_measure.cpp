@@ -100,6 +100,7 @@ class JointMeasures {
           if (watched[w].node == root && watched[w].base == base) arms_.push_back(w);
     for (Index w = 1; w < anatomy.spine.size(); ++w) spine_.push_back(w);
     calmest_ = calmest_frame();
+    if (body.fit() != ClipFit::points) moving_joints_ = count_moving_joints();
   }
 
   bool any_arms() const { return !arms_.empty(); }
@@ -159,13 +160,15 @@ class JointMeasures {
       Measured& value = poses[frame].at(MetricId::arm_shift);
       if (!(percent <= value.value)) value = {percent, static_cast<int>(joint)};
     };
+    for (Index i = 0; i < range.count; ++i) report(i, 0.0, spine_.empty() ? 0 : spine_.front());
     const std::vector<std::vector<double>> arm = arm_slides(range);
     const double wide = kSlide * anatomy_.spine_length;
     const auto slides = [&](const std::vector<double>& way) {
       return *std::max_element(way.begin(), way.end()) > wide;
     };
-    // Both shoulders sliding is a shrug that somebody made, unless the controls say otherwise.
-    const bool made = !arms_are_still && std::count_if(arm.begin(), arm.end(), slides) > 1;
+    // Several joints that move on their parents were moved by somebody (a shrug, a cartoon's
+    // stretched neck), unless the controls say otherwise: then only pops count.
+    const bool made = !arms_are_still && moving_joints_ > 1;
     for (Index a = 0; a < arms_.size(); ++a) {
       if (!made && slides(arm[a])) {
         for (Index i = 0; i < range.count; ++i) report(i, arm[a][i], arms_[a]);
@@ -176,6 +179,16 @@ class JointMeasures {
         path.push_back(place(range.first + i, watched_[arms_[a]].node, watched_[arms_[a]].base));
       const std::vector<double> pops = path_pops(path, time);
       for (Index i = 0; i < range.count; ++i) report(i, pops[i], arms_[a]);
+    }
+    if (made) {
+      for (const Index k : spine_) {
+        std::vector<glm::dvec3> path;
+        for (Index i = 0; i < range.count; ++i)
+          path.push_back(place(range.first + i, watched_[k].node, parent(k)));
+        const std::vector<double> pops = path_pops(path, time);
+        for (Index i = 0; i < range.count; ++i) report(i, pops[i], k);
+      }
+      return;
     }
     const std::vector<std::vector<double>> spine = spine_slides(range);
     for (Index i = 0; i < range.count; ++i)
@@ -192,7 +205,7 @@ class JointMeasures {
 
  private:
   // What a float file rounds a joint's place by, and what nobody sees; shares of the spine.
-  static constexpr double kSamePlace = 0.001, kSlide = 0.02;
+  static constexpr double kSamePlace = 0.001, kSlide = 0.02, kMoves = 0.005;
 
   /// The frame whose controls are nearest to rest; the first where none is recorded.
   Index calmest_frame() const {
@@ -250,6 +263,18 @@ class JointMeasures {
     return best;
   }
 
+  /// Watched joints that leave their place on their parent anywhere in the file by more than what
+  /// nobody sees. Joints of captured motion keep it; in keyed motion that translates, several move.
+  Index count_moving_joints() const {
+    const skin::ClipSweep whole{"", 0, body_.frame_count()};
+    const double seen = kMoves * anatomy_.spine_length;
+    Index count = 0;
+    for (const auto& slides : {arm_slides(whole), spine_slides(whole)})
+      for (const std::vector<double>& way : slides)
+        count += !way.empty() && *std::max_element(way.begin(), way.end()) > seen;
+    return count;
+  }
+
   std::vector<std::vector<double>> arm_slides(const skin::ClipSweep& range) const {
     std::vector<std::vector<double>> out;
     for (const Index arm : arms_) {
@@ -289,6 +314,7 @@ class JointMeasures {
   const std::vector<WatchedJoint>& watched_;
   std::vector<Index> arms_, spine_;  // into watched_
   Index calmest_ = 0;
+  Index moving_joints_ = 0;
 };
 
 /// The joints of the spine between hips and chest, the chest itself where the arms hang from it.
