@@ -295,7 +295,8 @@ class ClaviclesOfALivingRig(CommandTest):
     def test_a_clean_rig_passes_and_is_ahead_of_one_that_drifts(self):
         self.judged(0)
         good, bad = (leaning_clip(self.folder / name, size) for name, size in (("good.clip", 0), ("bad.clip", 5)))
-        result = self.assert_runs("compare", good, bad, "--json")
+        self.assert_runs("compare", bad, good, "--quiet", "-o", "mended")  # the later one is judged
+        result = self.assert_runs("compare", good, bad, "--json", "-o", "broken", code=1)
         (one,) = json.loads(result.stdout)["comparisons"]
         self.assertEqual(one["ahead"], "b", one)
         self.assertEqual(one["worst_of_a"][0]["code"], "BB020")
