@@ -40,7 +40,7 @@ class Usage(CommandTest):
                 ("--sweep", "extensio", ["bake", "hero.glb", "-o", "out.glb"]),
                 ("--joint-map", "spine", ["check", "--baked", "clip.bvh"])):
             with self.subTest(option):
-                self.assert_refused(*command, option, value, code=USAGE, names=[option, value])
+                self.assert_refused(*command, option, value, code=USAGE, names=[option, value.split("=")[0]])
 
     def test_a_code_that_does_not_exist_is_2(self):
         self.assert_refused("explain", "BB999", code=USAGE, names=["BB999"])
