@@ -189,7 +189,7 @@ std::optional<Case> CaseMaker::Stock::clean_rig(std::uint64_t number, Draw& draw
     out.steps.push_back("smoothed " + std::to_string(steps));
   }
   if (chance(0.4)) {
-    const Index most = 2 + draw.index(3);
+    const Index most = 3 + draw.index(2);  // two leave hard borders: no clean variant
     limit_influences(body, most);
     out.steps.push_back("at most " + std::to_string(most) + " weights");
   }
