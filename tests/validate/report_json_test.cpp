@@ -58,7 +58,7 @@ TEST(ReportJson, HoldsEveryKeyOfTheSpecificationInAFinding) {
        {"code", "character", "rig", "sweep", "pose", "frame", "time", "control_deg", "place",
         "value", "limit", "unit", "verdict", "owner", "geometry", "image", "reproduce"})
     EXPECT_TRUE(document["findings"][0].contains(key)) << key;
-  EXPECT_EQ(document["findings"][0]["pose_index"], 29);  // extension 58 of 0..180 by 2
+  EXPECT_EQ(document["findings"][0]["pose_index"], 29);     // extension 58 of 0..180 by 2
   EXPECT_TRUE(document["findings"][0]["frame"].is_null());  // a sweep has no time
   EXPECT_TRUE(document["findings"][0]["time"].is_null());
   EXPECT_EQ(document["findings"][0]["place"], (nlohmann::json{{"joint", "bone_07"}}));
@@ -115,9 +115,37 @@ TEST(ReportJson, RefusesWhatContradictsItself) {
             std::string::npos);
   EXPECT_NE(complaint(with("/rigs/0/sweeps/0/frame", nlohmann::json::array({"a.png"}))), "");
   EXPECT_NE(complaint(with("/canaries/0/ok", false)), "");
-  EXPECT_NE(complaint(with("/findings/0/frame", 1031)), "") << "time must follow from frame";
+  EXPECT_NE(complaint(with("/findings/0/frame", 1031)).find("'frame' and 'time' stand together"),
+            std::string::npos);
+  EXPECT_NE(complaint(with("/findings/0/time", 1.25)), "");
   EXPECT_NE(complaint(with("/pairs/0/finding", 8)), "");
   EXPECT_EQ(complaint(with("/pairs/0/finding", 7)), "");
+}
+
+TEST(ReportJson, KeepsAClipsOwnFrameAndSecond) {
+  Report report = sample_report();
+  report.findings[0].frame = 7;
+  report.findings[0].time_s = 0.25;
+  const Finding back = parse_report(report_json(report)).findings[0];
+  EXPECT_EQ(back.pose_index, report.findings[0].pose_index);
+  EXPECT_EQ(back.frame, 7);
+  EXPECT_EQ(back.time_s, 0.25);
+}
+
+TEST(ReportJson, ReadsOlderReportsThatCountThePosesFrom1001) {
+  auto document = nlohmann::json::parse(report_json(sample_report()));
+  auto& old = document["findings"][0];
+  old.erase("pose_index");
+  EXPECT_EQ(parse_report(document.dump()).findings[0].pose_index, -1) << "on no sweep";
+  old["frame"] = 1030;
+  old["time"] = 29 / 24.0;
+  const Finding back = parse_report(document.dump()).findings[0];
+  EXPECT_EQ(back.pose_index, 29);
+  EXPECT_FALSE(back.frame || back.time_s) << "a clip's own time is not in them";
+  old["time"] = 1.0;
+  EXPECT_NE(complaint(document.dump()), "") << "time must follow from frame";
+  old["frame"] = 1000;
+  EXPECT_NE(complaint(document.dump()).find("sequences start at frame 1001"), std::string::npos);
 }
 
 TEST(ReportJson, RefusesDamagedText) {

@@ -72,9 +72,7 @@ VertexHeat metric_heat(const Stage& stage, const BodyMetrics& body, const HeatPo
   const double limit = std::isfinite(finding.limit) ? finding.limit : 0.0;
   const bool arms = code == "BB020" || code == "BB021" || code == "BB022";
   if (arms && pose.baked) return {};
-  if (arms)
-    return scaled("arm drift, % of height", "% of height", 0.1,
-                  arm_motion(stage, pose));
+  if (arms) return scaled("arm drift, % of height", "% of height", 0.1, arm_motion(stage, pose));
   if (code == "BB033")
     return scaled("triangles that are turned inside out", "", 1.0,
                   inside_out(stage, pose.posed.mesh));

@@ -32,11 +32,14 @@ class Place {
     return {*found, path_ + "." + key, file_};
   }
 
+  bool has(const std::string& key) const {
+    return !value_.is_object() || value_.find(key) != value_.end();
+  }
+
   /// `at`, but an absent key is allowed and gives the fallback.
   template <class T, class F>
   T optional(const std::string& key, T fallback, F read) {
-    if (value_.is_object() && value_.find(key) == value_.end()) return fallback;
-    return read(at(key));
+    return has(key) ? read(at(key)) : fallback;
   }
 
   void done() const {
@@ -270,6 +273,27 @@ FindingPictures pictures(Place p) {
   return out;
 }
 
+/// Where on the sweep a finding stands, and in a clip at which frame and second of its own.
+///
+/// Reports written before findings had `pose_index` count the poses from frame 1001, 24 to a
+/// second, for clips too; nothing of a clip's own time is in them.
+void when(Place& p, Finding& f) {
+  const Place frame = p.at("frame"), time = p.at("time");
+  if (frame.is_null() != time.is_null())
+    (frame.is_null() ? time : frame).refuse("'frame' and 'time' stand together");
+  if (!p.has("pose_index")) {
+    if (frame.is_null()) return;
+    f.pose_index = frame.count() - kFirstFrame;
+    if (f.pose_index < 0) frame.refuse("sequences start at frame 1001");
+    expect_same(time, f.pose_index / kFramesPerSecond);
+    return;
+  }
+  if (const Place pose = p.at("pose_index"); !pose.is_null()) f.pose_index = pose.count();
+  if (frame.is_null()) return;
+  f.frame = frame.count();
+  f.time_s = time.number();
+}
+
 Finding finding(Place p) {
   Finding f;
   f.code = p.at("code").text();
@@ -278,9 +302,7 @@ Finding finding(Place p) {
   f.mapping = p.at("mapping").text();
   f.sweep = p.at("sweep").text();
   f.pose = p.at("pose").text();
-  if (const Place pose = p.at("pose_index"); !pose.is_null()) f.pose_index = pose.count();
-  if (const Place frame = p.at("frame"); !frame.is_null()) f.frame = frame.count();
-  if (const Place time = p.at("time"); !time.is_null()) f.time_s = time.number();
+  when(p, f);
   f.control_deg = p.at("control_deg").number();
   Place place = p.at("place");
   f.joint = place.optional("joint", std::string(), text);
