@@ -326,15 +326,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
                                              body.mesh().open_reason);
 
   std::vector<RigRecord>& records = run.records;
-  std::size_t poses = 0, rigs = 0;
   const std::vector<Sweep> sweeps = sweeps_for(suite, envelope);
-  for (const Sweep& sweep : sweeps) poses += sweep.pose_count();
-  for (const RigPlan& plan : suite.rigs)
-    rigs += plan.role == Role::canary ? 0 : suite.mappings.size();
-  // The image pass looks at most poses once more.
-  for (const Sweep& sweep : sweeps)
-    poses += request.image_pass && sweep.watched ? sweep.pose_count() : 0;
-  progress.start("poses", poses * rigs);
   for (const solver::Mapping mapping : suite.mappings) {
     const RigSearches searches = search_rigs(stage, suite, mapping, search_box(envelope, sweeps));
     std::vector<Sweep> all = sweeps;
@@ -352,6 +344,12 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
         say_what_is_left_out(records.back(), report.characters.back().notes);
     }
   }
+  std::size_t poses = 0;
+  for (const RigRecord& record : records)
+    for (const SweepRecord& sweep : record.sweeps)
+      // The image pass looks at most poses once more.
+      poses += sweep.poses.size() * (request.image_pass && sweep.sweep.watched ? 2 : 1);
+  progress.start("poses", poses);
   // Of the character's file and of what stands beside it.
   const std::string content = report.characters.back().hash;
   if (!measure_records(stage, body, content, records, ledger, progress)) return run;
