@@ -38,7 +38,7 @@ class Settings(CommandTest):
         self.assertEqual(given["rig"], ("isner", "project"))
         self.assertEqual(given["view"], ("profile", "default"))  # an empty variable is none
         self.assertEqual(given["mapping"], ("chest", "default"))
-        self.assertEqual(self.settings("--no-project", *line)["rig"], ("curve", "default"))
+        self.assertEqual(self.settings("--no-project", *line)["rig"], ("even", "default"))
 
     def test_what_it_tells_is_what_a_command_takes(self):
         self.write("backbend.toml", "[render]\nres = \"48x32\"\nspp = 1\nrig = \"rigs/mine.toml\"\nmode = \"Heat\"\n"
