@@ -36,7 +36,7 @@ class RigPages(CommandTest):
                 self.assertIn("\n## " + heading + "\n", self.page(rig), rig)
 
     def test_its_options_are_the_systems_with_their_defaults(self):
-        self.write("night.toml", "[suite]\ncharacters = [\"%s\"]\n[[sweep]]\nchannel = \"extension\"\nto = 10\nstep = 5\n"
+        self.write("night.toml", "[suite]\ncharacters = [\"%s\"]\ncorners = false\n[[sweep]]\nchannel = \"extension\"\nto = 10\nstep = 5\n"
                    % (SOURCE / "scenes/characters/snake.toml") +
                    "".join(f'[[rig]]\nname = "{rig}"\nsolver = {{ system = "{rig}" }}\n' for rig in self.rigs()))
         result = self.backbend("nightly", "night.toml", "--quick", "--json", "-o", "out")
