@@ -154,8 +154,8 @@ std::vector<Motion> captures() {
     const auto body_file = skin::shared_character(body), file = skin::shared_character(motion);
     if (!std::filesystem::exists(body_file) || !std::filesystem::exists(file)) continue;
     const skin::Character whole = skin::read_character(body_file);
-    out.push_back(
-        {body + " " + motion, bones_of(whole), skin::find_anatomy(whole), load_clip(file)});
+    out.push_back({body + " " + motion, bones_of(whole),
+                   up_to_the_neck(whole, skin::find_anatomy(whole)), load_clip(file)});
   }
   return out;
 }
