@@ -86,7 +86,7 @@ class Settings(CommandTest):
     def test_a_value_that_is_not_taken_names_its_place(self):
         self.write("hero.glb", glb.tube())
         for text, *names in (("spp = 0", ":1:", "'spp'"), ("mapping = \"chst\"", ":1:", "'mapping'", "chest"),
-                             ("\nrig = \"evn\"", ":2:", "'even'"), ("res = \"12\"", "'res'", "picture size"),
+                             ("\nrig = \"evn\"", ":2:", "'even'"), ("res = \"12\"", "'res'", "image size"),
                              ("spp = 2.5", ":1:", "'spp'"), ("spq = 4", "'spp'"), ("[rendr]", "'render'"),
                              ("spp = ", ":1:"), ("\xff", ":1:"), ("environment = \"no.hdr\"", "no.hdr")):
             with self.subTest(text=text):
