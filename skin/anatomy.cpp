@@ -156,6 +156,12 @@ class Finder {
           next.push_back(child);
       }
       if (next.empty()) break;
+      // Where some branches move the surface, the others are a mechanism's.
+      const auto moves = [&](int child) {
+        return shape_.weight_below[static_cast<Index>(child)] > 0.0;
+      };
+      if (std::any_of(next.begin(), next.end(), moves))
+        std::erase_if(next, [&](int child) { return !moves(child); });
       const auto extent = [&](int node) {
         return shape_.reach[static_cast<Index>(node)] +
                glm::distance(shape_.position[tip], shape_.position[static_cast<Index>(node)]);
@@ -215,6 +221,7 @@ class Finder {
     if (arms) {
       out_.left_arm = limb_chain(arms->pair.left);
       out_.right_arm = limb_chain(arms->pair.right);
+      find_clavicles_beside_the_arms();
     }
     if (legs) {
       out_.left_leg = limb_chain(legs->pair.left);
@@ -224,6 +231,46 @@ class Finder {
     if (!hinted.left.empty()) out_.left_arm = hinted.left;
     if (!hinted.right.empty()) out_.right_arm = hinted.right;
     arms_given_ = !hinted.left.empty() || !hinted.right.empty();
+  }
+
+  /// Clavicles that the arms do not hang from, as exports of a rig's deforming joints alone have
+  /// them: both roots of their own, or both on a mechanism.
+  void find_clavicles_beside_the_arms() {
+    const int left = clavicle_beside(out_.left_arm.front(), Side::left);
+    const int right = clavicle_beside(out_.right_arm.front(), Side::right);
+    if (left < 0 || right < 0) return;
+    for (auto [chain, clavicle] :
+         {std::pair(&out_.left_arm, left), std::pair(&out_.right_arm, right)}) {
+      const bool replaces =
+          shape_.name[static_cast<Index>(chain->front())].part == BodyPart::clavicle;
+      if (replaces)
+        chain->front() = clavicle;
+      else
+        chain->insert(chain->begin(), clavicle);
+    }
+  }
+
+  /// The joint with most weight that is called clavicle beside an arm's root that is not, or that
+  /// is and moves nothing itself; -1 for none.
+  int clavicle_beside(int root, Side side) const {
+    const NameFacts& own = shape_.name[static_cast<Index>(root)];
+    const bool idle = shape_.weight[static_cast<Index>(root)] <= 0.0;
+    const bool mechanism = own.part == BodyPart::clavicle && idle;
+    if (!mechanism && own.part != BodyPart::arm) return -1;
+    int best = -1;
+    for (Index n = 0; n < shape_.name.size(); ++n) {
+      const int node = static_cast<int>(n);
+      const NameFacts& facts = shape_.name[n];
+      if (facts.part != BodyPart::clavicle || facts.side != side || facts.control || facts.helper ||
+          facts.front || facts.back || !(shape_.weight[n] > 0.0) || node == root ||
+          shape_.is_ancestor(character_, node, root))
+        continue;
+      // Below the root there is the rest of the arm; a mechanism carries its clavicle in its place.
+      if (mechanism ? !is_copy(character_, root, node) : shape_.is_ancestor(character_, root, node))
+        continue;
+      if (best < 0 || shape_.weight[n] > shape_.weight[static_cast<Index>(best)]) best = node;
+    }
+    return best;
   }
 
   bool hangs_from_spine(const MirrorPair& pair) const {
@@ -361,7 +408,8 @@ class Finder {
       return;
     }
     const ArmAttachment arms =
-        find_arm_attachment(character_, out_.spine, out_.left_arm, out_.right_arm);
+        find_arm_attachment(character_, out_.spine, out_.left_arm, out_.right_arm,
+                            template_neck_ >= 0 ? static_cast<int>(out_.neck_index) : -1);
     const int hang = arms.lowest();
     if (hang < 0) return drive_to(out_.neck_index, neck_why_ + "; there are no arms to tell it by");
     if (hang == 0 ||
@@ -389,8 +437,17 @@ class Finder {
       if (const int parent = character_.nodes[n].parent; parent >= 0)
         driven[n] = driven[n] || driven[static_cast<Index>(parent)];
 
-    out_.followers =
-        find_loose_joints(character_, shape_, driven, out_.spine.front(), out_.reasons);
+    // What is one limb but no chain in the file goes with its root.
+    for (const auto* chain : {&out_.left_arm, &out_.right_arm})
+      for (Index k = 1; k < chain->size(); ++k) {
+        const int above = (*chain)[k - 1], below = (*chain)[k];
+        if (shape_.is_ancestor(character_, above, below)) continue;
+        out_.followers.push_back({below, above});
+        say("loose joint " + name(below) + " goes with " + name(above) + ", the clavicle");
+      }
+    for (const Follower& loose :
+         find_loose_joints(character_, shape_, driven, out_.spine.front(), out_.reasons))
+      out_.followers.push_back(loose);
   }
 
   /// Nothing is sure of a body that does not fit its skeleton.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <string_view>
 
 #include "skin/chain_arc.h"
 #include "skin/matrix_facts.h"
@@ -27,18 +28,39 @@ int nearest_index(const Character& character, const std::vector<int>& spine,
   return best;
 }
 
+constexpr double kSamePlace = 1e-4;  // of the way from the world's origin
+
+/// `DEF-spine.003` and `ORG-spine.003` are both of `spine.003`.
+std::string_view without_prefix(std::string_view name) {
+  constexpr std::size_t kLetters = 3;
+  return name.size() > kLetters && name[kLetters] == '-' ? name.substr(kLetters + 1) : name;
+}
+
 }  // namespace
 
+bool is_copy(const Character& character, int node, int joint) {
+  const Node& copy = character.nodes[static_cast<std::size_t>(node)];
+  const Node& original = character.nodes[static_cast<std::size_t>(joint)];
+  const std::string_view bare = without_prefix(copy.name);
+  if (node == joint || bare.size() == copy.name.size() || bare != without_prefix(original.name))
+    return false;
+  const glm::dvec3 a = origin(copy.world_from_node), b = origin(original.world_from_node);
+  return glm::distance(a, b) <= kSamePlace * std::max(glm::length(a), glm::length(b));
+}
+
 int spine_index_above(const Character& character, const std::vector<int>& spine, int node) {
-  for (; node >= 0; node = character.nodes[static_cast<std::size_t>(node)].parent)
-    if (const auto found = std::find(spine.begin(), spine.end(), node); found != spine.end())
-      return static_cast<int>(found - spine.begin());
+  for (; node >= 0; node = character.nodes[static_cast<std::size_t>(node)].parent) {
+    const auto found = std::find_if(spine.begin(), spine.end(), [&](int joint) {
+      return joint == node || is_copy(character, node, joint);
+    });
+    if (found != spine.end()) return static_cast<int>(found - spine.begin());
+  }
   return -1;
 }
 
 ArmAttachment find_arm_attachment(const Character& character, const std::vector<int>& spine,
                                   const std::vector<int>& left_arm,
-                                  const std::vector<int>& right_arm) {
+                                  const std::vector<int>& right_arm, int neck) {
   ArmAttachment out;
   glm::dvec3 sum(0.0);
   double count = 0.0;
@@ -51,7 +73,8 @@ ArmAttachment find_arm_attachment(const Character& character, const std::vector<
     count += 1.0;
   }
   if (!out.by_place) return out;
-  const int nearest = nearest_index(character, spine, sum / count);
+  int nearest = nearest_index(character, spine, sum / count);
+  if (neck > 0) nearest = std::min(nearest, neck - 1);
   if (!left_arm.empty()) out.left = nearest;
   if (!right_arm.empty()) out.right = nearest;
   return out;

@@ -17,13 +17,18 @@ struct ArmAttachment {
 /// Where arms (forelegs, front fins) hang: the first spine joint above each arm's root, whatever
 /// helpers stand between. Arms that hang beside the spine or from the hips (mechanism joints, feet
 /// on IK) are carried by the spine joint nearest, along the spine, to the middle between their
-/// roots; that may be the hips. `spine` is hips first; chains are nodes from the root outwards,
-/// empty for none.
+/// roots, below the neck where a known rig says which joint it is; that may be the hips. `spine` is
+/// hips first; chains are nodes from the root outwards, empty for none.
 ArmAttachment find_arm_attachment(const Character& character, const std::vector<int>& spine,
                                   const std::vector<int>& left_arm,
-                                  const std::vector<int>& right_arm);
+                                  const std::vector<int>& right_arm, int neck = -1);
 
-/// The first node of `spine` at or above a node, as an index into it; -1 for none.
+/// Whether a node is a mechanism's copy of a joint, as Rigify has them: it stands where that one
+/// does and is called the same but for a prefix of three letters (`ORG-spine.003` of
+/// `DEF-spine.003`).
+bool is_copy(const Character& character, int node, int joint);
+
+/// The first node of `spine`, or copy of one, at or above a node, as an index into it; -1 for none.
 int spine_index_above(const Character& character, const std::vector<int>& spine, int node);
 
 }  // namespace backbend::skin

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
 
 #include "skin/matrix_facts.h"
 
@@ -101,7 +102,15 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
       const bool carried = std::all_of(below[j].begin(), below[j].end(), [&](int child) {
         return common_to(static_cast<Index>(child));
       });
-      if (carried && !below[j].empty()) agreed = &common;
+      // A first joint whose children all turned about their own origins stands in another pose than
+      // they do: it carries those origins to where they are.
+      const bool posed = std::all_of(below[j].begin(), below[j].end(), [&](int child) {
+        const BoundJoint& lower = joints[static_cast<Index>(child)];
+        const glm::dvec3 place = origin(nodes[static_cast<Index>(lower.node)].world_from_node);
+        const glm::dvec4 in_mesh = glm::inverse(lower.world_from_mesh) * glm::dvec4(place, 1.0);
+        return glm::distance(glm::dvec3(own * in_mesh), place) <= 0.1 * agree;
+      });
+      if (carried && !posed) agreed = &common;
     }
     if (!agreed && !common_to(j) && below[j].empty() && strangers == 1 &&
         static_cast<double>(most) >= kOneInTheSkin * static_cast<double>(joints.size() - 1))

@@ -7,6 +7,7 @@
 #include <glm/gtc/type_ptr.hpp>
 #include <map>
 #include <set>
+#include <string_view>
 #include <utility>
 
 #include "skin/gltf_accessor.h"
@@ -52,16 +53,30 @@ class Reader {
     check_size(instances);
     for (Instance& instance : instances)
       for (std::size_t p = 0; p < primitives(instance).size(); ++p) add_primitive(instance, p);
-    character_.renormalised_vertices = tally_.renormalised;
-    character_.worst_weight_sum = tally_.worst_sum;
-    if (tally_.renormalised > 0)
+    const bool by_rule = are_shares();
+    if (tally_.renormalised > 0 && !by_rule) {
+      character_.renormalised_vertices = tally_.renormalised;
+      character_.worst_weight_sum = tally_.worst_sum;
       character_.worst_weight_vertex = static_cast<int>(tally_.worst_vertex);
-    for (Warning& warning : weight_warnings(tally_))
+    }
+    for (Warning& warning : weight_warnings(tally_, by_rule))
       character_.warnings.push_back(std::move(warning));
     return std::move(out_);
   }
 
  private:
+  /// Whether the format that the file came in has weights as shares, whatever their sum: what
+  /// writes FBX or Collada leaves sums to its readers.
+  bool are_shares() const {
+    const auto ends_in = [&](std::string_view ending) {
+      return file_.size() >= ending.size() &&
+             std::equal(ending.rbegin(), ending.rend(), file_.rbegin(), [](char a, char b) {
+               return a == (b >= 'A' && b <= 'Z' ? static_cast<char>(b - 'A' + 'a') : b);
+             });
+    };
+    return ends_in(".fbx") || ends_in(".dae");
+  }
+
   /// A mesh as it hangs in the scene.
   struct Instance {
     int file_node = 0;

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 
+#include "skin/arm_attachment.h"
 #include "skin/printable.h"
 
 namespace backbend::skin {
@@ -81,7 +82,9 @@ class LooseJoints {
         const int parent = character_.nodes[n].parent;
         if (!carried_[n] && parent >= 0) carried_[n] = carried_[static_cast<Index>(parent)];
         if (carried_[n] || !is_loose(n)) continue;
-        if (const int leader = touched(n); leader >= 0)
+        if (const int original = copied_above(n); original >= 0)
+          follow(n, original, ", whose copy it hangs from");
+        else if (const int leader = touched(n); leader >= 0)
           follow(n, leader, ", which it touches");
         else if (const int other = shares_most(n); other >= 0)
           follow(n, other, ", which moves the same places");
@@ -96,10 +99,21 @@ class LooseJoints {
     return in_quotes(character_.nodes[static_cast<Index>(node)].name);
   }
 
-  /// A joint with weight, at it or below, that is no ancestor of the body.
+  /// A joint with weight that is no ancestor of the body. Joints above it that move nothing may
+  /// carry half a body's mechanism: each that moves something is placed by itself.
   bool is_loose(Index n) const {
-    return shape_.is_joint[n] && shape_.weight_below[n] > 0.0 &&
+    return shape_.is_joint[n] && shape_.weight[n] > 0.0 &&
            !shape_.is_ancestor(character_, static_cast<int>(n), hip_);
+  }
+
+  /// The driven joint that a mechanism's joint above this one is the copy of.
+  int copied_above(Index n) const {
+    for (int above = character_.nodes[n].parent; above >= 0;
+         above = character_.nodes[static_cast<Index>(above)].parent)
+      for (Index m = 0; m < driven_.size(); ++m)
+        if (driven_[m] && is_copy(character_, above, static_cast<int>(m)))
+          return static_cast<int>(m);
+    return -1;
   }
 
   void follow(Index n, int leader, const char* why) {

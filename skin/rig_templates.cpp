@@ -66,6 +66,9 @@ std::string table_form(std::string_view name) {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
+/// What Collada's identifiers have `_` for.
+bool is_separator(char c) { return c == '.' || c == ':'; }
+
 bool fits(std::string_view pattern, std::string_view name) {
   std::size_t n = 0;
   for (const char c : pattern) {
@@ -73,7 +76,7 @@ bool fits(std::string_view pattern, std::string_view name) {
       const std::size_t first = n;
       while (n < name.size() && is_digit(name[n])) ++n;
       if (n == first) return false;
-    } else if (n < name.size() && name[n] == c) {
+    } else if (n < name.size() && (name[n] == c || (is_separator(c) && name[n] == '_'))) {
       ++n;
     } else {
       return false;
@@ -89,6 +92,26 @@ std::vector<std::string> table_forms(const Character& character) {
     out[n] = table_form(character.nodes[n].name);
   }
   return out;
+}
+
+/// The same without what all joints' names start with: Blender's Collada puts the armature's name
+/// before each. Empty where they share nothing.
+std::vector<std::string> without_common_start(std::vector<std::string> names) {
+  std::string_view start;
+  bool first = true;
+  for (const std::string& name : names) {
+    if (name.empty()) continue;
+    if (first) start = name;
+    first = false;
+    std::size_t same = 0;
+    while (same < start.size() && same < name.size() && start[same] == name[same]) ++same;
+    start = start.substr(0, same);
+  }
+  const auto cut = start.rfind('_');
+  if (cut == std::string_view::npos) return {};
+  const std::size_t drop = cut + 1;
+  for (std::string& name : names) name.erase(0, std::min(drop, name.size()));
+  return names;
 }
 
 /// The first joint in tree order that the first fitting pattern of a list fits; -1 for none.
@@ -132,10 +155,12 @@ std::vector<std::string_view> template_names() {
 }
 
 std::optional<TemplateMatch> find_template(const Character& character) {
-  const std::vector<std::string> names = table_forms(character);
+  const std::vector<std::string> as_told = table_forms(character);
   TemplateMatch match;
-  for (const RigTemplate& rig : kTemplates)
-    if (misfit(character, rig, names, match).empty()) return match;
+  for (const auto& names : {as_told, without_common_start(as_told)})
+    if (!names.empty())
+      for (const RigTemplate& rig : kTemplates)
+        if (misfit(character, rig, names, match).empty()) return match;
   return std::nullopt;
 }
 
@@ -150,7 +175,11 @@ TemplateMatch require_template(const Character& character, const std::string& na
                          "; known: " + list);
   }
   TemplateMatch match;
-  const std::string problem = misfit(character, *rig, table_forms(character), match);
+  const auto names = table_forms(character);
+  const std::string problem = misfit(character, *rig, names, match);
+  if (const auto bare = without_common_start(names);
+      !problem.empty() && !bare.empty() && misfit(character, *rig, bare, match).empty())
+    return match;
   if (!problem.empty())
     throw CharacterError(character.file_name + ": the names are not those of " +
                          std::string(rig->title) + ": " + problem);

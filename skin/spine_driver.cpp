@@ -141,13 +141,11 @@ void SpineDriver::choose_motions() {
   const ArmAttachment arms =
       find_arm_attachment(character_, anatomy_.spine, anatomy_.left_arm, anatomy_.right_arm);
   arms_follow_chest_ = arms.lowest() >= chest;
-  // Arms that hang from the spine go with their parents.
-  if (arms.by_place) {
-    const int nearest = arms.lowest();
-    const int motion = nearest == 0 ? kHip : kChain + std::min(nearest, chest);
-    set(anatomy_.left_arm, motion);
-    set(anatomy_.right_arm, motion);
-  }
+  const auto set_arm = [&](const std::vector<int>& arm, int index) {
+    if (index >= 0) set(arm, index == 0 ? kHip : kChain + std::min(index, chest));
+  };
+  set_arm(anatomy_.left_arm, arms.left);
+  set_arm(anatomy_.right_arm, arms.right);
   for (Index n = 0; n < motion_.size(); ++n) {  // parents stand before their children
     const int parent = character_.nodes[n].parent;
     if (motion_[n] < 0) motion_[n] = parent < 0 ? kStatic : motion_[static_cast<Index>(parent)];

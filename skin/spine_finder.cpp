@@ -284,6 +284,15 @@ std::vector<LimbPair> find_limbs(const Character& character, const SkeletonShape
     });
     if (!on_a_limb) out.push_back({pair, pair.named ? kind_of(name) : LimbPair::Kind::unknown});
   }
+  // A mechanism's limbs beside those that move the surface are none.
+  const auto moves = [&](const LimbPair& limb) {
+    return shape.weight_below[static_cast<Index>(limb.pair.left)] > 0.0 ||
+           shape.weight_below[static_cast<Index>(limb.pair.right)] > 0.0;
+  };
+  for (const auto kind : {LimbPair::Kind::arm, LimbPair::Kind::leg})
+    if (std::any_of(out.begin(), out.end(),
+                    [&](const LimbPair& limb) { return limb.kind == kind && moves(limb); }))
+      std::erase_if(out, [&](const LimbPair& limb) { return limb.kind == kind && !moves(limb); });
   return out;
 }
 

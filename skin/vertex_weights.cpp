@@ -60,14 +60,15 @@ Influences canonical_influences(std::span<const WeightEntry> entries, double sla
   return out;
 }
 
-std::vector<Warning> weight_warnings(const WeightTally& tally) {
+std::vector<Warning> weight_warnings(const WeightTally& tally, bool by_rule) {
   std::vector<Warning> out;
   const auto of_all = " of " + std::to_string(tally.vertices) + " vertices";
   if (tally.renormalised > 0)
-    out.push_back({"weights_renormalised",
-                   "weights of " + std::to_string(tally.renormalised) + of_all +
-                       " do not sum to 1 (worst " + number_text(tally.worst_sum) + ", vertex " +
-                       std::to_string(tally.worst_vertex) + "): renormalised"});
+    out.push_back(
+        {"weights_renormalised",
+         "weights of " + std::to_string(tally.renormalised) + of_all + " do not sum to 1 (worst " +
+             number_text(tally.worst_sum) + ", vertex " + std::to_string(tally.worst_vertex) +
+             "): " + (by_rule ? "normalised, as all readers of this format do" : "renormalised")});
   if (tally.negative > 0)
     out.push_back({"weights_negative", "negative weights at " + std::to_string(tally.negative) +
                                            of_all + ": taken as 0"});

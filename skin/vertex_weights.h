@@ -34,7 +34,8 @@ struct WeightTally {
 Influences canonical_influences(std::span<const WeightEntry> entries, double slack,
                                 std::size_t vertex, WeightTally& tally);
 
-/// The tally in words, as import warnings.
-std::vector<Warning> weight_warnings(const WeightTally& tally);
+/// The tally in words, as import warnings. `by_rule`: in the file's format weights are shares
+/// whatever their sum, so that nothing is wrong with it.
+std::vector<Warning> weight_warnings(const WeightTally& tally, bool by_rule = false);
 
 }  // namespace backbend::skin

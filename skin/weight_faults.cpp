@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
@@ -27,7 +28,11 @@ constexpr double kFar = 0.15;           // from a joint's area
 constexpr double kSpilt = 0.2;          // a weight that fades halves within less
 constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
 constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
-constexpr int kFarJoints = 3;           // along the skeleton
+constexpr double kFarJoints = 3.0;      // along the skeleton
+constexpr double kFarSpine = 0.4;       // of the spine's length, where its joints stand densely
+constexpr double kLeads = 0.25;         // of a joint's weight, where it weighs most: else no area
+constexpr double kOverlaps = 0.3;       // of the way between two joints, for a fault of their order
+constexpr double kApartInOrder = 0.4;   // of the torso's half width, for joints to have an order
 constexpr double kCounts = 0.01;        // less of a vertex's weight is a crumb
 constexpr double kMirrored = 0.95;      // of the places, to speak of a symmetric body
 constexpr double kMirrorSlack = 0.002;  // between a place and its image
@@ -122,6 +127,7 @@ class FaultFinder {
     const glm::dvec3 sides = high - low;
     size_ = std::max({sides.x, sides.y, sides.z});
     all_ = std::accumulate(total_.begin(), total_.end(), 0.0);
+    measure_torso();
   }
 
   WeightFaults find() {
@@ -140,17 +146,67 @@ class FaultFinder {
     return origin(character_.nodes[static_cast<Index>(node)].world_from_node);
   }
 
+  /// The chain of the spine's joints, and how far the torso's surface is from it.
+  void measure_torso() {
+    place_on_spine_.assign(total_.size(), -1);
+    for (Index k = 0; k < anatomy_.spine.size(); ++k) {
+      place_on_spine_[static_cast<Index>(anatomy_.spine[k])] = static_cast<int>(k);
+      chain_.push_back(at(anatomy_.spine[k]));
+      arc_.push_back(k == 0 ? 0.0 : arc_.back() + glm::distance(chain_[k - 1], chain_[k]));
+    }
+    along_.assign(weights_.size(), 0.0);
+    beside_.assign(weights_.size(), 0.0);
+    double sum = 0.0, weight = 0.0;
+    for (Index p = 0; p < weights_.size(); ++p)
+      for (const NodeWeight& w : weights_[p]) {
+        const int k = place_on_spine_[static_cast<Index>(w.node)];
+        if (k < 0) continue;
+        if (!(beside_[p] > 0.0)) {
+          along_[p] = nearest_arc(chain_, point_[p]);
+          beside_[p] = glm::distance(point_at(along_[p]), point_[p]);
+        }
+        if (static_cast<Index>(k) > anatomy_.chest_index) continue;
+        sum += w.weight * beside_[p];
+        weight += w.weight;
+      }
+    const double half_width = weight > 0.0 ? sum / weight : 0.0;
+    spine_step_ = std::max(kFarSpine * arc_[anatomy_.chest_index], half_width) / kFarJoints;
+  }
+
+  glm::dvec3 point_at(double arc) const {
+    Index k = 1;
+    while (k + 1 < chain_.size() && arc_[k] < arc) ++k;
+    const double step = arc_[k] - arc_[k - 1];
+    return step > 0.0 ? glm::mix(chain_[k - 1], chain_[k], (arc - arc_[k - 1]) / step) : chain_[k];
+  }
+
+  /// What the way from a joint to the one above it counts: of a spine of many joints, where three
+  /// are a short way, by its length.
+  double step_above(int node) const {
+    const int above = parent_[static_cast<Index>(node)];
+    if (above < 0 || place_on_spine_[static_cast<Index>(node)] < 0 ||
+        place_on_spine_[static_cast<Index>(above)] < 0)
+      return 1.0;
+    return std::min(1.0, glm::distance(at(node), at(above)) / spine_step_);
+  }
+
   /// Joints on the way from one to another along the skeleton.
-  int steps_between(int a, int b) const {
-    std::vector<int> up;
-    for (int n = a; n >= 0 && up.size() < parent_.size(); n = parent_[static_cast<Index>(n)])
-      up.push_back(n);
-    int steps = 0;
-    for (int n = b; n >= 0 && steps < static_cast<int>(parent_.size());
-         n = parent_[static_cast<Index>(n)], ++steps)
-      if (const auto found = std::find(up.begin(), up.end(), n); found != up.end())
-        return steps + static_cast<int>(found - up.begin());
-    return 1'000'000;  // of another root
+  double steps_between(int a, int b) const {
+    std::vector<std::pair<int, double>> up;
+    double steps = 0.0;
+    for (int n = a; n >= 0 && up.size() < parent_.size(); n = parent_[static_cast<Index>(n)]) {
+      up.emplace_back(n, steps);
+      steps += step_above(n);
+    }
+    steps = 0.0;
+    Index count = 0;
+    for (int n = b; n >= 0 && count < parent_.size(); n = parent_[static_cast<Index>(n)], ++count) {
+      const auto found =
+          std::find_if(up.begin(), up.end(), [&](const auto& e) { return e.first == n; });
+      if (found != up.end()) return steps + found->second;
+      steps += step_above(n);
+    }
+    return std::numeric_limits<double>::infinity();  // of another root
   }
 
   /// The area of a joint: places where it weighs most; of one that never does, its bone.
@@ -184,10 +240,17 @@ class FaultFinder {
       for (Index p = 0; p < weights_.size(); ++p)
         for (const NodeWeight& w : weights_[p])
           if (w.node == node && w.weight >= kCounts) has[p] = true;
-      // From all places where it weighs most: what is not reached stands alone.
+      // From all places where it weighs most: what is not reached stands alone. A joint that weighs
+      // most nowhere has its area where it weighs at least half as much as anywhere.
+      double largest = 0.0;
+      bool leads = false;
+      for (Index p = 0; p < weights_.size(); ++p) {
+        leads = leads || main_[p] == node;
+        largest = std::max(largest, weight_at(p, node));
+      }
       std::vector<bool> reached(weights_.size(), false);
       for (Index p = 0; p < weights_.size(); ++p)
-        if (main_[p] == node) {
+        if (leads ? main_[p] == node : weight_at(p, node) >= 0.5 * largest) {
           reached[p] = true;
           pending.push_back(p);
         }
@@ -203,6 +266,12 @@ class FaultFinder {
       for (Index p = 0; p < weights_.size(); ++p) island[p] = has[p] && !reached[p];
     }
     return island[place];
+  }
+
+  double weight_at(Index place, int node) const {
+    for (const NodeWeight& w : weights_[place])
+      if (w.node == node) return w.weight;
+    return 0.0;
   }
 
   void list_edges() {
@@ -392,44 +461,48 @@ class FaultFinder {
   }
 
   void find_order(WeightAnswer& out) {
-    std::vector<glm::dvec3> chain;
-    std::vector<double> arc;
-    for (const int node : anatomy_.spine) {
-      arc.push_back(chain.empty() ? 0.0 : arc.back() + glm::distance(chain.back(), at(node)));
-      chain.push_back(at(node));
-    }
-    const double length = arc.back();
-    std::vector<double> weight(chain.size(), 0.0), sum(chain.size(), 0.0);
-    std::map<int, Index> place_on_spine;
-    for (Index k = 0; k < anatomy_.spine.size(); ++k) place_on_spine[anatomy_.spine[k]] = k;
+    const double length = arc_.back();
     if (!(length > 0.0)) return;
-    for (Index p = 0; p < weights_.size(); ++p) {
-      double along = -1.0;
+    std::vector<double> weight(chain_.size(), 0.0), along(chain_.size(), 0.0),
+        beside(chain_.size(), 0.0), leads(chain_.size(), 0.0);
+    for (Index p = 0; p < weights_.size(); ++p)
       for (const NodeWeight& w : weights_[p]) {
-        const auto found = place_on_spine.find(w.node);
-        if (found == place_on_spine.end()) continue;
-        if (along < 0.0) along = nearest_arc(chain, point_[p]);
-        weight[found->second] += w.weight;
-        sum[found->second] += w.weight * along;
+        if (place_on_spine_[static_cast<Index>(w.node)] < 0) continue;
+        const auto k = static_cast<Index>(place_on_spine_[static_cast<Index>(w.node)]);
+        weight[k] += w.weight;
+        if (main_[p] == w.node) leads[k] += w.weight;
+        along[k] += w.weight * along_[p];
+        beside[k] += w.weight * beside_[p];
       }
-    }
-    int below = -1;
+    std::vector<Index> lower;  // joints with an area, from the hips up
+    bool asked = false;
     for (Index k = 0; k <= anatomy_.chest_index; ++k) {
-      if (weight[k] < kLeastArea * all_) continue;
-      if (below >= 0) {
-        const auto b = static_cast<Index>(below);
-        const double back = sum[b] / weight[b] - sum[k] / weight[k];
-        if (back > 0.0) {
-          WeightFault fault;
-          fault.node = anatomy_.spine[b];
-          fault.other = anatomy_.spine[k];
-          fault.value = back / length;
-          fault.distance = back;
-          out.faults.push_back(fault);
-        }
-      }
-      below = static_cast<int>(k);
+      if (weight[k] < kLeastArea * all_ || leads[k] < kLeads * weight[k]) continue;
+      // Of joints that stand nearer to each other than the torso is thick, where the surface lies
+      // says nothing: the next one down that stands far enough off is asked.
+      const auto far_enough = std::find_if(lower.rbegin(), lower.rend(), [&](Index b) {
+        const double half_width = (beside[b] + beside[k]) / (weight[b] + weight[k]);
+        return arc_[k] - arc_[b] >= kApartInOrder * half_width;
+      });
+      const bool found = far_enough != lower.rend();
+      const Index b = found ? *far_enough : k;
+      lower.push_back(k);
+      if (!found) continue;
+      asked = true;
+      const double back = along[b] / weight[b] - along[k] / weight[k];
+      // What overlaps by less than joints that were swapped do is a matter of the body's form.
+      if (!(back > kOverlaps * (arc_[k] - arc_[b]))) continue;
+      WeightFault fault;
+      fault.node = anatomy_.spine[b];
+      fault.other = anatomy_.spine[k];
+      fault.value = back / length;
+      fault.distance = back;
+      out.faults.push_back(fault);
     }
+    if (!asked && lower.size() > 1)
+      out.not_applicable =
+          "the joints of the spine stand nearer to each other than a fifth of "
+          "the torso's width";
     std::stable_sort(out.faults.begin(), out.faults.end(),
                      [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });
   }
@@ -456,12 +529,17 @@ class FaultFinder {
   std::vector<double> total_;              // weight of each node, in places
   std::vector<int> parent_;                // of each node; of a loose joint what it goes with
   std::vector<int> image_;                 // of each node: the one on the other side
+  std::vector<int> place_on_spine_;        // of each node: index into the spine; -1 for none
+  std::vector<glm::dvec3> chain_;          // the spine's joints
+  std::vector<double> arc_;                // ... and their places along it
+  std::vector<double> along_, beside_;     // of each place that the spine moves: along it, off it
   std::vector<Index> edges_, first_edge_;  // neighbours of each place, one after another
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::unique_ptr<PointCells>> area_;
   std::map<int, std::vector<std::pair<double, Index>>> places_of_;  // weight and place, by node
   double all_ = 0.0;
-  double size_ = 0.0;  // the body's largest side
+  double size_ = 0.0;        // the body's largest side
+  double spine_step_ = 1.0;  // as far along the spine counts as one joint of another chain
 };
 
 }  // namespace

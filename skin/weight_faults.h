@@ -38,7 +38,8 @@ struct WeightFaults {
   /// lacks.
   WeightAnswer wrong_side;
   /// The largest weight of a joint on a place three joints or more along the skeleton from the one
-  /// that weighs most there, and 0.15 from its own area, where it does not fade (the next place
+  /// that weighs most there (of a spine of many joints: 0.4 of its length, and the torso's half
+  /// width), and 0.15 from its own area, where it does not fade (the next place
   /// with twice the weight is 0.2 away); or 0.08 where no edges lead from there to its area.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
@@ -46,7 +47,8 @@ struct WeightFaults {
   /// clavicles and upper arms, where 95 % of the places and all joints with weight have an image.
   WeightAnswer asymmetry;
   /// Joints of the spine up to the chest whose middles of weight do not stand in the chain's order:
-  /// by how much of the spine's length the lower one stands beyond the upper.
+  /// by how much of the spine's length the lower one stands beyond the upper. Asked of joints that
+  /// stand a fifth of the torso's width apart or more.
   WeightAnswer order;
   /// Vertices at one place with different weights, half the sum of the differences: they come apart
   /// in motion.

@@ -145,6 +145,11 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            sums: 1 210 vertices off, worst 0.875
            unweighted: 1, tiny (below 0.01): 1, more than 4 joints: 3
            symmetry: 40.9 % of places have a mirror image, 6 of them weighted differently by over 5 % (worst 70 %, vertex 23)
+           on the other side: none
+           far from its area: none
+           left against right: not applicable, the skeleton is not symmetric: joint 'fix_1' has no mirror image
+           out of order along the spine: none
+           different at one place: none
            bleed: fix_7 weighs 1 place apart from its area (largest 0.092, vertex 37)
            bleed: fix_6 weighs 1 place apart from its area (largest 0.086, vertex 37)
            bleed: fix_5 weighs 1 place apart from its area (largest 0.08, vertex 37)
@@ -195,7 +200,10 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
 "largest":0.07400000095367432,"places":1,"vertex":37},{"joint":"fix_5",
 "largest":0.07999999821186066,"places":1,"vertex":37},{"joint":"fix_6",
 "largest":0.085999995470047,"places":1,"vertex":37},{"joint":"fix_7",
-"largest":0.09200000017881393,"places":1,"vertex":37}],"more_than_four":3,
+"largest":0.09200000017881393,"places":1,"vertex":37}],"faults":{"asymmetry":{"not_applicable":
+"the skeleton is not symmetric: joint 'fix_1' has no mirror image"},"bind_off":[],
+"far":{"joints":0,"worst":[]},"order":{"joints":0,"worst":[]},"seams":{"joints":0,"worst":[]},
+"wrong_side":{"joints":0,"worst":[]}},"more_than_four":3,
 "most_influences":8,"off_sum":1210,"symmetry":{"asymmetric_places":6,
 "mirrored_share":0.40860215053763443,"worst":0.6999999992549419,"worst_vertex":23},"tiny":1,
 "tiny_below":0.009999999776482582,"unweighted":1,"vertices_by_influences":[1,88,1,0,0,1,0,0,

@@ -23,6 +23,9 @@ Character smoothed(const Character& character, int times);
 Character decimated(const Character& character, std::size_t places);
 /// Each triangle in four, weights averaged.
 Character subdivided(const Character& character);
+/// The spine up to the chest with so many joints at least: its longest bones are cut, and each
+/// cut bone's weights go over smoothly along it.
+Character with_dense_spine(const Character& character, const Anatomy& anatomy, std::size_t joints);
 /// Body and skeleton in another unit.
 Character scaled(const Character& character, double factor);
 

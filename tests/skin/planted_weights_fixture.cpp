@@ -210,6 +210,118 @@ Character subdivided(const Character& character) {
   return out;
 }
 
+namespace {
+
+/// A new joint of the spine after the one above it; numbers of the nodes behind it grow.
+int insert_joint(Character& body, int above, const glm::dmat4& world) {
+  const int place = above + 1;
+  for (Node& each : body.nodes)
+    if (each.parent >= place) ++each.parent;
+  for (SkinJoint& joint : body.joints)
+    if (joint.node >= place) ++joint.node;
+  Node node;
+  node.name = body.nodes[static_cast<std::size_t>(above)].name + "_cut";
+  node.parent = above;
+  node.world_from_node = world;
+  node.parent_from_node =
+      glm::inverse(body.nodes[static_cast<std::size_t>(above)].world_from_node) * world;
+  body.nodes.insert(body.nodes.begin() + place, node);
+  return place;
+}
+
+/// Cuts the bone from a joint to the next one of the chain. Returns the joints that it now has.
+std::vector<int> cut_bone(Character& body, int low, int high, std::size_t pieces) {
+  const glm::dmat4 low_world = body.nodes[static_cast<std::size_t>(low)].world_from_node;
+  const glm::dvec3 start(low_world[3]);
+  const glm::dvec3 bone =
+      glm::dvec3(body.nodes[static_cast<std::size_t>(high)].world_from_node[3]) - start;
+  std::vector<int> node = {low};
+  for (std::size_t k = 1; k < pieces; ++k) {
+    glm::dmat4 world = low_world;
+    world[3] =
+        glm::dvec4(start + bone * (static_cast<double>(k) / static_cast<double>(pieces)), 1.0);
+    node.push_back(insert_joint(body, node.back(), world));
+    ++high;
+  }
+  Node& end = body.nodes[static_cast<std::size_t>(high)];
+  end.parent = node.back();
+  end.parent_from_node =
+      glm::inverse(body.nodes[static_cast<std::size_t>(node.back())].world_from_node) *
+      end.world_from_node;
+  const std::size_t known = body.joints.size();
+  std::map<std::pair<std::size_t, std::size_t>, std::uint16_t> piece;  // of a skin's joint
+  for (std::size_t j = 0; j < known; ++j) {
+    if (body.joints[j].node != low) continue;
+    piece[{j, 0}] = static_cast<std::uint16_t>(j);
+    const glm::dmat4 world_from_mesh = low_world * body.joints[j].joint_from_mesh;
+    for (std::size_t k = 1; k < pieces; ++k) {
+      piece[{j, k}] = static_cast<std::uint16_t>(body.joints.size());
+      body.joints.push_back(
+          {node[k], glm::inverse(body.nodes[static_cast<std::size_t>(node[k])].world_from_node) *
+                        world_from_mesh});
+    }
+  }
+  for (std::size_t v = 0; v < body.vertex_count(); ++v) {
+    std::vector<std::pair<double, std::uint16_t>> weights;
+    for (std::size_t k = 0; k < kMaxInfluences && body.influences[v].weight[k] > 0.0f; ++k) {
+      const std::size_t j = body.influences[v].joint[k];
+      const double weight = body.influences[v].weight[k];
+      if (body.joints[j].node != low || j >= known) {
+        weights.emplace_back(weight, static_cast<std::uint16_t>(j));
+        continue;
+      }
+      const glm::dvec3 p(low_world * body.joints[j].joint_from_mesh *
+                         glm::dvec4(glm::dvec3(body.bind_position[v]), 1.0));
+      const double count = static_cast<double>(pieces);
+      const double at = std::clamp(glm::dot(p - start, bone) / glm::dot(bone, bone) * count - 0.5,
+                                   0.0, count - 1.0);
+      const auto below = std::min(static_cast<std::size_t>(at), pieces - 2);
+      const double t = at - static_cast<double>(below), share = t * t * (3.0 - 2.0 * t);
+      weights.emplace_back(weight * (1.0 - share), piece[{j, below}]);
+      weights.emplace_back(weight * share, piece[{j, below + 1}]);
+    }
+    std::stable_sort(weights.begin(), weights.end(),
+                     [](const auto& a, const auto& b) { return a.first > b.first; });
+    weights.resize(std::min<std::size_t>(weights.size(), kMaxInfluences));
+    double sum = 0.0;
+    for (const auto& [weight, joint] : weights) sum += weight;
+    body.influences[v] = {};
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+      body.influences[v].joint[k] = weights[k].second;
+      body.influences[v].weight[k] = static_cast<float>(weights[k].first / sum);
+    }
+  }
+  return node;
+}
+
+}  // namespace
+
+Character with_dense_spine(const Character& character, const Anatomy& anatomy, std::size_t joints) {
+  Character out = character;
+  std::vector<int> chain(
+      anatomy.spine.begin(),
+      anatomy.spine.begin() + static_cast<std::ptrdiff_t>(anatomy.chest_index + 1));
+  const auto place = [&](std::size_t k) {
+    return glm::dvec3(out.nodes[static_cast<std::size_t>(chain[k])].world_from_node[3]);
+  };
+  std::vector<std::size_t> pieces(chain.size(), 1);  // of the bone that ends at each joint
+  const auto length = [&](std::size_t k) {
+    return glm::distance(place(k - 1), place(k)) / static_cast<double>(pieces[k]);
+  };
+  for (std::size_t count = chain.size(); count < joints; ++count) {
+    std::size_t longest = 1;
+    for (std::size_t k = 2; k < chain.size(); ++k)
+      if (length(k) > length(longest)) longest = k;
+    ++pieces[longest];
+  }
+  // From the top down: what is below keeps its number.
+  for (std::size_t k = chain.size() - 1; k > 0; --k) {
+    if (out.nodes[static_cast<std::size_t>(chain[k])].parent != chain[k - 1]) continue;
+    if (pieces[k] > 1) cut_bone(out, chain[k - 1], chain[k], pieces[k]);
+  }
+  return out;
+}
+
 Character scaled(const Character& character, double factor) {
   Character out = character;
   const glm::dmat4 grow = glm::scale(glm::dmat4(1.0), glm::dvec3(factor));

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
 #include <map>
@@ -36,6 +37,15 @@ bool names(const WeightAnswer& answer, double limit, int node) {
   return false;
 }
 
+/// From the hips to the chest, of length 1.
+glm::dvec3 torso_axis(const Character& character, const Anatomy& anatomy) {
+  const auto at = [&](std::size_t k) {
+    return glm::dvec3(
+        character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node[3]);
+  };
+  return glm::normalize(at(anatomy.chest_index) - at(0));
+}
+
 /// Tries of one kind and size, and how many were found.
 std::map<std::pair<std::string, double>, std::pair<int, int>>& table() {
   static std::map<std::pair<std::string, double>, std::pair<int, int>> rows;
@@ -62,7 +72,10 @@ TEST_P(PlantedWeights, OfHealthyVariantsAreClean) {
   const auto clean = [&](const char* kind, double size, const Character& variant) {
     const bool is = is_clean(variant);
     count(std::string("clean, flagged: ") + kind, size, !is);
-    EXPECT_TRUE(is) << kind << " " << size;
+    const WeightFaults faults = find_weight_faults(variant, find_anatomy(variant));
+    EXPECT_TRUE(is) << kind << " " << size << ": " << faults.wrong_side.worst() << " "
+                    << faults.far.worst() << " " << faults.asymmetry.worst() << " "
+                    << faults.order.worst() << " " << faults.seams.worst();
   };
   clean("as it is", 0, character);
   clean("smoothed, times", 2, smoothed(character, 2));
@@ -70,6 +83,11 @@ TEST_P(PlantedWeights, OfHealthyVariantsAreClean) {
     if (character.place_count > places)
       clean("decimated, places", static_cast<double>(places), decimated(character, places));
   clean("subdivided, times", 1, subdivided(character));
+  const Anatomy anatomy = find_anatomy(character);
+  for (const std::size_t joints : {10u, 16u, 24u})
+    if (joints > anatomy.chest_index + 1)
+      clean("spine of so many joints", static_cast<double>(joints),
+            with_dense_spine(character, anatomy, joints));
   for (const double factor : {0.01, 2.54, 100.0})
     clean("scaled", factor, scaled(character, factor));
 }
@@ -175,6 +193,28 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
         EXPECT_NEAR(off.front().angle_deg, angle, 0.05 * angle);
       }
     }
+}
+
+TEST_P(PlantedWeights, AreFoundOnADenseSpine) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character natural = read_character(shared_character(GetParam()));
+  Anatomy anatomy = find_anatomy(natural);
+  const bool upright = std::abs(glm::dot(anatomy.up, torso_axis(natural, anatomy))) > 0.7;
+  if (anatomy.left_arm.size() < 3 || anatomy.chest_index + 1 >= 16 || !upright)
+    GTEST_SKIP() << "no arms, dense as it is, or its arms do not hang clear of the body";
+  const Character character = with_dense_spine(natural, anatomy, 16);
+  anatomy = find_anatomy(character);
+  ASSERT_GE(anatomy.chest_index, 12u);
+  Character spoiled = character;
+  const int low = anatomy.spine[anatomy.chest_index / 3], hand = anatomy.left_arm.back();
+  for (std::size_t k = anatomy.chest_index / 3; k <= 2 * anatomy.chest_index / 3; ++k)
+    move_weight(spoiled, anatomy, anatomy.spine[k], hand, 0.2);
+  EXPECT_TRUE(names(find_weight_faults(spoiled, anatomy).far, kFar, hand));
+  // A low joint's weights and a high one's are swapped.
+  spoiled = character;
+  const int high = anatomy.spine[2 * anatomy.chest_index / 3 + 1];
+  swap_weights(spoiled, low, high);
+  EXPECT_GT(find_weight_faults(spoiled, anatomy).order.worst(), kOrder);
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, PlantedWeights,

@@ -119,8 +119,9 @@ TEST(WeightHygiene, LeavesPiecesOfACostumeAlone) {
   const auto foot = static_cast<std::uint16_t>(stick_node(character, "foot.L"));
   const auto bind = [&](std::size_t row, std::size_t column, float share) {
     Influences& influences = character.influences[row * 21 + column];
-    influences.joint[2] = foot;
-    influences.weight = {0.5f * (1.0f - share), 0.5f * (1.0f - share), share};
+    const auto before = curtain().influences[row * 21 + column].joint;
+    influences.joint = {foot, before[0], before[1]};  // the largest weight first
+    influences.weight = {share, 0.5f * (1.0f - share), 0.5f * (1.0f - share)};
   };
   for (std::size_t row = 0; row < 6; ++row)  // its area
     for (std::size_t column = 0; column < 6; ++column) bind(row, column, 1.0f);
