@@ -4,18 +4,12 @@
 #include <cmath>
 #include <optional>
 
-#include "render/heat_map.h"
-#include "render/mark.h"
 #include "render/png.h"
-#include "render/projection.h"
-#include "render/sheet.h"
-#include "skin/glb_writer.h"
 #include "validate/evidence/finding_view.h"
-#include "validate/evidence/metric_heat.h"
+#include "validate/evidence/heat_picture.h"
 #include "validate/evidence/photographer.h"
 #include "validate/report/digest.h"
 #include "validate/report/escape.h"
-#include "validate/report/page_mesh.h"
 
 namespace backbend::validate {
 namespace {
@@ -24,11 +18,8 @@ using Index = std::size_t;
 
 /// How many findings get pictures, one of each check; of these so many as meshes in the page.
 constexpr Index kPictured = 6, kMeshes = 3;
-constexpr Index kMostMeshVertices = 200000;
 /// A close-up holds a ball this large around the place, of the spine's length.
 constexpr double kCloseUp = 0.8;
-/// The ring around a place, of the picture's height.
-constexpr double kMark = 0.05;
 /// Frames for the scrubber are small, and so many at most over all sweeps.
 constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
 constexpr Index kMostFrames = 96;
@@ -100,19 +91,7 @@ class ClipCamera {
 
   render::Picture heat(const PosedCharacter& body, const VertexHeat& values,
                        const render::Camera& camera, const std::optional<glm::dvec3>& mark) {
-    photographer_.pose(body, values.value);  // looked at until it is shot
-    render::Settings heated = settings_;
-    heated.mode = render::Mode::heat;
-    heated.heat_low = values.low;
-    heated.heat_high = values.high;
-    render::Picture drawn = render::picture_from(photographer_.shoot(camera, heated));
-    if (mark) {
-      const glm::dvec3 at =
-          render::project_camera(camera, heated.width, heated.height).project(*mark);
-      if (at.z > 0.0) render::draw_mark(drawn, at.x, at.y, kMark * heated.height);
-    }
-    render::draw_legend(drawn, values.low, values.high, values.label);
-    return drawn;
+    return heat_picture(photographer_, settings_, body, values, camera, mark);
   }
 
   /// One small frame for the scrubber, the body in the middle and always of one size.
@@ -135,17 +114,6 @@ class ClipCamera {
   Photographer photographer_;
   render::Settings settings_;
 };
-
-/// How far each vertex is from where it is in the other body, % of the height.
-VertexHeat distances(const ClipScene& scene, const PosedCharacter& body,
-                     const PosedCharacter& other, const std::string& label) {
-  VertexHeat heat{label + ", % of height", "% of height", 0.0f, 10.0f, {}};
-  for (Index v = 0; v < body.mesh.position.size(); ++v)
-    heat.value.push_back(
-        static_cast<float>(100.0 * glm::distance(body.mesh.position[v], other.mesh.position[v]) /
-                           scene.stage.anatomy().height));
-  return heat;
-}
 
 const ClipSweepRecord* sweep_of(const ClipScene& scene, const Finding& finding) {
   for (const ClipSweepRecord& each : scene.record.sweeps)
@@ -185,13 +153,14 @@ void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFol
     folder.write(name, render::encode_png(picture));
     return name;
   };
+  const double height = scene.stage.anatomy().height;
   VertexHeat heat;
   finding.pictures.view = view.name;
   if (jump) {
     const PosedCharacter before = camera.posed(frame - 1);
     finding.pictures.before = write(place + "/before.png", camera.still(before, from));
     finding.pictures.after = write(place + "/after.png", camera.still(here, from));
-    heat = distances(scene, here, before, "moved in the jump");
+    heat = distance_heat(here, before, height, "moved in the jump");
   } else {
     finding.pictures.before = write(place + "/frame.png", camera.still(here, from));
     const std::vector<double> control = {static_cast<double>(frame)};
@@ -200,34 +169,16 @@ void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFol
         {scene.system, control, here, glm::radians(scene.system.twist_deg(frame)), false, true},
         finding);
     if (heat.value.empty() && in_sweep > 0)
-      heat = distances(scene, here, camera.posed(frame - 1), "moved since the frame before");
+      heat = distance_heat(here, camera.posed(frame - 1), height, "moved since the frame before");
   }
   if (heat.value.empty()) return;
   finding.pictures.heat_of = heat.label;
   finding.pictures.heat = write(place + "/heat.png", camera.heat(here, heat, from, mark));
-  std::vector<glm::vec3> color;
-  for (const float value : heat.value)
-    color.push_back(render::heat_color((value - heat.low) / (heat.high - heat.low)));
   const skin::Character& character = scene.stage.character();
-  folder.write(place + "/pose.glb", skin::encode_posed_glb(character, here.mesh, color));
-  if (!in_page || heat.value.size() > kMostMeshVertices) return;
-  const std::string triangles = "meshes/" + file_word(character.name) + ".triangles";
-  folder.write(triangles, encode_mesh_triangles(character.triangles,
-                                                static_cast<std::uint32_t>(heat.value.size())));
-  folder.write(place + "/mesh.pose",
-               encode_mesh_pose(here.mesh.position, heat.value, heat.low, heat.high));
-  MeshView mesh{finding.rig + ", " + finding.pose,
-                place + "/mesh.pose",
-                triangles,
-                heat.label,
-                heat.unit,
-                heat.low,
-                heat.high,
-                static_cast<int>(index),
-                view.name,
-                {}};
-  if (mark) mesh.mark = {mark->x, mark->y, mark->z};
-  report.meshes.push_back(std::move(mesh));
+  write_posed_glb(folder, place, character, here, heat);
+  if (in_page)
+    add_page_mesh(folder, place, finding.rig + ", " + finding.pose, character, here, heat,
+                  view.name, mark, static_cast<int>(index), report);
 }
 
 /// Half the largest extent that the body has in any frame.

@@ -4,20 +4,15 @@
 #include <cmath>
 
 #include "render/exr.h"
-#include "render/heat_map.h"
-#include "render/mark.h"
 #include "render/png.h"
-#include "render/projection.h"
 #include "render/sheet.h"
-#include "skin/glb_writer.h"
 #include "validate/evidence/artist.h"
 #include "validate/evidence/finding_view.h"
-#include "validate/evidence/metric_heat.h"
+#include "validate/evidence/heat_picture.h"
 #include "validate/evidence/review.h"
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
 #include "validate/report/escape.h"
-#include "validate/report/page_mesh.h"
 
 namespace backbend::validate {
 namespace {
@@ -25,19 +20,14 @@ namespace {
 /// How many findings of one rig get pictures of their own, beside its flips.
 constexpr std::size_t kPicturedProposed = 6, kPicturedOthers = 3;
 constexpr std::size_t kPicturedFlips = 6;
-/// Heat pictures show the distance between two rigs' bodies on one scale, % of height.
-constexpr float kHeatTop = 10.0f;
 /// A close-up holds a ball this large around the finding's place, of the spine's length; a long
 /// spine's no more than this part of the whole scene.
 constexpr double kCloseUp = 0.8, kMostOfScene = 0.35;
 /// What has no one place is shown with all that the spine carries, so much of the spine's length
 /// around its middle.
 constexpr double kWholeTorso = 1.3;
-/// The ring around a place, of the picture's height.
-constexpr double kMark = 0.05;
-/// Meshes travel inside the page: so many of each rig, none with more vertices.
+/// Meshes travel inside the page: so many of each rig.
 constexpr int kMeshesOfRig = 2;
-constexpr std::size_t kMostMeshVertices = 200000;
 /// Sweep frames are many: small, and with fewer samples.
 constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
 /// How long a review clip stands still at the worst angle: two seconds.
@@ -120,18 +110,6 @@ struct FrameRenderer {
     return render::close_up(view.camera, target, radius, facing, aspect);
   }
 
-  /// How far each vertex is from the other body, % of the character's height.
-  VertexHeat distances(const PosedCharacter& body, const PosedCharacter& other,
-                       const std::string& label) const {
-    const double height = stage.anatomy().height;
-    std::vector<float> distance(body.mesh.position.size());
-    for (std::size_t v = 0; v < distance.size(); ++v) {
-      distance[v] = static_cast<float>(
-          100.0 * glm::distance(body.mesh.position[v], other.mesh.position[v]) / height);
-    }
-    return {label + ", % of height", "% of height", 0.0f, kHeatTop, std::move(distance)};
-  }
-
   /// What a person takes along from one finding: the posed mesh, coloured by `heat`, for any viewer
   /// (and for the page where `in_page`, with the place marked), and the command that shows it
   /// again.
@@ -139,11 +117,7 @@ struct FrameRenderer {
                 const FindingView& view, const std::optional<glm::dvec3>& mark,
                 const std::string& place, bool in_page, Report& report) const {
     if (!ledger.assembles()) return;  // made of what is measured, in no time
-    std::vector<glm::vec3> color(heat.value.size());
-    for (std::size_t v = 0; v < color.size(); ++v)
-      color[v] = render::heat_color((heat.value[v] - heat.low) / (heat.high - heat.low));
-    const skin::Character& character = stage.character();
-    folder.write(place + "/pose.glb", skin::encode_posed_glb(character, body.mesh, color));
+    write_posed_glb(folder, place, stage.character(), body, heat);
     if (!finding.reproduce.empty()) {
       folder.write(place + "/repro.sh", "#!/bin/sh\n# " + visible(finding.code) + " " +
                                             visible(finding.rig) + ", " + visible(finding.pose) +
@@ -155,44 +129,16 @@ struct FrameRenderer {
                    artist_script(line, finding.code + ", " + finding.pose +
                                            ": your rig, from its rest, in the same pose"));
     }
-    if (!in_page || heat.value.size() > kMostMeshVertices) return;
-    const std::string triangles = "meshes/" + file_word(character.name) + ".triangles";
-    folder.write(triangles, encode_mesh_triangles(character.triangles,
-                                                  static_cast<std::uint32_t>(heat.value.size())));
-    folder.write(place + "/mesh.pose",
-                 encode_mesh_pose(body.mesh.position, heat.value, heat.low, heat.high));
-    MeshView mesh{finding.rig + " (" + finding.mapping + "), " + finding.pose,
-                  place + "/mesh.pose",
-                  triangles,
-                  heat.label,
-                  heat.unit,
-                  heat.low,
-                  heat.high,
-                  -1,
-                  view.name,
-                  {}};
-    if (mark) mesh.mark = {mark->x, mark->y, mark->z};
-    report.meshes.push_back(std::move(mesh));
+    if (in_page)
+      add_page_mesh(folder, place, finding.rig + " (" + finding.mapping + "), " + finding.pose,
+                    stage.character(), body, heat, view.name, mark, -1, report);
   }
 
   std::string heat(const PosedCharacter& body, const VertexHeat& values,
                    const render::Camera& camera, const std::optional<glm::dvec3>& mark,
                    const std::string& name) {
-    picture(name + ".png", {}, [&] {
-      photographer.pose(body, values.value);  // looked at until it is shot
-      render::Settings heated = settings;
-      heated.mode = render::Mode::heat;
-      heated.heat_low = values.low;
-      heated.heat_high = values.high;
-      render::Picture drawn = render::picture_from(photographer.shoot(camera, heated));
-      if (mark) {
-        const glm::dvec3 at =
-            render::project_camera(camera, heated.width, heated.height).project(*mark);
-        if (at.z > 0.0) render::draw_mark(drawn, at.x, at.y, kMark * heated.height);
-      }
-      render::draw_legend(drawn, values.low, values.high, values.label);
-      return drawn;
-    });
+    picture(name + ".png", {},
+            [&] { return heat_picture(photographer, settings, body, values, camera, mark); });
     return name + ".png";
   }
 
@@ -241,7 +187,8 @@ void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceName
   const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
   renderer.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
                 "just after");
-  const VertexHeat heat = renderer.distances(after, before, "moved in the flip");
+  const VertexHeat heat =
+      distance_heat(after, before, renderer.stage.anatomy().height, "moved in the flip");
   finding.pictures.heat_of = heat.label;
   finding.pictures.heat = renderer.heat(after, heat, camera, mark, place + "/heat");
   renderer.hand_out(finding, after, heat, view, mark, place, in_page, report);
@@ -269,6 +216,7 @@ void picture_finding(FrameRenderer& renderer, const std::vector<RigRecord>& reco
   finding.pictures.view = view.name;
   finding.pictures.before = renderer.still(here, camera, place + "/" + rig_word(rig), left);
   const std::vector<double> control = controls_at(*rig.system, pose, rig.mapping);
+  const double height = renderer.stage.anatomy().height;
   VertexHeat heat = metric_heat(
       renderer.stage, body,
       {*rig.system, control, here, glm::radians(pose.twist), pose.stretch != 0.0}, finding);
@@ -279,10 +227,10 @@ void picture_finding(FrameRenderer& renderer, const std::vector<RigRecord>& reco
     renderer.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
                   other->plan.name);
     if (heat.value.empty())
-      heat = renderer.distances(here, there, "distance to " + other->plan.name);
+      heat = distance_heat(here, there, height, "distance to " + other->plan.name);
   }
   if (heat.value.empty())
-    heat = renderer.distances(here, renderer.posed(rig, PoseDegrees{}), "moved from rest");
+    heat = distance_heat(here, renderer.posed(rig, PoseDegrees{}), height, "moved from rest");
   finding.pictures.heat_of = heat.label;
   finding.pictures.heat = renderer.heat(here, heat, camera, mark, place + "/heat");
   renderer.hand_out(finding, here, heat, view, mark, place, in_page, report);
