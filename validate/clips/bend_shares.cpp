@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/metrics/median.h"
 #include "validate/metrics/rotation.h"
 
 namespace backbend::validate {
@@ -20,14 +21,6 @@ struct Line {
   double slope = 0.0, offset = 0.0;
   double at(double x) const { return slope * x + offset; }
 };
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
-}
 
 /// The line that most points lie on; of those with nearly as many, the one of the least offset.
 /// Source: M. Fischler, R. Bolles, "Random sample consensus", CACM 24, 1981, with a fixed sample.

@@ -245,12 +245,6 @@ std::optional<Finding> share_finding(const ClipRecord& record, const ClipContext
   return finding;
 }
 
-std::optional<MetricId> metric_of(const std::string& code) {
-  for (Index m = 0; m < kMetricCount; ++m)
-    if (pose_metrics()[m].code == code) return static_cast<MetricId>(m);
-  return std::nullopt;
-}
-
 const ClipSweepRecord& longest_sweep(const ClipRecord& record) {
   return *std::max_element(record.sweeps.begin(), record.sweeps.end(),
                            [](const ClipSweepRecord& a, const ClipSweepRecord& b) {

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "skin/matrix_facts.h"
+#include "validate/metrics/median.h"
 
 namespace backbend::validate {
 namespace {
@@ -41,13 +42,6 @@ std::vector<int> arm_roots(const skin::Anatomy& anatomy) {
 std::vector<double> times_of(const skin::Clip& clip, const skin::ClipSweep& range) {
   const auto begin = clip.time.begin() + static_cast<std::ptrdiff_t>(range.first);
   return {begin, begin + static_cast<std::ptrdiff_t>(range.count)};
-}
-
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 /// By how much a control moves over a sweep, in its unit.
@@ -199,7 +193,7 @@ class JointMeasures {
         // A chain whose joints all move on their parents (a stretching one, one laid along a
         // curve) has none that slides alone.
         constexpr double kAlone = 3.0;
-        if (spine[k][i] > kAlone * median(others)) report(i, spine[k][i], spine_[k]);
+        if (spine[k][i] > kAlone * upper_median(others)) report(i, spine[k][i], spine_[k]);
       }
   }
 
@@ -245,7 +239,7 @@ class JointMeasures {
     for (int c = 0; c < 3; ++c) {
       std::vector<double> values;
       for (const glm::dvec3& p : all) values.push_back(p[c]);
-      middle[c] = median(values);
+      middle[c] = upper_median(values);
     }
     const glm::dvec3 rest = origin(character_.nodes[static_cast<Index>(node)].world_from_node) -
                             origin(character_.nodes[static_cast<Index>(base)].world_from_node);
@@ -300,7 +294,7 @@ class JointMeasures {
         if (glm::length(usual[k]) > 0.01 * anatomy_.spine_length)
           ratio.push_back(glm::length(now[k]) / glm::length(usual[k]));
       }
-      const double stretch = ratio.empty() ? 1.0 : median(ratio);
+      const double stretch = ratio.empty() ? 1.0 : upper_median(ratio);
       for (Index k = 0; k < spine_.size(); ++k)
         out[k].push_back(glm::distance(now[k], stretch * usual[k]));
     }
@@ -483,7 +477,7 @@ std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::ve
       if (k >= 0 && k <= static_cast<std::ptrdiff_t>(last) &&
           std::abs(k - static_cast<std::ptrdiff_t>(f)) > 1)
         around.push_back(change[static_cast<Index>(k)]);
-    out[f + 1] = std::max(0.0, change[f] - settings.outlier * median(around));
+    out[f + 1] = std::max(0.0, change[f] - settings.outlier * upper_median(around));
   }
   return out;
 }

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <set>
 
+#include "validate/metrics/median.h"
 #include "validate/run/measure.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
@@ -171,13 +172,6 @@ char compare_pose(const SweepSeries& a, std::size_t i, const SweepSeries& b, std
   }
   ++comparison.same;
   return '=';
-}
-
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  if (values.size() % 2 == 1) return *middle;
-  return 0.5 * (*middle + *std::max_element(values.begin(), middle));
 }
 
 /// `even is better in 62 % of random poses (95 %: 44 to 80 %)`. Neighbouring poses of a walk are no

@@ -7,17 +7,12 @@
 #include <limits>
 #include <optional>
 
+#include "validate/metrics/median.h"
+
 namespace backbend::validate {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// What is assumed of a place: the steps that hold a jump each.
 struct Explanation {
@@ -141,7 +136,7 @@ class Steps {
       for (int k = std::max(0, first - settings_.median_reach);
            k <= std::min(count() - 1, last + settings_.median_reach); ++k)
         if (!without.holds(k)) values.push_back(pace(k)[c]);
-      middle[c] = median(values);
+      middle[c] = upper_median(values);
     }
     double most = 0.0;
     for (int k = std::max(0, first - settings_.reach);
@@ -363,7 +358,7 @@ ClipReport find_clip_flips(const ClipMotion& clip, const ClipSettings& settings)
     std::vector<double> detectable;  // with every jump taken out: what the motion itself hides
     for (int k = 0; k < motion.count(); ++k) detectable.push_back(degrees(motion.detectable(k)));
     out.detectable_deg[joint] = *std::max_element(detectable.begin(), detectable.end());
-    out.calm_deg[joint] = median(detectable);
+    out.calm_deg[joint] = upper_median(detectable);
   }
   std::ranges::stable_sort(out.jumps, [](const ClipJump& a, const ClipJump& b) {
     return a.frame != b.frame ? a.frame < b.frame : a.joint < b.joint;

@@ -179,6 +179,12 @@ std::string joint_name(const RigRecord& rig, int joint) {
   return name_at(rig.system->joint_names(), joint);
 }
 
+std::optional<MetricId> metric_of(std::string_view code) {
+  for (std::size_t m = 0; m < kMetricCount; ++m)
+    if (pose_metrics()[m].code == code) return static_cast<MetricId>(m);
+  return std::nullopt;
+}
+
 void set_place(MetricId metric, int place, const std::vector<std::string>& joint_names,
                Finding& finding) {
   switch (metric) {

@@ -1,5 +1,7 @@
 #pragma once
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "validate/report/report.h"
@@ -39,6 +41,9 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
 /// that was driven, under a rig at a pose.
 std::string command_for(const RigRecord& rig, const std::string& character, DrivenChain chain,
                         const PoseDegrees& pose);
+
+/// The metric that a check judges pose by pose; nullopt for flips, input and tool checks.
+std::optional<MetricId> metric_of(std::string_view code);
 
 /// Puts the place of a metric into the finding: a joint by its name, a slice or a vertex by its
 /// number. Metrics of the whole body have none.

@@ -14,13 +14,6 @@
 namespace backbend::validate {
 namespace {
 
-std::optional<MetricId> metric_of(const std::string& code) {
-  for (std::size_t m = 0; m < kMetricCount; ++m) {
-    if (pose_metrics()[m].code == code) return static_cast<MetricId>(m);
-  }
-  return std::nullopt;
-}
-
 PoseDegrees pose_of(const RigRecord& rig, const Finding& finding) {
   const auto sweep =
       std::find_if(rig.sweeps.begin(), rig.sweeps.end(),
