@@ -326,17 +326,17 @@ Report sample_report() {
   r.next = {"backbend explain BB010", "backbend approve --run latest --reason WHY",
             "backbend check --watch human.glb"};
   r.checks = {{"BB001", "flip", "turn of a joint that stays when the step is halved", "deg",
-               "a jump has no place in a sweep", 20},
+               "a jump has no place in a sweep", 20, "at most"},
               {"BB010", "chain kink", "joint angle against the intended curve's turning", "deg",
-               "seen in profile from 8 on", 8},
+               "seen in profile from 8 on", 8, "at most"},
               {"BB011", "mesh kink", "second difference of slice turning over one bone", "deg",
-               "visible on a clay render", 4},
+               "visible on a clay render", 4, "at most"},
               {"BB020", "arm drift", "turn of the arm roots against the chest control", "deg",
-               "half a pixel at the hand", 0.5},
+               "half a pixel at the hand", 0.5, "at most"},
               {"BB030", "cross-section collapse", "area of a material slice against rest",
-               "of rest area", "volume loss is seen from a quarter on", 0.75},
+               "of rest area", "volume loss is seen from a quarter on", 0.75, "at least"},
               {"BB031", "volume", "volume of a closed mesh against rest", "of rest",
-               "has no meaning for an open mesh", 0.9}};
+               "has no meaning for an open mesh", 0.9, "at least"}};
   return r;
 }
 
