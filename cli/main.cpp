@@ -108,7 +108,8 @@ int take_surroundings(Program& program) {
   return kExitOk;
 }
 
-/// Where the first word of the line is no command: which one it may be a slip of. Else empty.
+/// The command whose name is nearest to the line's first word, where that word is not a command.
+/// Empty: it is one, or none is near.
 std::string nearest_command(const CLI::App& app, int count, char** arguments) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());

@@ -7,7 +7,7 @@ namespace backbend::skin {
 
 /// The spine joints that a pair of arms rides on, as indices into the spine.
 struct ArmAttachment {
-  int left = -1, right = -1;  // -1: there is no such arm
+  int left = -1, right = -1;  // -1: the body lacks that arm
   bool by_place = false;      // no joint above the hips carries them: nearest to where they start
 
   /// The lower of the two, -1 without arms: carried by it, neither arm leaves the other.

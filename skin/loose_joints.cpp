@@ -99,7 +99,7 @@ class LooseJoints {
     return in_quotes(character_.nodes[static_cast<Index>(node)].name);
   }
 
-  /// A joint with weight that is no ancestor of the body. Joints above it that move nothing may
+  /// A joint with weight that the body does not hang from. Joints above it that move nothing may
   /// carry half a body's mechanism: each that moves something is placed by itself.
   bool is_loose(Index n) const {
     return shape_.is_joint[n] && shape_.weight[n] > 0.0 &&

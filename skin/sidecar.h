@@ -14,7 +14,7 @@ struct Clip;
 struct SidecarControl {
   std::string channel;  // extension, flexion, side or twist
   std::string control;  // as the artist's program calls it
-  std::string axis;     // X, Y or Z: what of it turns
+  std::string axis;     // X, Y or Z: the axis it turns about
   int sign = 1;         // -1 where its positive turn is our negative one
   bool operator==(const SidecarControl&) const = default;
 };

@@ -29,6 +29,9 @@ constexpr double kSpilt = 0.2;          // a weight that fades halves within les
 constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
 constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
 constexpr double kFarJoints = 3.0;      // along the skeleton
+constexpr double kHumpJoints = 2.0;     // ... for a weight that rises again where it should fade
+constexpr double kWhole = 0.95;         // of a vertex's weight: the joint's alone
+constexpr double kHump = 0.04;          // of a vertex's weight: how far it rises
 constexpr double kFarSpine = 0.4;       // of the spine's length, where its joints stand densely
 constexpr double kLeads = 0.25;         // of a joint's weight, where it weighs most: else no area
 constexpr double kOverlaps = 0.3;       // of the way between two joints, for a fault of their order
@@ -215,7 +218,7 @@ class FaultFinder {
     if (!cells) {
       std::vector<glm::dvec3> points;
       for (Index p = 0; p < main_.size(); ++p)
-        if (main_[p] == node) points.push_back(point_[p]);
+        if (main_[p] == node && hump_at(node, p) != Hump::leads) points.push_back(point_[p]);
       points.push_back(at(node));
       for (Index n = 0; n < character_.nodes.size(); ++n)
         if (character_.nodes[n].parent == node && total_[n] > 0.0) {
@@ -268,6 +271,87 @@ class FaultFinder {
     return island[place];
   }
 
+  /// Whether a place is on a hump of the joint's weight: from the joint's heaviest place to there
+  /// the weight falls, over edges of the mesh, and then rises again by kHump or more. Painted
+  /// weights fall from their area on; what rises again was spilt, or is a second area of the
+  /// joint's own.
+  enum class Hump : char { none, small, leads };  // leads: the joint weighs most at its peak
+  Hump hump_at(int node, Index place) {
+    auto& hump = hump_[node];
+    if (hump.empty()) hump = humps_of(node);
+    return hump[place];
+  }
+
+  /// By flooding from the heaviest place down (0-dimensional persistence): where two risen areas
+  /// meet, the lower peak's is a hump as high as its peak is above the meeting place.
+  std::vector<Hump> humps_of(int node) {
+    if (edges_.empty()) list_edges();
+    struct Area {
+      Index peak = 0;  // its heaviest place
+      std::vector<Index> places;
+    };
+    std::vector<std::pair<double, Index>> order;
+    for (Index p = 0; p < weights_.size(); ++p)
+      if (const double w = weight_at(p, node); w > 0.0) order.emplace_back(-w, p);
+    std::sort(order.begin(), order.end());
+    std::vector<Area> areas;
+    constexpr Index kDry = static_cast<Index>(-1);
+    std::vector<Index> area_of(weights_.size(), kDry);
+    std::vector<Hump> hump(weights_.size(), Hump::none);
+    const auto mark = [&](const Area& area) {
+      const Hump kind = main_[area.peak] == node ? Hump::leads : Hump::small;
+      for (const Index q : area.places) hump[q] = kind;
+    };
+    for (const auto& [negative, p] : order) {
+      Index own = kDry;
+      for (Index e = first_edge_[p]; e < first_edge_[p + 1]; ++e) {
+        const Index other = area_of[edges_[e]];
+        if (other == kDry || other == own) continue;
+        if (own == kDry) {
+          own = other;
+          continue;
+        }
+        const bool own_is_lower =
+            weight_at(areas[own].peak, node) < weight_at(areas[other].peak, node);
+        const Area& lower = areas[own_is_lower ? own : other];
+        if (weight_at(lower.peak, node) + negative >= kHump) mark(lower);
+        const Index peak = areas[own_is_lower ? other : own].peak;
+        // The smaller one's places go over to the larger.
+        const bool own_is_smaller = areas[own].places.size() < areas[other].places.size();
+        Area& from = areas[own_is_smaller ? own : other];
+        own = own_is_smaller ? other : own;
+        for (const Index q : from.places) area_of[q] = own;
+        areas[own].places.insert(areas[own].places.end(), from.places.begin(), from.places.end());
+        areas[own].peak = peak;
+        from.places.clear();
+      }
+      if (own == kDry) {
+        own = areas.size();
+        areas.push_back({p, {}});
+      }
+      area_of[p] = own;
+      areas[own].places.push_back(p);
+    }
+    // What no edges join to the heaviest.
+    for (const Area& area : areas)
+      if (!area.places.empty() && area_of[area.peak] != area_of[order.front().second] &&
+          weight_at(area.peak, node) >= kHump)
+        mark(area);
+    return hump;
+  }
+
+  /// The joint that weighs most on a place beside `node`; -1 for none.
+  int heaviest_but(Index place, int node) const {
+    int best = -1;
+    double most = 0.0;
+    for (const NodeWeight& w : weights_[place])
+      if (w.node != node && w.weight > most) {
+        most = w.weight;
+        best = w.node;
+      }
+    return best;
+  }
+
   double weight_at(Index place, int node) const {
     for (const NodeWeight& w : weights_[place])
       if (w.node == node) return w.weight;
@@ -291,8 +375,8 @@ class FaultFinder {
     for (Index p = 0; p < weights_.size(); ++p) first_edge_[p + 1] += first_edge_[p];
   }
 
-  /// How far the nearest place is at which a joint weighs twice as much: short where its weight
-  /// fades, long where it was spilt.
+  /// How far the nearest place is at which a joint weighs twice as much, or all there is: short
+  /// where its weight fades, long where it was spilt.
   double distance_to_double(int node, double weight, const glm::dvec3& point) {
     auto& places = places_of_[node];
     if (places.empty())
@@ -301,7 +385,8 @@ class FaultFinder {
           if (w.node == node) places.emplace_back(w.weight, p);
     double nearest = glm::distance(at(node), point);
     for (const auto& [w, place] : places)
-      if (w >= 2.0 * weight) nearest = std::min(nearest, glm::distance(point_[place], point));
+      if (w >= std::min(2.0 * weight, kWhole))
+        nearest = std::min(nearest, glm::distance(point_[place], point));
     return nearest;
   }
 
@@ -340,25 +425,34 @@ class FaultFinder {
     for (Index p = 0; p < weights_.size(); ++p) {
       const double aside = glm::dot(point_[p] - mirror_.middle, mirror_.left);
       for (const NodeWeight& w : weights_[p]) {
-        if (w.weight < kCounts || w.node == main_[p]) continue;
+        if (w.weight < kCounts) continue;
+        const int rival = heaviest_but(p, w.node);
+        if (rival < 0) continue;
         const int image = image_[static_cast<Index>(w.node)];
         const double joint_aside = glm::dot(at(w.node) - mirror_.middle, mirror_.left);
         // Legs stand closer together than arms: what is as far out as they are is theirs.
         const double off_middle = std::min(kOffMiddle * size_, kAsFarOut * std::abs(joint_aside));
         const bool other_side =
             image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
-        const bool distant = steps_between(main_[p], w.node) >= kFarJoints;
-        if (!other_side && !distant) continue;
+        const double steps = steps_between(rival, w.node);
+        const bool distant = steps >= kFarJoints;
+        if (!other_side && steps < kHumpJoints) continue;
         double distance = distance_to_area(w.node, point_[p], far_away);
         const bool is_wrong = other_side && distance > kOffMiddle * size_;
+        // Vertebrae share the torso's surface: where one of many weighs more is not plain.
+        const int on_spine = place_on_spine_[static_cast<Index>(w.node)];
+        const bool vertebra = on_spine >= 0 && on_spine <= static_cast<int>(anatomy_.chest_index);
+        const Hump hump =
+            steps >= (vertebra ? kFarJoints : kHumpJoints) ? hump_at(w.node, p) : Hump::none;
         const bool alone =
-            distant && distance > kIsland * size_ && !is_wrong && stands_alone(w.node, p);
+            !is_wrong && distance > kIsland * size_ &&
+            (hump == Hump::small || (distant && (hump == Hump::leads || stands_alone(w.node, p))));
         if (!is_wrong && !alone && !(distant && distance >= far_away)) continue;
         distance = distance_to_double(w.node, w.weight, point_[p]);
         if (is_wrong && distance > kOffMiddle * size_)
           add(wrong, w.node, image, w.weight, distance, p);
-        else if (distant && distance >= (alone ? kIsland : kSpilt) * size_)
-          add(far, w.node, main_[p], w.weight, distance, p);
+        else if (!is_wrong && distance >= (alone ? kIsland : kSpilt) * size_)
+          add(far, w.node, rival, w.weight, distance, p);
       }
     }
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
@@ -535,6 +629,7 @@ class FaultFinder {
   std::vector<double> along_, beside_;     // of each place that the spine moves: along it, off it
   std::vector<Index> edges_, first_edge_;  // neighbours of each place, one after another
   std::map<int, std::vector<bool>> island_;
+  std::map<int, std::vector<Hump>> hump_;
   std::map<int, std::unique_ptr<PointCells>> area_;
   std::map<int, std::vector<std::pair<double, Index>>> places_of_;  // weight and place, by node
   double all_ = 0.0;

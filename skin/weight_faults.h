@@ -40,7 +40,9 @@ struct WeightFaults {
   /// The largest weight of a joint on a place three joints or more along the skeleton from the one
   /// that weighs most there (of a spine of many joints: 0.4 of its length, and the torso's half
   /// width), and 0.15 from its own area, where it does not fade (the next place
-  /// with twice the weight is 0.2 away); or 0.08 where no edges lead from there to its area.
+  /// with twice the weight is 0.2 away); or 0.08 where no edges lead from there to its area. Two
+  /// joints and 0.08 do where the weight, on its way there over the mesh, falls and rises again by
+  /// 0.04 of a vertex's weight.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
   /// (a middle joint: one side of the other's), over places with a mirror image. Asked of spine,

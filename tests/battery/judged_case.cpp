@@ -18,6 +18,8 @@ Outcome outcome_of(const Run& run) {
     const Report report = run();
     out.exit_code = report.exit_code;
     out.reasons = report.reasons;
+    for (const RigResult& rig : report.rigs)
+      out.worst.insert(rig.summary.begin(), rig.summary.end());
     for (const Finding& finding : report.findings)
       if (finding.verdict == Verdict::fail) out.failing.push_back(finding);
   } catch (const skin::CharacterError& error) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -13,6 +14,7 @@ struct Outcome {
   std::string refused;                     // why the file was not taken; empty: it was
   std::vector<validate::Finding> failing;  // worst first
   std::vector<std::string> reasons;        // why the verdict is what it is
+  std::map<std::string, double> worst;     // of each metric, by its name in the report
 };
 
 /// `backbend check FILE --quick`, in this process.

@@ -1,9 +1,11 @@
 #include "tests/battery/tables.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <map>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "validate/sweeps/sweep.h"
 
@@ -75,6 +77,28 @@ int print_clean(const std::vector<json>& cases) {
   return all.wrong;
 }
 
+/// What limits are set by (even seeds) and compared with (odd ones).
+void print_worst(const std::vector<json>& cases) {
+  std::map<std::string, std::vector<double>> worst;
+  for (const json& each : cases)
+    if (is_clean(each) && each.contains("worst"))
+      for (const auto& [metric, value] : each["worst"].items())
+        worst[each["family"].get<std::string>() + ", " + metric].push_back(value);
+  if (worst.empty()) return;
+  std::printf(
+      "\n| worst of a clean case | cases | median | 95 of 100 | largest "
+      "|\n|---|---|---|---|---|\n");
+  for (auto& [metric, values] : worst) {
+    std::sort(values.begin(), values.end());
+    const auto at = [&](double share) {
+      return number_text(
+          values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))], 3);
+    };
+    std::printf("| %s | %zu | %s | %s | %s |\n", metric.c_str(), values.size(), at(0.5).c_str(),
+                at(0.95).c_str(), at(1.0).c_str());
+  }
+}
+
 struct FaultCount {
   int cases = 0, found = 0, placed = 0, owned = 0, measured = 0, sized = 0;
   bool plain = false;
@@ -141,6 +165,7 @@ bool print_tables(const std::vector<json>& cases) {
     if (each.contains("not_made"))
       ++not_made[each["family"].get<std::string>() + ": " + each["not_made"].get<std::string>()];
   const bool clean = print_clean(cases) == 0;
+  print_worst(cases);
   const bool found = print_faults(cases);
   for (const auto& [why, count] : not_made) std::printf("not made %d, %s\n", count, why.c_str());
   return clean && found;

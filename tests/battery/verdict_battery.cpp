@@ -280,6 +280,8 @@ class Battery {
       line["findings"].push_back({{"code", finding.code},
                                   {"owner", validate::name_of(finding.owner)},
                                   {"text", short_text(finding)}});
+    for (const auto& [metric, value] : outcome.worst)
+      if (std::isfinite(value)) line["worst"][metric] = value;
     bool wrong = outcome.exit_code != 0;
     if (each->weight_fault || each->motion_fault) {
       const Score is = score(*each, outcome, twin_of(*each));

@@ -1,5 +1,5 @@
 // A glTF animation of every kind of track on a chain of turned and scaled nodes, against the
-// specification's formulas written another way; and what of it is looked at.
+// specification's formulas written another way; and which parts of it are judged.
 #include <gtest/gtest.h>
 
 #include <algorithm>

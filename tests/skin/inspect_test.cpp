@@ -139,7 +139,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            loose joint 'toe.L' goes with 'foot.L', which it touches
   driven   by arc fraction: hips 0, spine_1 0.5, spine_2 1
            arms go with the chest, which they hang from
-           10 helper joints, 76.9 % of torso weight, static here: fix_1, fix_2, fix_3, fix_4, fix_5, fix_6, fix_7, fix_8 and 2 more
+           10 helper joints, 76.9 % of torso weight, that go with their parents: fix_1, fix_2, fix_3, fix_4, fix_5, fix_6, fix_7, fix_8 and 2 more
            1 joint, 3.2 % of all weight, that nothing moves: prop
   weights  vertices moved 88 by 1, 1 by 2, 1 by 5, 2 by 8 joints
            sums: 1 210 vertices off, worst 0.875

@@ -11,6 +11,11 @@ namespace backbend::skin {
 std::size_t move_weight(Character& character, const Anatomy& anatomy, int from, int to,
                         double share, int on = 0);
 
+/// Gives a share of all weight on a round patch, in the middle of where `from` weighs most, to
+/// another joint: all of `share` in the patch's middle, nothing at its rim, a tenth of the body's
+/// largest side away.
+void spill_weight(Character& character, int from, int to, double share);
+
 /// Swaps the weights of two joints.
 void swap_weights(Character& character, int a, int b);
 

@@ -88,6 +88,38 @@ std::size_t move_weight(Character& character, const Anatomy& anatomy, int from, 
   return count;
 }
 
+void spill_weight(Character& character, int from, int to, double share) {
+  constexpr double kReach = 0.1;
+  const PosedMesh rest = rest_mesh(character);
+  glm::vec3 low = rest.position.front(), high = low;
+  for (const glm::vec3& p : rest.position) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const glm::vec3 sides = high - low;
+  const double reach = kReach * std::max({sides.x, sides.y, sides.z});
+  const auto sources = joints_of(character, from);
+  const std::uint16_t target = joints_of(character, to).front();
+  const auto weight = [&](Index v) {
+    Weights weights = of(character.influences[v]);
+    double sum = 0.0;
+    for (const std::uint16_t joint : sources) sum += weights[joint];
+    return sum;
+  };
+  Index middle = 0;
+  for (Index v = 0; v < character.vertex_count(); ++v)
+    if (weight(v) > weight(middle)) middle = v;
+  for (Index v = 0; v < character.vertex_count(); ++v) {
+    const double far = glm::distance(rest.position[v], rest.position[middle]) / reach;
+    if (far >= 1.0) continue;
+    const double spilt = share * (1.0 - far * far);
+    Weights weights = of(character.influences[v]);
+    for (auto& [joint, each] : weights) each *= 1.0 - spilt;
+    weights[target] += spilt;
+    character.influences[v] = packed(weights);
+  }
+}
+
 void swap_weights(Character& character, int a, int b) {
   const auto first = joints_of(character, a).front(), second = joints_of(character, b).front();
   for (Influences& influences : character.influences)

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <map>
 
+#include "skin/body_kind.h"
 #include "skin/gltf_reader.h"
 #include "skin/import_checks.h"
 #include "tests/skin/planted_weights.h"
@@ -107,6 +108,17 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
   if (weight[anatomy.left_arm[2]] > 2.0 * weight[anatomy.left_arm[1]]) upper = 2;
   const int vertebra = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2)];
   const int next = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2) + 1];
+  // An animal's head may hang beside its vertebrae, and wide weights may reach down to them.
+  bool head_is_apart = body_kind(character, anatomy).kind == BodyKind::human;
+  for (const Influences& influences : character.influences) {
+    double on_head = 0.0, on_vertebra = 0.0;
+    for (std::size_t k = 0; k < kMaxInfluences; ++k) {
+      const int node = character.joints[influences.joint[k]].node;
+      if (node == anatomy.head) on_head += influences.weight[k];
+      if (node == vertebra) on_vertebra += influences.weight[k];
+    }
+    head_is_apart = head_is_apart && (on_head < 0.01 || on_vertebra < 0.01);
+  }
   const auto planted = [&](int from, int to, double share, int on = 0) {
     Character spoiled = character;
     move_weight(spoiled, anatomy, from, to, share, on);
@@ -138,6 +150,21 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
     if (anatomy.head >= 0)
       count("vertebra on the head", share,
             names(faults_of(planted(vertebra, anatomy.head, share)).far, kFar, anatomy.head));
+    for (const auto& [kind, node] :
+         {std::pair("patch of a vertebra on the head", anatomy.head),
+          std::pair("patch of a vertebra on a thigh",
+                    anatomy.left_leg.empty() ? -1 : anatomy.left_leg.front()),
+          std::pair("patch of a vertebra on a hand", anatomy.left_arm.back())}) {
+      if (node < 0 || weight[node] <= 0.0) continue;
+      Character spoiled = character;
+      spill_weight(spoiled, vertebra, node, share);
+      found = names(faults_of(spoiled).far, kFar, node);
+      count(kind, share, found);
+      // Thighs begin beside the lowest vertebrae. Half of the weight makes an area of its own.
+      if (gross && share < 0.5 && node == anatomy.head && head_is_apart) {
+        EXPECT_TRUE(found) << kind << " " << share;
+      }
+    }
     const WeightFaults root = faults_of(planted(anatomy.left_arm[2], anatomy.spine[0], share));
     count("arm on the hips", share,
           names(root.far, kFar, anatomy.spine[0]) ||

@@ -235,7 +235,7 @@ TEST(BodyMetrics, SlicesGoOnAsFarAsTheLastJointBends) {
   last.slice = 63;
   PlaceNames(m.figure.character, m.figure.anatomy, &m.metrics).name({}, last);
   EXPECT_EQ(last.between, (std::array<std::string, 2>{"spine5", "neck"}));
-  // Nothing is asked of them beyond the chest: a twist that ends there is no wringing above.
+  // Beyond the chest nothing is measured: a twist that ends there is not wringing above it.
   const BodyMeasures still = m.pose("even", {});
   EXPECT_LT(still.slices.kink_worst_deg, 1e-2);
   const BodyMeasures twisted = m.pose("even", {.twist = radians_from(30.0)});

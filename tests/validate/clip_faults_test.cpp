@@ -244,7 +244,7 @@ struct Tally {
   int tried = 0, found = 0, joint = 0, frame = 0, size = 0;
 };
 
-/// Whether a fault is among the findings; counts what of it is right.
+/// Whether a fault is among the findings; counts how many of its joint, frame and size are right.
 void count(const std::vector<Finding>& findings, const std::string& code, const std::string& joint,
            int frame, double size, Tally& tally) {
   ++tally.tried;
@@ -407,6 +407,50 @@ TEST(ClipFaults, AJointThatSlidesSlowlyIsFoundByItsWay) {
             100.0 * way / motion.anatomy.spine_length, tally);
       EXPECT_EQ(tally.joint + tally.size, 2) << name << " " << way << list(motion.findings(sick));
     }
+}
+
+/// The sweep as if its control stood for a channel, by `factor` of the angle that it turns.
+skin::Clip as_channel(const Motion& motion, const char* channel, double factor,
+                      double offset_deg = 0.0) {
+  skin::Clip out = motion.clip;
+  out.control = {channel};
+  for (double& value : out.control_value) value = factor * -value + offset_deg;
+  return out;
+}
+
+TEST(ClipFaults, AChannelThatDoesNotArriveAtTheChestFails) {
+  const Motion motion = sweep_motion();
+  const auto share = [&](const skin::Clip& clip) {
+    for (const Finding& each : failing(motion.findings(clip)))
+      if (each.code == "BB049") return each.value;
+    return std::nan("");
+  };
+  EXPECT_TRUE(std::isnan(share(as_channel(motion, "extension", 1.0)))) << "what it says";
+  EXPECT_TRUE(std::isnan(share(as_channel(motion, "extension", 1.5)))) << "most of it";
+  EXPECT_TRUE(std::isnan(share(as_channel(motion, "chest.rx", -1.0)))) << "not a body channel";
+  EXPECT_NEAR(share(as_channel(motion, "extension", 4.0)), 0.25, 1e-3);
+  EXPECT_NEAR(share(as_channel(motion, "extension", -1.0)), -1.0, 1e-3) << "the wrong sign";
+  EXPECT_NEAR(share(as_channel(motion, "flexion", 1.0)), -1.0, 1e-3) << "the wrong sign";
+  EXPECT_NEAR(share(as_channel(motion, "side", 1.0)), 0.0, 1e-3) << "another axis";
+  EXPECT_NEAR(share(as_channel(motion, "twist", -1.0)), 0.0, 1e-3) << "another axis";
+  // Two channels at once: which of them turned what, nobody can tell.
+  skin::Clip both = as_channel(motion, "flexion", 1.0);
+  both.control = {"flexion", "side"};
+  std::vector<double> values;
+  for (const double value : both.control_value) values.insert(values.end(), {value, 0.5 * value});
+  both.control_value = values;
+  EXPECT_TRUE(std::isnan(share(both)));
+}
+
+TEST(ClipFaults, AClipThatWasNotWrittenFromRestSaysHowFarItIsBent) {
+  const Motion motion = sweep_motion();
+  const auto bent = [&](const skin::Clip& clip) {
+    return bend_at_rest(clip, motion.anatomy, ClipBody(motion.character, motion.anatomy, clip, {}));
+  };
+  EXPECT_EQ(bent(as_channel(motion, "extension", 1.0)), 0.0);
+  EXPECT_NEAR(bent(as_channel(motion, "extension", 1.0, -40.0)), 40.0, 1e-6);
+  EXPECT_EQ(bent(as_channel(motion, "extension", 1.0, 40.0)), 0.0) << "no frame is at rest";
+  EXPECT_EQ(bent(sweep_motion(false).clip), 0.0) << "no controls are recorded";
 }
 
 TEST(ClipFaults, CapturesHaveNoFindingHoweverTheyAreCutAndPlayed) {

@@ -124,7 +124,7 @@ TEST_F(Import, TakesEndingsInWhateverCase) {
 
 TEST_F(Import, NormalisesTheWeightsThatFbxLeavesAsTheyAreAndSaysSo) {
   const skin::Character tower = load_character(write("tower.fbx", tower_fbx({.weight = 0.9375})));
-  EXPECT_EQ(tower.worst_weight_sum, 1.0) << "FBX stores shares: their sum is no fault";
+  EXPECT_EQ(tower.worst_weight_sum, 1.0) << "FBX stores shares: any sum is legal";
   EXPECT_TRUE(warned(tower, "weights_renormalised"));
   expect_the_tower(tower);
 }

@@ -275,7 +275,7 @@ Report sample_report() {
   human.left_arm = {"clavicle.L", "shoulder01.L"};
   human.right_arm = {"clavicle.R", "shoulder01.R"};
   human.envelope = "human";
-  human.notes = {"6 helper joints (8 % of torso weight) are static here"};
+  human.notes = {"6 helper joints (8 % of torso weight) go with their parents"};
   r.characters = {human};
   for (const char* mapping : {"chest", "spread"}) {
     const bool chest = std::string(mapping) == "chest";

@@ -12,6 +12,7 @@
 #include "skin/printable.h"
 #include "skin/skinning.h"
 #include "solver/nearest_name.h"
+#include "validate/clips/point_space.h"
 #include "validate/clips/rigid_fit.h"
 #include "validate/run/progress.h"
 #include "validate/sweeps/sweep.h"
@@ -430,6 +431,9 @@ void ClipBody::match_points(const skin::Clip& clip) {
   std::vector<Index> source(vertices);
   const std::span<const glm::vec3> first(clip.point.data(), clip.point_count);
   const double near = kSamePoint * anatomy_.height;
+  // Joints beside the points say what space both are in; a cache says nothing.
+  const bool space_is_known = !clip.joint.empty();
+  const PointSpace* space = &point_spaces().front();
   // The same vertices in the same order: then edges keep about their length in any pose.
   bool in_order = clip.point_count == vertices;
   if (in_order) {
@@ -439,29 +443,53 @@ void ClipBody::match_points(const skin::Clip& clip) {
       if (rest > 0.0) ratio.push_back(glm::distance(first[t.x], first[t.y]) / rest);
     }
     std::sort(ratio.begin(), ratio.end());
-    in_order = !ratio.empty() && ratio[ratio.size() / 20] > 0.2 &&
-               ratio[ratio.size() - 1 - ratio.size() / 20] < 5.0;
+    const double usual = ratio.empty() || space_is_known || !(ratio[ratio.size() / 2] > 0.0)
+                             ? 1.0
+                             : ratio[ratio.size() / 2];
+    if (!ratio.empty() && !space_is_known) space = &space_in_order(rest_.position, first, usual);
+    in_order = !ratio.empty() && ratio[ratio.size() / 20] * space->scale > 0.2 &&
+               ratio[ratio.size() - 1 - ratio.size() / 20] * space->scale < 5.0;
   }
   if (in_order) {
     for (Index v = 0; v < vertices; ++v) source[v] = v;
   } else {
-    const PointGrid grid(first, near);
-    for (Index v = 0; v < vertices; ++v) {
-      const std::ptrdiff_t found = grid.nearest(rest_.position[v]);
-      if (found < 0)
-        throw CharacterError(
-            clip.file_name + ": " + std::to_string(clip.point_count) + " points are not the " +
-            std::to_string(vertices) + " vertices (" + std::to_string(character_.place_count) +
-            " places) of " + character_.file_name + ": none stands at vertex " + std::to_string(v) +
-            "; export the cache from the same mesh, with its rest pose for the first frame");
-      source[v] = static_cast<Index>(found);
+    // Of all spaces that the cache may be in, the first that has a point at every vertex; what is
+    // wrong is said of the body's own.
+    std::ptrdiff_t missing = -1;
+    for (const PointSpace& each : point_spaces()) {
+      std::vector<glm::vec3> moved;
+      for (const glm::vec3& p : first) moved.push_back(each.to_body(p));
+      const PointGrid grid(moved, near);
+      std::ptrdiff_t without = -1;
+      for (Index v = 0; v < vertices && without < 0; ++v) {
+        const std::ptrdiff_t found = grid.nearest(rest_.position[v]);
+        if (found < 0)
+          without = static_cast<std::ptrdiff_t>(v);
+        else
+          source[v] = static_cast<Index>(found);
+      }
+      space = &each;
+      if (without < 0) {
+        missing = -1;
+        break;
+      }
+      if (missing < 0) missing = without;
+      if (space_is_known) break;
     }
+    if (missing >= 0)
+      throw CharacterError(
+          clip.file_name + ": " + std::to_string(clip.point_count) + " points are not the " +
+          std::to_string(vertices) + " vertices (" + std::to_string(character_.place_count) +
+          " places) of " + character_.file_name + ": none stands at vertex " +
+          std::to_string(missing) + (space_is_known ? "" : ", nor with +Z up or in another unit") +
+          "; export the cache from the same mesh, with its rest pose for the first frame");
     notes_.push_back("points matched to vertices by place in the first frame");
   }
   point_.resize(frames_ * vertices);
   for (Index f = 0; f < frames_; ++f)
     for (Index v = 0; v < vertices; ++v)
-      point_[f * vertices + v] = clip.point[f * clip.point_count + source[v]];
+      point_[f * vertices + v] = space->to_body(clip.point[f * clip.point_count + source[v]]);
+  if (space->differs()) notes_.push_back(space->note);
 }
 
 void ClipBody::fit_joints() {

@@ -17,6 +17,8 @@ using Index = std::size_t;
 // Fewer frames have no pace to compare a step with (see find_clip_flips).
 constexpr Index kLeastFrames = 5;
 
+constexpr std::string_view kResponseCode = "BB049";
+
 /// What a baked clip says anything about.
 bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, MetricId metric) {
   switch (metric) {
@@ -245,6 +247,36 @@ std::optional<Finding> share_finding(const ClipRecord& record, const ClipContext
   return finding;
 }
 
+/// A channel whose control does not turn the chest as the channel's name says: the mapping names
+/// another control, another axis or the other sign, or the rig does not carry the turn to the
+/// chest.
+std::optional<Finding> response_finding(const ClipContext& context, const ClipSweepRecord& sweep) {
+  if (!sweep.response) return std::nullopt;
+  const ControlResponse& response = *sweep.response;
+  const double limit = context.limits.of(kResponseCode).value;
+  if (judge(*find_check(kResponseCode), response.share(), limit) != Verdict::fail)
+    return std::nullopt;
+  Finding finding = start_finding(context, sweep, kResponseCode, response.pose);
+  finding.owner = Owner::input;
+  finding.value = response.share();
+  const skin::Anatomy& anatomy = context.anatomy;
+  finding.joint =
+      context.character.nodes[static_cast<Index>(anatomy.spine[anatomy.chest_index])].name;
+  const double asked = std::abs(response.asked_deg), least = limit * asked;
+  finding.detail = "of " + number_text(asked, 1) + " deg of " + response.channel + ", " +
+                   number_text(response.share() * asked, 1) + " arrive at the chest";
+  finding.detail += response.arrived_deg * response.asked_deg < -least * asked
+                        ? ": it turns the other way round"
+                    : response.other_deg > least
+                        ? ", and " + number_text(response.other_deg, 1) + " deg about other axes"
+                        : "";
+  finding.detail += "; see which control and which sign the mapping gives this channel";
+  finding.geometry["asked_deg"] = response.asked_deg;
+  finding.geometry["arrived_deg"] = response.arrived_deg;
+  finding.geometry["other_deg"] = response.other_deg;
+  return finding;
+}
+
 const ClipSweepRecord& longest_sweep(const ClipRecord& record) {
   return *std::max_element(record.sweeps.begin(), record.sweeps.end(),
                            [](const ClipSweepRecord& a, const ClipSweepRecord& b) {
@@ -282,6 +314,7 @@ std::vector<Finding> judge_clip(const ClipRecord& record, const ClipContext& con
       finding.detail = "a joint's matrix has no rotation: mirrored, collapsed or not finite";
       findings.push_back(std::move(finding));
     }
+    if (const auto response = response_finding(context, sweep)) findings.push_back(*response);
     const std::optional<Finding> share = share_finding(record, context, sweep);
     if (share) findings.push_back(*share);
     for (Index m = 0; m < kMetricCount; ++m) {
@@ -364,6 +397,12 @@ std::vector<Coverage> clip_coverage(const ClipRecord& record) {
       ++(any ? flips.not_applicable : flips.not_measured);
   }
   out.push_back(flips);
+  Coverage responses{std::string(kResponseCode), 0, 0, 0, 0};
+  for (const ClipSweepRecord& sweep : record.sweeps) {
+    ++responses.planned;
+    ++(sweep.response ? responses.measured : responses.not_applicable);
+  }
+  out.push_back(responses);
   for (Index m = 0; m < kMetricCount; ++m) {
     const auto metric = static_cast<MetricId>(m);
     const Check& check = *find_check(pose_metrics()[m].code);

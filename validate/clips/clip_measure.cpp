@@ -132,7 +132,7 @@ class JointMeasures {
     for (const Index arm : arms_) {
       const int root = watched_[arm].node, carrier = watched_[arm].base;
       // Against the pose of the controls at rest, else the clip's first: a pose that the clip
-      // holds throughout is no drift.
+      // holds throughout does not count as drift.
       const glm::dquat held =
           glm::conjugate(body_.turn(calmest_, carrier)) * body_.turn(calmest_, root);
       for (Index i = 0; i < range.count; ++i) {
@@ -525,6 +525,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
     }
     if (record.has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
     if (!sweep.control.empty()) sweep.shares = shares_of(body, record, range);
+    sweep.response = control_response(clip, range, anatomy, character, body);
     sweep.rest_lead = rest_lead(anatomy, body, range);
     sweep.flips = find_flips(body, record.watched, range, time, sweep.rest_lead);
     record.sweeps.push_back(std::move(sweep));

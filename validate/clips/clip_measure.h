@@ -1,6 +1,7 @@
 #pragma once
 #include "validate/clips/bend_shares.h"
 #include "validate/clips/clip_system.h"
+#include "validate/clips/control_response.h"
 #include "validate/metrics/clip_flip.h"
 #include "validate/run/measure.h"
 
@@ -16,8 +17,9 @@ struct ClipSweepRecord {
   // Whether turns of the clavicles are drift here: nobody turns them, or the clip says which
   // controls moved and none of them is an arm's.
   bool drift_applies = false;
-  std::string no_drift_reason;      // why not
-  std::vector<ShareExcess> shares;  // one per frame where controls are recorded, else empty
+  std::string no_drift_reason;              // why not
+  std::vector<ShareExcess> shares;          // one per frame where controls are recorded, else empty
+  std::optional<ControlResponse> response;  // of the one channel that the sweep moves
 };
 
 /// A joint whose turns are searched for jumps.
@@ -49,10 +51,10 @@ struct ClipRecord {
 std::vector<WatchedJoint> watched_joints(const skin::Character& character,
                                          const skin::Anatomy& anatomy);
 
-/// How many of a sweep's first frames are no motion: many captures begin with the rest pose, and
-/// jump into the motion with the second frame (or, resampled, over a few steps of one width). 0
-/// where not all of the spine stands at rest, or where not most of its joints, the hips among them,
-/// leave it in steps that are far wider than the next one.
+/// How many of a sweep's first frames stand before the motion begins: many captures begin with the
+/// rest pose, and jump into the motion with the second frame (or, resampled, over a few steps of
+/// one width). 0 where not all of the spine stands at rest, or where not most of its joints, the
+/// hips among them, leave it in steps that are far wider than the next one.
 std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
                       const skin::ClipSweep& range);
 

@@ -18,10 +18,7 @@ using Index = std::size_t;
 
 /// How many findings get pictures, one of each check; of these so many as meshes in the page.
 constexpr Index kPictured = 6, kMeshes = 3;
-/// A close-up holds a ball this large around the place, of the spine's length.
-constexpr double kCloseUp = 0.8;
-/// Frames for the scrubber are small, and so many at most over all sweeps.
-constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
+/// So many frames for the scrubber at most, over all sweeps.
 constexpr Index kMostFrames = 96;
 
 /// The clip's frames as the photographer takes them.
@@ -96,16 +93,13 @@ class ClipCamera {
 
   /// One small frame for the scrubber, the body in the middle and always of one size.
   render::Picture small(Index frame, double radius) {
-    render::Settings settings = settings_;
-    settings.width = kFrameWidth;
-    settings.height = kFrameHeight;
-    settings.samples = std::min(kFrameSamples, settings.samples);
+    const render::Settings settings = scrubber_frame(settings_);
     const PosedCharacter body = posed(frame);
     const render::Bounds box = render::bounds_of(body.mesh.position);
     photographer_.pose(body);
     const render::Camera camera =
         render::close_up("profile", 0.5 * (box.low + box.high), radius, facing(frame),
-                         static_cast<double>(kFrameWidth) / kFrameHeight);
+                         static_cast<double>(settings.width) / settings.height);
     return render::picture_from(photographer_.shoot(camera, settings));
   }
 

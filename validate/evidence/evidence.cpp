@@ -20,16 +20,13 @@ namespace {
 /// How many findings of one rig get pictures of their own, beside its flips.
 constexpr std::size_t kPicturedProposed = 6, kPicturedOthers = 3;
 constexpr std::size_t kPicturedFlips = 6;
-/// A close-up holds a ball this large around the finding's place, of the spine's length; a long
-/// spine's no more than this part of the whole scene.
-constexpr double kCloseUp = 0.8, kMostOfScene = 0.35;
+/// A long spine's close-up holds no more than this part of the whole scene.
+constexpr double kMostOfScene = 0.35;
 /// What has no one place is shown with all that the spine carries, so much of the spine's length
 /// around its middle.
 constexpr double kWholeTorso = 1.3;
 /// Meshes travel inside the page: so many of each rig.
 constexpr int kMeshesOfRig = 2;
-/// Sweep frames are many: small, and with fewer samples.
-constexpr int kFrameWidth = 320, kFrameHeight = 240, kFrameSamples = 8;
 /// How long a review clip stands still at the worst angle: two seconds.
 constexpr std::size_t kHeldFrames = 48;
 
@@ -294,10 +291,7 @@ RigResult* result_for(Report& report, const std::string& character, const RigRec
 SweepFrames shoot_sweep(FrameRenderer& renderer, const std::vector<RigRecord>& records,
                         solver::Mapping mapping, Report& report) {
   SweepFrames frames;
-  render::Settings settings = renderer.settings;
-  settings.width = kFrameWidth;
-  settings.height = kFrameHeight;
-  settings.samples = std::min(kFrameSamples, settings.samples);
+  const render::Settings settings = scrubber_frame(renderer.settings);
   for (const RigRecord& rig : records) {
     if (rig.mapping != mapping) continue;
     const SweepRecord& sweep = rig.sweeps.front();
@@ -349,7 +343,8 @@ void write_sheet(FrameRenderer& renderer, const SweepFrames& frames, int columns
 /// under rig `noted` in place of its kink.
 render::Picture row_of(const SweepFrames& frames, std::size_t pose, std::size_t noted = 0,
                        const std::string& note = "") {
-  render::Picture row(kFrameWidth * static_cast<int>(frames.rig.size()), kFrameHeight,
+  const render::Picture& first = frames.picture.front()[pose];
+  render::Picture row(first.width * static_cast<int>(frames.rig.size()), first.height,
                       {0, 0, 0, 255});
   for (std::size_t r = 0; r < frames.rig.size(); ++r) {
     render::Picture picture = frames.picture[r][pose];
@@ -357,7 +352,7 @@ render::Picture row_of(const SweepFrames& frames, std::size_t pose, std::size_t 
     const std::string worst = "kink " + number_text(record.at(MetricId::chain_kink).value, 1);
     render::burn_in(picture, frames.rig[r]->plan.name, number_text(record.control_deg, 1) + " deg",
                     r == noted && !note.empty() ? note : worst);
-    render::blit(row, picture, kFrameWidth * static_cast<int>(r), 0);
+    render::blit(row, picture, first.width * static_cast<int>(r), 0);
   }
   return row;
 }

@@ -1,5 +1,7 @@
 #include "validate/evidence/photographer.h"
 
+#include <algorithm>
+
 #include "render/half_layers.h"
 #include "validate/run/progress.h"
 
@@ -30,6 +32,14 @@ std::vector<render::OverlayLine> controller_lines(
       lines.push_back({glm::vec3(line[0]), glm::vec3(line[1]), kColors[shape.color], 2.0f});
   }
   return lines;
+}
+
+render::Settings scrubber_frame(render::Settings still) {
+  constexpr int kWidth = 320, kHeight = 240, kSamples = 8;
+  still.width = kWidth;
+  still.height = kHeight;
+  still.samples = std::min(kSamples, still.samples);
+  return still;
 }
 
 render::Facing facing_of(const skin::Anatomy& anatomy) { return {anatomy.up, anatomy.forward}; }

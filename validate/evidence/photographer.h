@@ -9,6 +9,13 @@
 
 namespace backbend::validate {
 
+/// A close-up holds a ball of this radius around a finding's place, of the spine's length.
+inline constexpr double kCloseUp = 0.8;
+
+/// Settings of a frame for the page's scrubber and the review videos: they are many, so small and
+/// with fewer samples than `still`.
+render::Settings scrubber_frame(render::Settings still);
+
 /// Which way a character stands, as cameras take it.
 render::Facing facing_of(const skin::Anatomy& anatomy);
 

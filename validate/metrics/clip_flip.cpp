@@ -202,7 +202,7 @@ class JointMotion {
         residual[index(k)] = plain_residual(k);
         dismissed[index(k)] = false;
       }
-      // What was taken out is no place to look at again.
+      // Steps that were taken out are not searched again.
       for (int i = 0; i < best.count; ++i) taken_.push_back(best.step[index(i)]);
       for (const int k : taken_) dismissed[index(k)] = true;
     }

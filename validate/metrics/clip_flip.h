@@ -66,7 +66,7 @@ struct ClipReport {
 /// frames, are tried as two explanations of the same place; the one that leaves less is taken.
 /// Paces are compared in the space that the joint turns in and in its own, for a turn that is
 /// multiplied on from either side keeps them in one of the two. Paces are per second, so uneven
-/// keys are no jumps; q and -q are one rotation.
+/// keys do not count as jumps; q and -q are one rotation.
 ///
 /// A clip of fewer than five frames has no jumps, and detects none (detectable_deg infinite).
 ClipReport find_clip_flips(const ClipMotion& clip, const ClipSettings& settings = {});

@@ -204,7 +204,7 @@ std::vector<Sweep> grid_sweeps() {
       sweep.name = "grid side " + std::to_string(side) + " twist " + std::to_string(twist);
       sweep.start.side = side;
       sweep.start.twist = twist;
-      sweep.watched = false;  // 15 degrees between two poses are no motion
+      sweep.watched = false;  // 15 degrees between two poses is too coarse to judge motion
       sweeps.push_back(std::move(sweep));
     }
   }

@@ -74,7 +74,8 @@ constexpr std::array kChecks = {
           Sense::at_most, true,
           "the concave side of a bend may crease in a few rows; 2 % of all lines is a visible fold",
           Owner::weights, "more bend on the concave side than the surface has length",
-          "spread the bend; where the pose is too much for the body's thickness, this is no fault",
+          "spread the bend; where the pose is too much for the body's thickness, nothing needs "
+          "mending",
           "pixels whose normal faces away", "order of slices along material surface lines"},
     Check{"BB013", "uneven bend", Subject::chain,
           "the largest joint angle over the mean joint angle, rest subtracted", "ratio", 4.0,
@@ -149,7 +150,7 @@ constexpr std::array kChecks = {
         "armpits of healthy bodies turn over up to 0.4 %, of coarse and fat ones 0.6 %; a flipped "
         "spine 2 %",
         Owner::weights, "surface turned inside out by far weights or too sharp a bend",
-        "look at the place; where the pose is infeasible this is no fault",
+        "look at the place; where the pose is infeasible, nothing needs mending",
         "pixels that see a triangle from behind", "face normal against the sum of its normals"},
     Check{
         "BB034", "self-intersection", Subject::mesh,
@@ -158,7 +159,7 @@ constexpr std::array kChecks = {
         "healthy bodies at the ends of the human envelope reach 0.9 %, our own human 1.3 % at side "
         "48; a spine that folds its body over itself 2 to 20 %",
         Owner::weights, "a belly or back that folds, far weights that pull skin through skin",
-        "look at the place; where the pose is infeasible this is no fault",
+        "look at the place; where the pose is infeasible, nothing needs mending",
         "pixels whose normal faces away", "closed triangles against each other, in whole numbers"},
     Check{"BB035", "dihedral change", Subject::mesh,
           "the largest change of the angle between two neighbouring triangles", "deg", 90.0,
@@ -236,6 +237,16 @@ constexpr std::array kChecks = {
           Owner::pose, "more bend than this body's thickness allows",
           "no fault: lower the angle, spread it over more of the spine, or accept the fold", "",
           "inner stretch 1 - curvature x depth"},
+    Check{"BB049", "control response", Subject::chain,
+          "the share of a body channel's angle that arrives at the chest about the channel's axis, "
+          "where a clip records its controls",
+          "ratio", 0.5, Sense::at_least, true,
+          "rigs carry all of an angle to the chest; half says that the control is another, turns "
+          "about another axis or the other way round (-1), and every angle in the report is wrong",
+          Owner::input,
+          "a mapping with the wrong control, axis or sign; a twist that is not carried",
+          "look at the sweep in the artist's program, and correct the mapping's control and sign",
+          "", "turn from hips to chest against recorded controls"},
     Check{"BB050", "non-finite", Subject::chain, "values that are not finite numbers", "count", 0.0,
           Sense::at_most, true, "nothing else can be measured on such a pose", Owner::solver,
           "division by zero or the root of a negative number at a degenerate pose",
@@ -268,8 +279,9 @@ constexpr std::array kChecks = {
         "take that joint off the named side; mirror the weights of the healthy one", "",
         "weights against the middle plane and the joints' areas"},
     Check{"BB064", "far influence", Subject::input,
-          "the largest weight of a joint whose own area is more than 15 % of the body's size away, "
-          "three joints or more along the skeleton, and that does not fade towards it",
+          "the largest weight of a joint far from its own area that does not fade towards it: more "
+          "than 15 % of the body's size away and three joints or more along the skeleton, or more "
+          "than 8 % and two joints where the weight rises again",
           "% of weight", 4.0, Sense::at_most, true,
           "healthy bodies have none that does not fade; 4 % of a hand that moves by 1 m draw the "
           "skin out by 4 cm",
@@ -325,7 +337,8 @@ constexpr bool codes_rise() {
 }
 static_assert(codes_rise(), "find_check() searches by halves");
 
-/// To the four digits that reports print: what reads `15` is no more than a limit of 15.
+/// Rounded to the four digits that reports print: a value that is printed as `15` passes a limit of
+/// 15.
 double as_printed(double value) {
   if (value == 0.0) return value;
   const double places = 3.0 - std::floor(std::log10(std::abs(value)));

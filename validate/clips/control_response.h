@@ -1,0 +1,40 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "skin/anatomy.h"
+#include "skin/clip.h"
+#include "validate/clips/clip_body.h"
+
+namespace backbend::validate {
+
+/// What of a body channel's angle arrives at the chest, in a sweep that moves this channel alone.
+struct ControlResponse {
+  std::string channel;       // extension, flexion, side or twist
+  std::size_t pose = 0;      // of the sweep: where it was read
+  double asked_deg = 0.0;    // by how much the channel differs there from its least
+  double arrived_deg = 0.0;  // about the channel's axis; negative: the other way round
+  double other_deg = 0.0;    // about the axes that the channel does not turn about
+  double share() const { return arrived_deg / asked_deg; }
+};
+
+/// Reads it where the channel is nearest to 30 degrees from its value nearest to rest, as the sum
+/// of the turns of the spine's joints from hips to chest, each against the one below, between those
+/// two frames: 30 degrees are far from every branch, and the sum does not wrap. Axes are those of
+/// the body at rest: left for extension and flexion, the line from hips to chest for twist, the one
+/// across both for side. Side and twist have no right sign: their share is never negative.
+///
+/// Nothing where the clip records no such channel, a sweep moves several or moves its one by less
+/// than 5 degrees, or the skeleton has no known left.
+std::optional<ControlResponse> control_response(const skin::Clip& clip,
+                                                const skin::ClipSweep& range,
+                                                const skin::Anatomy& anatomy,
+                                                const skin::Character& character,
+                                                const ClipBody& body);
+
+/// How far the spine is bent, in degrees from hips to chest, in the frame whose recorded controls
+/// are all within half a degree of 0, where it is bent by 5 degrees or more: the motion was not
+/// written from the rest pose. 0 where it was, or where no frame has all controls at rest.
+double bend_at_rest(const skin::Clip& clip, const skin::Anatomy& anatomy, const ClipBody& body);
+
+}  // namespace backbend::validate
