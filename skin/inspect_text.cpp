@@ -110,7 +110,8 @@ void add_driven(const Character& character, const Anatomy& anatomy, Lines& out) 
   const DriverCoverage coverage = driver_coverage(character, anatomy);
   if (!coverage.helpers.empty())
     out.add("driven", plural(coverage.helpers.size(), "helper joint") + ", " +
-                          percent(coverage.helper_share) + " of torso weight, that go with their parents: " +
+                          percent(coverage.helper_share) +
+                          " of torso weight, that go with their parents: " +
                           some_names(character, coverage.helpers));
   if (!coverage.unreached.empty())
     out.add("driven",

@@ -40,6 +40,9 @@ bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, Metri
       return record.has_arms && sweep.drift_applies;
     case MetricId::arm_shift:
       return record.has_slides && sweep.range.count >= kLeastFrames;
+    case MetricId::mesh_kink:
+    case MetricId::twist_jump:
+      return record.has_kinks;
     case MetricId::volume:
       return !record.open_mesh;
     default:

@@ -489,6 +489,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
   record.watched = watched_joints(character, anatomy);
   record.has_corners = system.rest().position.size() >= ClipSystem::kLeastForCorners;
   record.has_mesh = metrics != nullptr;
+  record.has_kinks = metrics != nullptr && why_no_kinks(metrics->slices()).empty();
   record.open_mesh = metrics != nullptr && !metrics->mesh().open_reason.empty();
   record.share_joint = joints_with_shares(character, anatomy);
   const JointMeasures joints(character, anatomy, clip, body, record.watched);

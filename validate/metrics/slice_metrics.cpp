@@ -141,19 +141,38 @@ void measure_infeasible(const SpineSlices& slices, const SlicePose& rest, const 
   }
 }
 
-}  // namespace
+constexpr int kLeastWindow = 2;
 
-int slice_window(const SpineSlices& slices, int bones) {
-  const int count = static_cast<int>(slices.slice.size());
-  const double bone = slices.spacing > 0.0 ? 1.0 / (bones * slices.spacing) : 2.0;
-  const int wanted = std::clamp(static_cast<int>(std::lround(bone)), 2, std::max(2, count / 6));
-  // A second difference of turnings spans three windows between two directions.
+/// Slices in a row that the spine moves more than limbs do.
+int longest_run(const SpineSlices& slices) {
   int run = 0, longest = 0;
   for (const Slice& slice : slices.slice) {
     run = slice.ring.empty() || slice.spine_share < kSpineSlice ? 0 : run + 1;
     longest = std::max(longest, run);
   }
-  return std::clamp((longest - 2 * kReach - 1) / 3, 2, wanted);
+  return longest;
+}
+
+/// A second difference of turnings spans three windows between two directions.
+int slices_for(int window) { return 3 * window + 2 * kReach + 1; }
+int widest_window(int run) { return (run - 2 * kReach - 1) / 3; }
+
+}  // namespace
+
+int slice_window(const SpineSlices& slices, int bones) {
+  const int count = static_cast<int>(slices.slice.size());
+  const double bone = slices.spacing > 0.0 ? 1.0 / (bones * slices.spacing) : 2.0;
+  const int wanted = std::clamp(static_cast<int>(std::lround(bone)), kLeastWindow,
+                                std::max(kLeastWindow, count / 6));
+  return std::clamp(widest_window(longest_run(slices)), kLeastWindow, wanted);
+}
+
+std::string why_no_kinks(const SpineSlices& slices) {
+  const int longest = longest_run(slices);
+  if (widest_window(longest) >= kLeastWindow) return "";
+  return "kinks and twist jumps of the mesh (BB011, BB036) do not apply: " +
+         std::to_string(longest) + " slices in a row that the spine moves, " +
+         std::to_string(slices_for(kLeastWindow)) + " are needed";
 }
 
 SliceMeasures measure_slices(const SpineSlices& slices, const SlicePose& rest,

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <string>
 #include <vector>
 
 #include "validate/metrics/bend_intent.h"
@@ -46,6 +47,10 @@ SliceMeasures measure_slices(const SpineSlices& slices, const SlicePose& rest,
 /// and as much less as the longest run of slices that the spine moves asks for, so that a second
 /// difference has room there; at least 2.
 int slice_window(const SpineSlices& slices, int bones);
+
+/// Why no second difference fits onto the body, even with the smallest window: kinks and twist
+/// jumps of the mesh cannot be told on it. Empty where one fits.
+std::string why_no_kinks(const SpineSlices& slices);
 
 /// Kinks of one rig beyond those of another in the same pose of the same character: the second
 /// difference of the difference of their turnings, degrees.

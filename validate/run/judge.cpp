@@ -220,6 +220,7 @@ bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose
   if (!pose.taken) return false;
   if (metric == MetricId::flip_margin) return !rig.system->rest().flip_margin.empty();
   if (metric == MetricId::volume) return !rig.open_mesh;
+  if (metric == MetricId::mesh_kink || metric == MetricId::twist_jump) return rig.has_kinks;
   if (metric == MetricId::arm_slide) return rig.has_arms;
   if (metric == MetricId::range_of_motion) return rig.has_arms;  // a human's is asked of no snake
   if (metric == MetricId::chain_twist_jump)

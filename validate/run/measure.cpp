@@ -273,6 +273,7 @@ RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& p
   RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
   rig.has_mesh = true;
   rig.open_mesh = !body.mesh().open_reason.empty();
+  rig.has_kinks = why_no_kinks(body.slices()).empty();
   rig.has_arms = stage.driver().arms_follow_chest();
   return rig;
 }

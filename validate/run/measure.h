@@ -92,6 +92,7 @@ struct RigRecord {
   CompoundSearch search;   // of the poses between the sweeps
   bool has_mesh = false;   // the surface was measured too
   bool open_mesh = false;  // its volume has no meaning
+  bool has_kinks = true;   // kinks and twist jumps of the mesh can be told
   bool has_arms = true;    // that the chest carries
 };
 

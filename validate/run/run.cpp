@@ -324,6 +324,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   if (!body.mesh().open_reason.empty())
     report.characters.back().notes.push_back("volume has no meaning here: " +
                                              body.mesh().open_reason);
+  if (std::string why = why_no_kinks(body.slices()); !why.empty())
+    report.characters.back().notes.push_back(std::move(why));
 
   std::vector<RigRecord>& records = run.records;
   const std::vector<Sweep> sweeps = sweeps_for(suite, envelope);
