@@ -123,6 +123,28 @@ bool is_any(const std::string& word, std::initializer_list<std::string_view> lis
   return std::find(list.begin(), list.end(), word) != list.end();
 }
 
+bool names_a_limb(std::string_view word) {
+  constexpr std::array kLimbs = {"leg",  "shoulder", "foot",  "feet",     "paw",
+                                 "knee", "thigh",    "hoof",  "toe",      "ankle",
+                                 "hand", "wrist",    "elbow", "clavicle", "scapula"};
+  return std::any_of(kLimbs.begin(), kLimbs.end(), [&](std::string_view limb) {
+    return word.find(limb) != std::string_view::npos;
+  });
+}
+
+/// What a name in one case says before a limb's word: `IKFRONTLEG`, `backshoulder`. Where capitals
+/// part the words, they are words of their own.
+void read_prefixes(std::string_view word, NameFacts& facts) {
+  const auto cut = [&](std::string_view prefix) {
+    if (!word.starts_with(prefix) || !names_a_limb(word.substr(prefix.size()))) return false;
+    word.remove_prefix(prefix.size());
+    return true;
+  };
+  facts.control |= cut("ik");
+  facts.front |= cut("front") || cut("fore");
+  facts.back |= cut("back") || cut("hind") || cut("rear");
+}
+
 }  // namespace
 
 NameFacts read_joint_name(std::string_view name) {
@@ -148,6 +170,7 @@ NameFacts read_joint_name(std::string_view name) {
     facts.tip |= word == "tip";
     facts.front |= is_any(word, {"front", "fore"});
     facts.back |= is_any(word, {"back", "hind", "rear"});
+    read_prefixes(word, facts);
     facts.without_side += word;
   }
   // Numbers tell joints of one side apart, so they belong to what a pair shares.

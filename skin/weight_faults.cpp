@@ -30,7 +30,7 @@ constexpr double kIsland = 0.08;        // ... and one that stands alone needs n
 constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
 constexpr double kFarJoints = 3.0;      // along the skeleton
 constexpr double kHumpJoints = 2.0;     // ... for a weight that rises again where it should fade
-constexpr double kWhole = 0.95;         // of a vertex's weight: the joint's alone
+constexpr double kWhole = 0.95;         // of a joint's largest weight: as much as anywhere
 constexpr double kHump = 0.04;          // of a vertex's weight: how far it rises
 constexpr double kFarSpine = 0.4;       // of the spine's length, where its joints stand densely
 constexpr double kLeads = 0.25;         // of a joint's weight, where it weighs most: else no area
@@ -212,13 +212,18 @@ class FaultFinder {
     return std::numeric_limits<double>::infinity();  // of another root
   }
 
-  /// The area of a joint: places where it weighs most; of one that never does, its bone.
+  /// The area of a joint: places where it weighs most, of one that never does those where it weighs
+  /// at least half as much as anywhere; and its bone.
   double distance_to_area(int node, const glm::dvec3& point, double enough) {
     auto& cells = area_[node];
     if (!cells) {
       std::vector<glm::dvec3> points;
+      const bool leads = std::find(main_.begin(), main_.end(), node) != main_.end();
+      const double half = 0.5 * largest_weight(node);
       for (Index p = 0; p < main_.size(); ++p)
-        if (main_[p] == node && hump_at(node, p) != Hump::leads) points.push_back(point_[p]);
+        if (leads ? main_[p] == node && hump_at(node, p) != Hump::leads
+                  : half > 0.0 && weight_at(p, node) >= half)
+          points.push_back(point_[p]);
       points.push_back(at(node));
       for (Index n = 0; n < character_.nodes.size(); ++n)
         if (character_.nodes[n].parent == node && total_[n] > 0.0) {
@@ -245,12 +250,8 @@ class FaultFinder {
           if (w.node == node && w.weight >= kCounts) has[p] = true;
       // From all places where it weighs most: what is not reached stands alone. A joint that weighs
       // most nowhere has its area where it weighs at least half as much as anywhere.
-      double largest = 0.0;
-      bool leads = false;
-      for (Index p = 0; p < weights_.size(); ++p) {
-        leads = leads || main_[p] == node;
-        largest = std::max(largest, weight_at(p, node));
-      }
+      const bool leads = std::find(main_.begin(), main_.end(), node) != main_.end();
+      const double largest = largest_weight(node);
       std::vector<bool> reached(weights_.size(), false);
       for (Index p = 0; p < weights_.size(); ++p)
         if (leads ? main_[p] == node : weight_at(p, node) >= 0.5 * largest) {
@@ -352,6 +353,12 @@ class FaultFinder {
     return best;
   }
 
+  double largest_weight(int node) const {
+    double largest = 0.0;
+    for (Index p = 0; p < weights_.size(); ++p) largest = std::max(largest, weight_at(p, node));
+    return largest;
+  }
+
   double weight_at(Index place, int node) const {
     for (const NodeWeight& w : weights_[place])
       if (w.node == node) return w.weight;
@@ -375,18 +382,20 @@ class FaultFinder {
     for (Index p = 0; p < weights_.size(); ++p) first_edge_[p + 1] += first_edge_[p];
   }
 
-  /// How far the nearest place is at which a joint weighs twice as much, or all there is: short
-  /// where its weight fades, long where it was spilt.
+  /// How far the nearest place is at which a joint weighs twice as much, or about as much as it
+  /// does anywhere: short where its weight fades, long where it was spilt.
   double distance_to_double(int node, double weight, const glm::dvec3& point) {
     auto& places = places_of_[node];
     if (places.empty())
       for (Index p = 0; p < weights_.size(); ++p)
         for (const NodeWeight& w : weights_[p])
           if (w.node == node) places.emplace_back(w.weight, p);
+    double largest = 0.0;
+    for (const auto& [w, place] : places) largest = std::max(largest, w);
+    const double enough = std::min(2.0 * weight, kWhole * largest);
     double nearest = glm::distance(at(node), point);
     for (const auto& [w, place] : places)
-      if (w >= std::min(2.0 * weight, kWhole))
-        nearest = std::min(nearest, glm::distance(point_[place], point));
+      if (w >= enough) nearest = std::min(nearest, glm::distance(point_[place], point));
     return nearest;
   }
 

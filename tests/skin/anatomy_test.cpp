@@ -908,6 +908,15 @@ TEST(JointNames, AreReadWhateverTheirDialect) {
   EXPECT_TRUE(read_joint_name("HeadTop_End").end);
   EXPECT_TRUE(read_joint_name("IKFrontLeg.L").control);
   EXPECT_TRUE(read_joint_name("BackLeg.R").back);
+  // In one case, too.
+  EXPECT_TRUE(read_joint_name("IKFRONTLEG.L").control);
+  EXPECT_TRUE(read_joint_name("IKFRONTLEG.L").front);
+  EXPECT_TRUE(read_joint_name("BACKSHOULDER.L").back);
+  EXPECT_TRUE(read_joint_name("leftbackleg").back);
+  EXPECT_TRUE(read_joint_name("foreleg_r").front);
+  EXPECT_FALSE(read_joint_name("FOREARM.L").front);
+  EXPECT_FALSE(read_joint_name("backbone").back);
+  EXPECT_EQ(part("FOREARM.L"), BodyPart::arm);
   EXPECT_EQ(read_joint_name("hand_l").without_side, read_joint_name("hand_r").without_side);
   EXPECT_NE(read_joint_name("leg01.L").without_side, read_joint_name("leg02.R").without_side);
 }

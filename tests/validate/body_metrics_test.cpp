@@ -437,7 +437,16 @@ TEST(MetricHeat, IsHottestWhereTheFindingsOwnMetricIs) {
 
   finding.code = "BB020";
   const VertexHeat arms = metric_heat(stage, body, {*rig, control, posed}, finding);
-  EXPECT_EQ(arms.value.front(), 0.0f) << "the hips are no arm";
+  EXPECT_EQ(arms.value.front(), 0.0f) << "the hips are not of an arm";
+  const auto drifting = stage.build({"isner", {}});
+  const std::vector<double> bent = drifting->controls_for({.extension = 1.0}, Mapping::chest);
+  const PosedCharacter drifted = stage.pose(*drifting, bent);
+  const BodyMeasures drift =
+      body.measure(rig_at_rest(*drifting), bent, drifted.spine, drifted.mesh, 0.0);
+  ASSERT_GT(drift.arm_drift, 0.01);
+  EXPECT_NEAR(metric_heat(stage, body, {*drifting, bent, drifted}, finding).high,
+              100.0 * drift.arm_drift, drift.arm_drift)
+      << "the largest is the metric's value";
   EXPECT_TRUE(
       metric_heat(stage, body, {*rig, control, posed, 0.0, false, true}, finding).value.empty())
       << "a clip's arms cannot be posed otherwise";

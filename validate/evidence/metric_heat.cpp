@@ -43,16 +43,19 @@ std::vector<float> inside_out(const Stage& stage, const skin::PosedMesh& mesh) {
   return out;
 }
 
-/// How far each vertex is from where the chest would have carried the arms, % of the height.
+/// How far the rig's arm parent takes each vertex of the arms from where the chest control takes
+/// it, % of the height; 0 on the rest of the body. What BB022 is the largest of.
 std::vector<float> arm_motion(const Stage& stage, const HeatPose& pose) {
-  solver::SpinePose carried = pose.posed.spine;
-  carried.arms = carried.chest;
-  const PosedCharacter there = stage.pose(pose.system, std::move(carried));
-  std::vector<float> out(pose.posed.mesh.position.size());
-  for (Index v = 0; v < out.size(); ++v)
-    out[v] = static_cast<float>(100.0 *
-                                glm::distance(pose.posed.mesh.position[v], there.mesh.position[v]) /
-                                stage.anatomy().height);
+  const std::vector<skin::Region> region = skin::vertex_regions(stage.character(), stage.anatomy());
+  const solver::SpinePose& spine = pose.posed.spine;
+  std::vector<float> out(region.size(), 0.0f);
+  for (Index v = 0; v < out.size(); ++v) {
+    if (region[v] != skin::Region::arm_left && region[v] != skin::Region::arm_right) continue;
+    const glm::dvec3 rest(stage.rest().position[v]);
+    out[v] =
+        static_cast<float>(100.0 * glm::distance(spine.arms.apply(rest), spine.chest.apply(rest)) /
+                           stage.anatomy().height);
+  }
   return out;
 }
 

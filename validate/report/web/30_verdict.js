@@ -79,9 +79,9 @@ function headroomTiles() {
     const rows = [...cornered].sort((a, b) => a.corners.clean_percent - b.corners.clean_percent);
     return el("div", { class: "tile" + (open(rows[0]) ? " short" : "") },
       el("h3", {}, "corners"),
-      el("p", { class: "room" }, share(rows[0].corners), open(rows[0]) && el("span", { class: "falls" }, " short")),
+      el("p", { class: "room" }, share(rows[0].corners), rows[0].corners.poses > 0 && el("span", { class: "falls" }, " clean")),
       rows.slice(0, 3).map((rig) => el("div", { class: "row" }, el("span", { class: "who" }, who({ rig })),
-        el("span", { class: "num" }, `${rig.corners.clean} of ${plural(rig.corners.poses, "pose")} clean`,
+        el("span", { class: "poses" }, `${rig.corners.clean} of ${plural(rig.corners.poses, "pose")} clean`,
           rig.corners.worst && ", worst: " + visible(rig.corners.worst)))));
   };
   return section("headroom", "Headroom of the proposed rig" + (severalRigs ? "s" : ""),
@@ -128,7 +128,10 @@ function sinceText(finding) {
   const step = trend?.steps.findLast((s) => s.worse && !s.recovered);
   if (step) return "since " + visible(step.version);
   const first = finding.geometry.first_deg;
-  return first == null ? "" : "from " + visible(finding.sweep) + " " + number(first) + " on";
+  if (first == null) return "";
+  // A corner's name is a pose, not a channel.
+  const channel = finding.sweep.includes(" ") ? "" : visible(finding.sweep) + " ";
+  return "from " + channel + number(first) + (channel ? " on" : "° of the way on");
 }
 
 function worstCard(finding, large) {
