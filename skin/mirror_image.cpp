@@ -12,6 +12,9 @@ namespace {
 
 using Index = std::size_t;
 
+constexpr double kAsTheAxis = 0.9994;  // cosine of 2 degrees
+constexpr double kTurnedMost = 0.6;    // ... of 53, as far as a body turns from the nearest axis
+
 }  // namespace
 
 Mirror mirror_of(const Character& character, const Anatomy& anatomy) {
@@ -22,6 +25,16 @@ Mirror mirror_of(const Character& character, const Anatomy& anatomy) {
   const auto& left = anatomy.left_arm.empty() ? anatomy.left_leg : anatomy.left_arm;
   const auto& right = anatomy.right_arm.empty() ? anatomy.right_leg : anatomy.right_arm;
   if (!left.empty() && !right.empty()) mirror.middle = 0.5 * (at(left.front()) + at(right.front()));
+  // The anatomy's left is one of the file's axes; a body may stand turned between two of them.
+  glm::dvec3 across(0.0);
+  for (const auto& [on_left, on_right] : {std::pair(&anatomy.left_arm, &anatomy.right_arm),
+                                          std::pair(&anatomy.left_leg, &anatomy.right_leg)})
+    if (!on_left->empty() && !on_right->empty())
+      across += at(on_left->front()) - at(on_right->front());
+  across -= glm::dot(across, anatomy.up) * anatomy.up;
+  const double length = glm::length(across);
+  const double cosine = length > 0.0 ? glm::dot(across, anatomy.left) / length : 0.0;
+  if (cosine > kTurnedMost && cosine < kAsTheAxis) mirror.left = across / length;
   return mirror;
 }
 

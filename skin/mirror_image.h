@@ -16,7 +16,9 @@ struct Mirror {
   }
 };
 
-/// The middle plane runs through the middle of the arms' roots, else of the legs', else the hips.
+/// The middle plane runs through the middle of the arms' roots, else of the legs', else the hips;
+/// across it lies the way from the right limbs' roots to the left ones', where that is more than 2
+/// degrees off the anatomy's left.
 Mirror mirror_of(const Character& character, const Anatomy& anatomy);
 
 /// The node on the other side of each node; itself in the middle, and where there is none. Names

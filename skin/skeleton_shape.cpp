@@ -4,6 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
+#include <optional>
+#include <span>
 #include <string>
 
 #include "skin/matrix_facts.h"
@@ -60,15 +62,24 @@ bool numbered_apart(const NameFacts& a, const NameFacts& b) {
          letters(a.without_side) == letters(b.without_side);
 }
 
-/// Whether the ends of two branches lie across one of the world's axes.
-bool mirrors(const SkeletonShape& shape, std::size_t a, std::size_t b) {
+/// From the end of one branch to the end of another that reaches as far, of length 1; 0 where they
+/// do not, or end in one place.
+glm::dvec3 across_between(const SkeletonShape& shape, std::size_t a, std::size_t b) {
   const double reach = std::max(shape.reach[a], shape.reach[b]);
-  if (std::abs(shape.reach[a] - shape.reach[b]) > kMirrorReach * reach) return false;
+  if (std::abs(shape.reach[a] - shape.reach[b]) > kMirrorReach * reach) return glm::dvec3(0.0);
   const glm::dvec3 across = shape.position[static_cast<std::size_t>(shape.farthest[a])] -
                             shape.position[static_cast<std::size_t>(shape.farthest[b])];
   const double length = glm::length(across);
-  const double along = std::max({std::abs(across.x), std::abs(across.y), std::abs(across.z)});
-  return length > kApart * shape.size && along > kMirrorAngle * length;
+  return length > kApart * shape.size ? across / length : glm::dvec3(0.0);
+}
+
+/// Whether the ends of two branches lie across one of the directions.
+bool mirrors(const SkeletonShape& shape, std::span<const glm::dvec3> directions, std::size_t a,
+             std::size_t b) {
+  const glm::dvec3 across = across_between(shape, a, b);
+  return std::any_of(directions.begin(), directions.end(), [&](const glm::dvec3& direction) {
+    return std::abs(glm::dot(across, direction)) > kMirrorAngle;
+  });
 }
 
 /// Whether no other child of these could be the one or the other.
@@ -135,7 +146,9 @@ void find_parted_pairs(const Character& character, SkeletonShape& shape) {
   }
 }
 
-void find_pairs(const Character& character, SkeletonShape& shape) {
+/// Calls `visit(parent, a, b)` for every two joints that hang from one node.
+template <typename Visit>
+void each_two_siblings(const Character& character, const SkeletonShape& shape, Visit visit) {
   for (std::size_t parent = 0; parent < character.nodes.size(); ++parent) {
     const auto& children = shape.children[parent];
     if (children.size() > kMostSiblings) continue;  // a crowd, not a body
@@ -143,18 +156,52 @@ void find_pairs(const Character& character, SkeletonShape& shape) {
       for (std::size_t k = i + 1; k < children.size(); ++k) {
         const auto a = static_cast<std::size_t>(children[i]);
         const auto b = static_cast<std::size_t>(children[k]);
-        if (!shape.is_joint[a] || !shape.is_joint[b]) continue;
-        const bool named =
-            named_pair(shape.name[a], shape.name[b]) ||
-            (numbered_apart(shape.name[a], shape.name[b]) && only_two(shape, children, a, b));
-        const bool sided = shape.name[a].side != Side::none || shape.name[b].side != Side::none;
-        const bool alike = shape.name[a].part == shape.name[b].part;
-        if (!named && (sided || !alike || !mirrors(shape, a, b))) continue;
-        const bool swap = named && shape.name[a].side == Side::right;
-        shape.pairs.push_back(
-            {static_cast<int>(parent), children[swap ? k : i], children[swap ? i : k], named});
+        if (shape.is_joint[a] && shape.is_joint[b]) visit(parent, a, b);
       }
   }
+}
+
+/// Whether two siblings could be a left and a right one by all but their places.
+bool alike(const SkeletonShape& shape, std::size_t a, std::size_t b) {
+  return shape.name[a].side == Side::none && shape.name[b].side == Side::none &&
+         shape.name[a].part == shape.name[b].part;
+}
+
+void find_pairs(const Character& character, SkeletonShape& shape,
+                std::span<const glm::dvec3> directions) {
+  each_two_siblings(character, shape, [&](std::size_t parent, std::size_t a, std::size_t b) {
+    const bool named =
+        named_pair(shape.name[a], shape.name[b]) || (numbered_apart(shape.name[a], shape.name[b]) &&
+                                                     only_two(shape, shape.children[parent], a, b));
+    if (!named && (!alike(shape, a, b) || !mirrors(shape, directions, a, b))) return;
+    const bool swap = named && shape.name[a].side == Side::right;
+    shape.pairs.push_back({static_cast<int>(parent), static_cast<int>(swap ? b : a),
+                           static_cast<int>(swap ? a : b), named});
+  });
+}
+
+/// The direction in which most siblings lie across from each other, for a body without names that
+/// stands turned between two axes; nothing where fewer than two pairs share one.
+std::optional<glm::dvec3> shared_direction(const Character& character, const SkeletonShape& shape) {
+  std::vector<std::pair<glm::dvec3, double>> across;  // and how far the smaller branch reaches
+  each_two_siblings(character, shape, [&](std::size_t, std::size_t a, std::size_t b) {
+    const glm::dvec3 direction = across_between(shape, a, b);
+    if (alike(shape, a, b) && glm::dot(direction, direction) > 0.0)
+      across.emplace_back(direction, std::min(shape.reach[a], shape.reach[b]));
+  });
+  std::optional<glm::dvec3> best;
+  double most = 0.0;
+  for (const auto& [direction, own] : across) {
+    double others = 0.0;
+    for (const auto& [other, reach] : across)
+      if (&other != &direction && std::abs(glm::dot(direction, other)) > kMirrorAngle)
+        others += reach;
+    if (others > 0.0 && others + own > most) {
+      most = others + own;
+      best = direction;
+    }
+  }
+  return best;
 }
 
 }  // namespace
@@ -196,7 +243,13 @@ SkeletonShape measure_skeleton(const Character& character) {
   for (std::size_t n = 0; n < count; ++n)
     if (shape.weight[n] >= 1.0 && !shape.name[n].tip) shape.name[n].end = false;
   measure_reach(character, shape);
-  find_pairs(character, shape);
+  constexpr glm::dvec3 kAxes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  find_pairs(character, shape, kAxes);
+  if (shape.pairs.size() < 2) {
+    shape.pairs.clear();
+    const std::optional<glm::dvec3> direction = shared_direction(character, shape);
+    find_pairs(character, shape, direction ? std::span(&*direction, 1) : std::span(kAxes));
+  }
   find_parted_pairs(character, shape);
   return shape;
 }

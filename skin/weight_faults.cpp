@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "skin/chain_arc.h"
+#include "skin/closest_point.h"
 #include "skin/import_checks.h"
 #include "skin/matrix_facts.h"
 #include "skin/mirror_image.h"
@@ -24,12 +25,14 @@ using Index = std::size_t;
 // Lengths are shares of the body's largest side.
 constexpr double kOffMiddle = 0.12;     // nearer the middle both sides share vertices
 constexpr double kAsFarOut = 0.6;       // ... or further out than this share of the joint's own
+constexpr double kAcross = 0.9;         // ... of the joint's own, from its area
 constexpr double kFar = 0.15;           // from a joint's area
 constexpr double kSpilt = 0.2;          // a weight that fades halves within less
 constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
 constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
 constexpr double kFarJoints = 3.0;      // along the skeleton
 constexpr double kHumpJoints = 2.0;     // ... for a weight that rises again where it should fade
+constexpr double kLedJoints = 2.5;      // ... and leads there, as far off as kFar
 constexpr double kWhole = 0.95;         // of a joint's largest weight: as much as anywhere
 constexpr double kHump = 0.04;          // of a vertex's weight: how far it rises
 constexpr double kFarSpine = 0.4;       // of the spine's length, where its joints stand densely
@@ -37,11 +40,20 @@ constexpr double kLeads = 0.25;         // of a joint's weight, where it weighs 
 constexpr double kOverlaps = 0.3;       // of the way between two joints, for a fault of their order
 constexpr double kApartInOrder = 0.4;   // of the torso's half width, for joints to have an order
 constexpr double kCounts = 0.01;        // less of a vertex's weight is a crumb
+constexpr double kMostly = 0.5;         // of a place's weight, for the spine to move it
+constexpr double kNothing = 0.02;       // of the weight of the joint above: smeared wholly
+constexpr double kOffBone = 0.6;        // of a bone, between a joint and where its weights begin
+constexpr double kOffBoneMost = 1.4;    // ... at most: what is further off is the body's own way
+constexpr double kLongBone = 0.6;       // of the torso's half width: else it has no rows of its own
 constexpr double kMirrored = 0.95;      // of the places, to speak of a symmetric body
 constexpr double kMirrorSlack = 0.002;  // between a place and its image
+constexpr double kSurfaceSlack = 0.01;  // ... and the surface, where no place has one
+constexpr double kUnlikeSides = 0.35;   // of a joint's weight, between sides of other vertices
 constexpr double kJointSlack = 0.01;    // between a joint and its image
-constexpr double kPatch = 0.003;        // of the places, and ...
+constexpr double kPatch = 0.005;        // of the places, and ...
 constexpr double kPatchPlaces = 6.0;    // ... this many: fewer are single slips
+constexpr double kPlacesBehind = 24.0;  // of a joint above the hips: low bodies leave it a few
+constexpr double kShareBehind = 0.02;   // ... and of all places
 constexpr double kLeastArea = 0.002;    // of all weight: less has no middle to speak of
 
 /// The weights of one place on nodes.
@@ -172,8 +184,8 @@ class FaultFinder {
         sum += w.weight * beside_[p];
         weight += w.weight;
       }
-    const double half_width = weight > 0.0 ? sum / weight : 0.0;
-    spine_step_ = std::max(kFarSpine * arc_[anatomy_.chest_index], half_width) / kFarJoints;
+    half_width_ = weight > 0.0 ? sum / weight : 0.0;
+    spine_step_ = std::max(kFarSpine * arc_[anatomy_.chest_index], half_width_) / kFarJoints;
   }
 
   glm::dvec3 point_at(double arc) const {
@@ -412,8 +424,9 @@ class FaultFinder {
   }
 
   /// Single slips are for the check of stray vertices.
-  void keep_patches(std::map<int, WeightFault>& faults) const {
-    const double least = std::max(kPatchPlaces, kPatch * static_cast<double>(point_.size()));
+  void keep_patches(std::map<int, WeightFault>& faults, double fewest = kPatchPlaces,
+                    double share = kPatch) const {
+    const double least = std::max(fewest, share * static_cast<double>(point_.size()));
     for (auto each = faults.begin(); each != faults.end();)
       each =
           static_cast<double>(each->second.places) < least ? faults.erase(each) : std::next(each);
@@ -425,8 +438,35 @@ class FaultFinder {
                      [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });
   }
 
+  /// Whether the hips hang from a joint: it stays behind when the spine moves.
+  bool above_hips(int node) const {
+    for (int n = character_.nodes[static_cast<Index>(anatomy_.spine.front())].parent; n >= 0;
+         n = character_.nodes[static_cast<Index>(n)].parent)
+      if (n == node) return true;
+    return false;
+  }
+
+  /// Whether a joint is a knee or an elbow, or beyond one.
+  bool lower_limb(int node) const {
+    for (const std::vector<int>* limb :
+         {&anatomy_.left_arm, &anatomy_.right_arm, &anatomy_.left_leg, &anatomy_.right_leg})
+      for (Index k = kArmJoints; k < limb->size(); ++k)
+        if ((*limb)[k] == node) return true;
+    return false;
+  }
+
+  bool leads_nowhere(int node) const {
+    return std::find(main_.begin(), main_.end(), node) == main_.end();
+  }
+
+  /// Whether a joint is a vertebra above the hips, up to the chest.
+  bool on_torso(int node) const {
+    const int on = place_on_spine_[static_cast<Index>(node)];
+    return on > 0 && on <= static_cast<int>(anatomy_.chest_index);
+  }
+
   void find_distant(WeightFaults& out) {
-    std::map<int, WeightFault> wrong, far;
+    std::map<int, WeightFault> wrong, far, behind;
     const double far_away = kFar * size_;
     bool sided = false;
     for (Index n = 0; n < image_.size(); ++n)
@@ -443,22 +483,32 @@ class FaultFinder {
         const double off_middle = std::min(kOffMiddle * size_, kAsFarOut * std::abs(joint_aside));
         const bool other_side =
             image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
+        if (above_hips(w.node) && leads_nowhere(w.node) && on_torso(rival)) {
+          add(behind, w.node, rival, w.weight, glm::distance(at(w.node), point_[p]), p);
+          continue;
+        }
         const double steps = steps_between(rival, w.node);
         const bool distant = steps >= kFarJoints;
         if (!other_side && steps < kHumpJoints) continue;
         double distance = distance_to_area(w.node, point_[p], far_away);
-        const bool is_wrong = other_side && distance > kOffMiddle * size_;
-        // Vertebrae share the torso's surface: where one of many weighs more is not plain.
-        const int on_spine = place_on_spine_[static_cast<Index>(w.node)];
-        const bool vertebra = on_spine >= 0 && on_spine <= static_cast<int>(anatomy_.chest_index);
-        const Hump hump =
-            steps >= (vertebra ? kFarJoints : kHumpJoints) ? hump_at(w.node, p) : Hump::none;
+        // A long body's legs stand nearer to each other than a share of its length, and from the
+        // knees and elbows on they have no surface in common.
+        const double across = lower_limb(w.node)
+                                  ? std::min(kOffMiddle * size_, kAcross * std::abs(joint_aside))
+                                  : kOffMiddle * size_;
+        const bool is_wrong = other_side && distance > across;
+        // Vertebrae share the surface with legs and with each other: islands of one are no spilt
+        // weight, and where one of many weighs more is not plain.
+        const bool vertebra = w.node == anatomy_.spine.front() || on_torso(w.node);
+        const bool asked = !vertebra || (on_torso(rival) && distant);
+        const Hump hump = asked ? hump_at(w.node, p) : Hump::none;
         const bool alone =
-            !is_wrong && distance > kIsland * size_ &&
-            (hump == Hump::small || (distant && (hump == Hump::leads || stands_alone(w.node, p))));
+            !is_wrong && asked && distance > kIsland * size_ &&
+            (hump == Hump::small || ((distant || (distance >= far_away && steps >= kLedJoints)) &&
+                                     (hump == Hump::leads || stands_alone(w.node, p))));
         if (!is_wrong && !alone && !(distant && distance >= far_away)) continue;
         distance = distance_to_double(w.node, w.weight, point_[p]);
-        if (is_wrong && distance > kOffMiddle * size_)
+        if (is_wrong && distance > across)
           add(wrong, w.node, image, w.weight, distance, p);
         else if (!is_wrong && distance >= (alone ? kIsland : kSpilt) * size_)
           add(far, w.node, rival, w.weight, distance, p);
@@ -467,6 +517,8 @@ class FaultFinder {
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
     keep_patches(wrong);
     keep_patches(far);
+    keep_patches(behind, kPlacesBehind, kShareBehind);
+    take(behind, out.far);
     take(wrong, out.wrong_side);
     take(far, out.far);
   }
@@ -482,6 +534,58 @@ class FaultFinder {
            on(anatomy_.right_arm, kArmJoints);
   }
 
+  /// The weights of the surface where each place's mirror image is: of the place there, else of the
+  /// nearest point of the triangles around the nearest places. Empty where the surface is too far
+  /// off: the body has no other side there. Counts those with a place.
+  std::vector<PlaceWeights> weights_of_images(Index& by_place) {
+    if (edges_.empty()) list_edges();
+    double length = 0.0;
+    for (Index p = 0; p < point_.size(); ++p)
+      for (Index e = first_edge_[p]; e < first_edge_[p + 1]; ++e)
+        length += glm::distance(point_[p], point_[edges_[e]]);
+    const double mean_edge = edges_.empty() ? 0.0 : length / static_cast<double>(edges_.size());
+    const PointCells cells(point_, std::max(kMirrorSlack * size_, mean_edge));
+    std::vector<std::vector<Index>> triangles(point_.size());
+    for (Index t = 0; t < character_.triangles.size(); ++t)
+      for (int k = 0; k < 3; ++k)
+        triangles[character_.place[character_.triangles[t][k]]].push_back(t);
+    std::vector<PlaceWeights> out(point_.size());
+    for (Index p = 0; p < point_.size(); ++p) {
+      const glm::dvec3 at = mirror_(point_[p]);
+      const Index nearest = cells.nearest(at);
+      if (nearest == point_.size()) continue;
+      if (glm::distance(point_[nearest], at) <= kMirrorSlack * size_) {
+        out[p] = weights_[nearest];
+        ++by_place;
+        continue;
+      }
+      TrianglePoint best;
+      best.distance = kSurfaceSlack * size_;
+      const glm::uvec3* found = nullptr;
+      const auto look_around = [&](Index place) {
+        for (const Index t : triangles[place]) {
+          const glm::uvec3& corner = character_.triangles[t];
+          const auto corner_at = [&](int k) { return point_[character_.place[corner[k]]]; };
+          const TrianglePoint on =
+              closest_on_triangle(at, corner_at(0), corner_at(1), corner_at(2));
+          if (on.distance >= best.distance) continue;
+          best = on;
+          found = &corner;
+        }
+      };
+      look_around(nearest);
+      for (Index e = first_edge_[nearest]; e < first_edge_[nearest + 1]; ++e)
+        look_around(edges_[e]);
+      if (found == nullptr) continue;
+      std::map<int, double> mixed;
+      for (int k = 0; k < 3; ++k)
+        for (const NodeWeight& w : weights_[character_.place[(*found)[k]]])
+          mixed[w.node] += best.share[static_cast<Index>(k)] * w.weight;
+      for (const auto& [node, weight] : mixed) out[p].push_back({node, weight});
+    }
+    return out;
+  }
+
   void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
     // The skeleton first.
     for (Index n = 0; n < image_.size(); ++n) {
@@ -493,13 +597,10 @@ class FaultFinder {
         return;
       }
     }
-    const PointCells cells(point_, kMirrorSlack * size_);
-    std::vector<Index> image(point_.size());
-    Index mirrored = 0;
-    for (Index p = 0; p < point_.size(); ++p) {
-      image[p] = cells.nearest(mirror_(point_[p]));
-      mirrored += image[p] < point_.size();
-    }
+    Index by_place = 0;
+    const std::vector<PlaceWeights> image = weights_of_images(by_place);
+    const auto mirrored = static_cast<Index>(std::count_if(
+        image.begin(), image.end(), [](const PlaceWeights& each) { return !each.empty(); }));
     const double share = static_cast<double>(mirrored) / static_cast<double>(point_.size());
     if (share < kMirrored) {
       out.not_applicable = "the body is not symmetric: " + number_text(100.0 * share, 3) +
@@ -515,12 +616,12 @@ class FaultFinder {
     std::map<int, WeightFault> swapped;  // what one side's joint has of the other's
     std::map<int, double> worst_swapped;
     for (Index p = 0; p < point_.size(); ++p) {
-      if (image[p] >= point_.size() || weights_[p].empty() || weights_[image[p]].empty()) continue;
+      if (weights_[p].empty() || image[p].empty()) continue;
       const bool left = glm::dot(point_[p] - mirror_.middle, mirror_.left) > 0.0;
       // What this place should have, by its image.
-      for (const NodeWeight& w : weights_[image[p]])
+      for (const NodeWeight& w : image[p])
         whole[{image_[static_cast<Index>(w.node)], left}] += w.weight;
-      const Difference apart = difference(weights_[image[p]], weights_[p], &image_);
+      const Difference apart = difference(image[p], weights_[p], &image_);
       if (apart.share < kCounts || !is_upper_body(apart.least)) continue;
       const std::pair<int, bool> key(apart.least, left);
       lacks[key] += apart.share;
@@ -557,10 +658,62 @@ class FaultFinder {
       if (WeightFault& known = by_joint[key.first]; fault.value > known.value) known = fault;
     }
     keep_patches(by_joint);
+    // Sides that are not built alike were painted one by one, and are never quite alike.
+    if (static_cast<double>(by_place) < kMirrored * static_cast<double>(point_.size()))
+      std::erase_if(by_joint, [](const auto& each) { return each.second.value < kUnlikeSides; });
     take(by_joint, out);
     keep_patches(swapped);
     for (const WeightFault& known : wrong_side.faults) swapped.erase(known.node);
     take(swapped, wrong_side);
+  }
+
+  /// Where along the chain the weights of joint k and of those above it begin, as an arc length:
+  /// the cut that leaves least weight on its wrong side, over the places that the spine moves.
+  double border_at(Index k) const {
+    std::vector<std::pair<double, double>> places;  // along the chain, share of k and above
+    double wrong = 0.0;                             // of a cut below all places
+    for (Index p = 0; p < weights_.size(); ++p) {
+      double above = 0.0, all = 0.0;
+      for (const NodeWeight& w : weights_[p]) {
+        const int on = place_on_spine_[static_cast<Index>(w.node)];
+        if (on < 0) continue;
+        all += w.weight;
+        if (static_cast<Index>(on) >= k) above += w.weight;
+      }
+      if (all < kMostly) continue;
+      places.emplace_back(along_[p], above / all);
+      wrong += 1.0 - above / all;
+    }
+    std::sort(places.begin(), places.end());
+    double least = wrong, border = 0.0;
+    for (const auto& [along, above] : places) {
+      wrong += 2.0 * above - 1.0;
+      if (wrong < least) {
+        least = wrong;
+        border = along;
+      }
+    }
+    return border;
+  }
+
+  /// Vertebrae smeared wholly into a neighbour: they have no weight left that could be out of
+  /// order, but the weights above (or their own) then begin a bone away from where they should. Not
+  /// asked of the joint after the hips, whose own area many a body lets begin behind the chain.
+  void find_borders(WeightAnswer& out) const {
+    for (Index k = 2; k <= anatomy_.chest_index && k + 1 < chain_.size(); ++k) {
+      const double off = border_at(k) - arc_[k];
+      const double bone = off < 0.0 ? arc_[k] - arc_[k - 1] : arc_[k + 1] - arc_[k];
+      const auto smeared = static_cast<Index>(anatomy_.spine[off < 0.0 ? k - 1 : k]);
+      if (total_[smeared] > kNothing * total_[static_cast<Index>(anatomy_.spine[k + 1])]) continue;
+      if (std::abs(off) < kOffBone * bone || std::abs(off) > kOffBoneMost * bone ||
+          bone < kLongBone * half_width_)
+        continue;
+      WeightFault fault;
+      fault.node = fault.other = anatomy_.spine[k];
+      fault.value = std::abs(off) / arc_.back();
+      fault.distance = std::abs(off);
+      out.faults.push_back(fault);
+    }
   }
 
   void find_order(WeightAnswer& out) {
@@ -606,6 +759,7 @@ class FaultFinder {
       out.not_applicable =
           "the joints of the spine stand nearer to each other than a fifth of "
           "the torso's width";
+    find_borders(out);
     std::stable_sort(out.faults.begin(), out.faults.end(),
                      [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });
   }
@@ -643,6 +797,7 @@ class FaultFinder {
   std::map<int, std::vector<std::pair<double, Index>>> places_of_;  // weight and place, by node
   double all_ = 0.0;
   double size_ = 0.0;        // the body's largest side
+  double half_width_ = 0.0;  // of the torso, from the chain to the surface
   double spine_step_ = 1.0;  // as far along the spine counts as one joint of another chain
 };
 

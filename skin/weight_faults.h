@@ -28,29 +28,36 @@ struct WeightAnswer {
 
 /// Faults of the weights that show without any pose. Values are what is found, not yet judged: what
 /// is too much is for the checks to say. Lengths below are shares of the body's largest side. Of
-/// one joint at least six places, and 0.3 % of all, must show a fault: single slips are others'
+/// one joint at least six places, and 0.5 % of all, must show a fault: single slips are others'
 /// business (stray vertices).
 struct WeightFaults {
   /// The largest weight of a joint on a place of the other side (0.12 from the middle plane, or 0.6
   /// of the joint's own distance where that is less): more than 0.12 from the places
-  /// where it weighs most, and from all where it weighs twice as much as here. Of a symmetric body
+  /// where it weighs most (from elbows and knees on 0.9 of the joint's distance from the middle, if
+  /// that is less), and from all where it weighs twice as much as here. Of a symmetric body
   /// also, where that finds nothing, the share of its weight that a joint has and its mirror image
   /// lacks.
   WeightAnswer wrong_side;
   /// The largest weight of a joint on a place three joints or more along the skeleton from the one
   /// that weighs most there (of a spine of many joints: 0.4 of its length, and the torso's half
   /// width), and 0.15 from its own area, where it does not fade (the next place
-  /// with twice the weight is 0.2 away); or 0.08 where no edges lead from there to its area. Two
-  /// joints and 0.08 do where the weight, on its way there over the mesh, falls and rises again by
-  /// 0.04 of a vertex's weight.
+  /// with twice the weight is 0.2 away). Of joints that are no vertebra, or on another vertebra's
+  /// area, also 0.08 away where no edges lead from there to its area, or the weight rises again by
+  /// 0.04 of a vertex's weight on its way there over the mesh (two joints along the skeleton do).
+  /// And any weight of a joint above the hips that weighs most nowhere on what vertebrae move, on
+  /// 24 places and 2 % of all: it stays behind.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
-  /// (a middle joint: one side of the other's), over places with a mirror image. Asked of spine,
-  /// clavicles and upper arms, where 95 % of the places and all joints with weight have an image.
+  /// (a middle joint: one side of the other's), over places with a mirror image: a place there, or
+  /// the surface within 0.01. Asked of spine, clavicles and upper arms, where 95 % of the places
+  /// and all joints with weight have an image; where fewer places have a place there, of 0.35 and
+  /// more.
   WeightAnswer asymmetry;
   /// Joints of the spine up to the chest whose middles of weight do not stand in the chain's order:
   /// by how much of the spine's length the lower one stands beyond the upper. Asked of joints that
-  /// stand a fifth of the torso's width apart or more.
+  /// stand a fifth of the torso's width apart or more. And (`other` is `node`) joints whose
+  /// weights, with those of the joints above, begin about a bone away from them because the joint
+  /// between was smeared wholly into its neighbour: by how much of the spine's length.
   WeightAnswer order;
   /// Vertices at one place with different weights, half the sum of the differences: they come apart
   /// in motion.

@@ -3,6 +3,7 @@
 #include <glm/geometric.hpp>
 
 #include "skin/matrix_facts.h"
+#include "skin/skinning.h"
 #include "tests/battery/body_variants.h"
 
 namespace backbend::battery {
@@ -10,6 +11,8 @@ namespace {
 
 using Index = std::size_t;
 using skin::Character;
+
+constexpr double kLeastVertices = 6.0;  // of a piece of a bone
 
 /// Sets a new node before the others' children keep their order: parents stand before children.
 int insert_node(Character& body, int after, skin::Node node) {
@@ -91,6 +94,38 @@ void cut_bone(Character& body, int low, int high, Index pieces, std::vector<int>
   }
 }
 
+double mass(const Character& body, int node) {
+  double sum = 0.0;
+  for (const skin::Influences& each : body.influences)
+    for (Index k = 0; k < skin::kMaxInfluences && each.weight[k] > 0.0f; ++k)
+      if (body.joints[each.joint[k]].node == node) sum += each.weight[k];
+  return sum;
+}
+
+/// Mean length of the edges that a joint moves, in the world.
+double usual_edge(const Character& body, int node) {
+  const std::uint16_t joint = [&] {
+    for (Index j = 0; j < body.joints.size(); ++j)
+      if (body.joints[j].node == node) return static_cast<std::uint16_t>(j);
+    return std::uint16_t{0xffff};
+  }();
+  const auto moved = [&](Index v) {
+    const JointWeights weights = weights_of(body.influences[v]);
+    const auto found = weights.find(joint);
+    return found != weights.end() && found->second > 0.3;
+  };
+  const std::vector<glm::vec3> rest = skin::rest_mesh(body).position;
+  double sum = 0.0, count = 0.0;
+  for (const glm::uvec3& t : body.triangles)
+    for (int i = 0; i < 3; ++i) {
+      const Index a = t[i], b = t[(i + 1) % 3];
+      if (!moved(a) || !moved(b)) continue;
+      sum += glm::distance(glm::dvec3(rest[a]), glm::dvec3(rest[b]));
+      count += 1.0;
+    }
+  return count > 0.0 ? sum / count : 0.0;
+}
+
 /// Gives a joint's weights and children to its parent.
 void merge_joint(Character& body, int node) {
   const std::uint16_t own = skin_joint(body, node);
@@ -132,12 +167,23 @@ std::size_t resample_spine(Character& body, const skin::Anatomy& anatomy, std::s
     merge_joint(body, node);
   }
   std::vector<Index> pieces(chain.size(), 1);  // of the bone below each joint
+  // A bone of a coarse body has only so many vertices to share out: pieces without are no spine.
+  std::vector<double> vertices(chain.size(), 0.0);
+  for (Index k = 1; k < chain.size(); ++k) vertices[k] = mass(body, chain[k - 1]);
+  std::vector<double> edge(chain.size(), 0.0);  // usual length on the surface that it moves
+  for (Index k = 1; k < chain.size(); ++k) edge[k] = usual_edge(body, chain[k - 1]);
+  const auto can_be_cut = [&](Index k) {
+    const double count = static_cast<double>(pieces[k] + 1);
+    return vertices[k] >= kLeastVertices * count && length(k) >= edge[k] * count;
+  };
   for (Index count = chain.size(); count < wanted; ++count) {
-    Index longest = 1;
-    for (Index k = 2; k < chain.size(); ++k)
-      if (length(k) / static_cast<double>(pieces[k]) >
-          length(longest) / static_cast<double>(pieces[longest]))
+    Index longest = 0;
+    for (Index k = 1; k < chain.size(); ++k)
+      if (can_be_cut(k) &&
+          (longest == 0 || length(k) / static_cast<double>(pieces[k]) >
+                               length(longest) / static_cast<double>(pieces[longest])))
         longest = k;
+    if (longest == 0) break;
     ++pieces[longest];
   }
   // From the top down, so that the bones below keep their joints.

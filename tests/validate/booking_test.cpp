@@ -56,7 +56,7 @@ TEST(BookMeshFinding, APoseTooMuchForTheBodyIsNeverBookedToTheRig) {
 
 TEST(BookMeshFinding, WhereWeightsAreJudgedTheirFaultsDecide) {
   const Booking b = book_mesh_finding(
-      kArea, 0.75, {.value = 0.71, .ideal = 0.71, .proxy = kNan, .judging_weights = true});
+      kArea, 0.75, {.value = 0.55, .ideal = 0.55, .proxy = kNan, .judging_weights = true});
   EXPECT_EQ(b.owner, Owner::weights);
   EXPECT_TRUE(b.decides);
 }
@@ -95,12 +95,16 @@ TEST(BookMeshFinding, WhatCleanWeightsAndTheIdealBendShareIsTheSkeletonsAndNever
   EXPECT_EQ(b.owner, Owner::skeleton);
 }
 
-TEST(BookMeshFinding, WhatCleanWeightsCureIsTheWeightsAndDecides) {
-  const Booking b = book_mesh_finding(
-      kKink, 25.0,
-      {.value = 33.0, .ideal = 33.0, .proxy = 12.0, .ideal_proxy = 12.0, .judging_weights = true});
-  EXPECT_EQ(b.owner, Owner::weights);
-  EXPECT_TRUE(b.decides);
+TEST(BookMeshFinding, WhatCleanWeightsCureIsTheWeightsAndDecidesWhereItIsPlain) {
+  MeshContext facts{
+      .value = 52.0, .ideal = 52.0, .proxy = 12.0, .ideal_proxy = 12.0, .judging_weights = true};
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+  EXPECT_TRUE(book_mesh_finding(kKink, 25.0, facts).decides);
+  // Healthy weights that were cut down exceed the limit, too.
+  facts.value = facts.ideal = 33.0;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).verdict, Verdict::fail);
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+  EXPECT_FALSE(book_mesh_finding(kKink, 25.0, facts).decides);
 }
 
 TEST(BookMeshFinding, WeightsNearlyAsGoodAsCleanOnesAreNotToBlameOnWhicheverSideOfTheLimit) {
@@ -110,6 +114,42 @@ TEST(BookMeshFinding, WeightsNearlyAsGoodAsCleanOnesAreNotToBlameOnWhicheverSide
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::skeleton);
   facts.value = facts.ideal = 36.0;
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+}
+
+TEST(BookMeshFinding, SlicesOfASurfaceOfOneVertexABoneAreFacetsAndNeverDecide) {
+  MeshContext facts{.value = 120.0,
+                    .ideal = 120.0,
+                    .proxy = 12.0,
+                    .ideal_proxy = 12.0,
+                    .judging_weights = true,
+                    .bones = 10,
+                    .rows_per_bone = 1.0};
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::skeleton);
+  EXPECT_FALSE(book_mesh_finding(kKink, 25.0, facts).decides);
+  facts.rows_per_bone = 3.0;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+  EXPECT_TRUE(book_mesh_finding(kKink, 25.0, facts).decides);
+  // A rig that is worse than the ideal bend is no matter of facets.
+  facts.rows_per_bone = 1.0;
+  facts.ideal = 5.0;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::solver);
+}
+
+TEST(BookMeshFinding, TwoBonesCannotShareATwist) {
+  MeshContext facts{.value = 0.3,
+                    .ideal = 0.3,
+                    .proxy = 0.9,
+                    .ideal_proxy = 0.9,
+                    .judging_weights = true,
+                    .bones = 2};
+  EXPECT_EQ(book_mesh_finding(kArea, 0.75, facts).owner, Owner::skeleton);
+  EXPECT_FALSE(book_mesh_finding(kArea, 0.75, facts).decides);
+  facts.bones = 3;
+  EXPECT_EQ(book_mesh_finding(kArea, 0.75, facts).owner, Owner::weights);
+  EXPECT_TRUE(book_mesh_finding(kArea, 0.75, facts).decides);
+  facts.value = facts.ideal = 0.65;  // below the limit, and not plainly
+  EXPECT_EQ(book_mesh_finding(kArea, 0.75, facts).verdict, Verdict::fail);
+  EXPECT_FALSE(book_mesh_finding(kArea, 0.75, facts).decides);
 }
 
 TEST(BookMeshFinding, SlicesOfASpineOfTwoBonesAreItsOwn) {
@@ -125,10 +165,7 @@ TEST(BookMeshFinding, SlicesOfASpineOfTwoBonesAreItsOwn) {
   // Another check is asked of any spine, and a rig that is worse than the ideal bend stays to
   // blame.
   facts.bones = 2;
-  facts.value = facts.ideal = 0.3;
-  facts.proxy = facts.ideal_proxy = 0.9;
-  EXPECT_EQ(book_mesh_finding(kArea, 0.75, facts).owner, Owner::weights);
-  facts.value = 63.0;
+  EXPECT_EQ(book_mesh_finding(*find_check("BB034"), 2.0, facts).owner, Owner::weights);
   facts.ideal = facts.ideal_proxy = 12.0;
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::solver);
 }

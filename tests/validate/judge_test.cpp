@@ -167,8 +167,7 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
   const Envelope envelope = *find_envelope("human");
   const JudgeContext context{stage, limits, envelope, "tube.glb"};
   const RigRecord rig = measured("even");
-  const WeightHygiene weights = examine_weights(character.influences, character.triangles,
-                                                character.place, character.place_count);
+  const WeightHygiene weights = examine_weights(character, character.influences);
   const std::vector<Finding> findings = judge_input(rig, context, weights, true).findings;
   ASSERT_GE(findings.size(), 3u);  // what hangs on a hand is far from it as well
   EXPECT_EQ(findings[0].code, "BB060");

@@ -88,6 +88,27 @@ TEST(ExamineWeights, AStrayBetweenNeighboursWhoDisagreeIsFoundByTheRingAroundThe
   EXPECT_EQ(strip.examine().stray_vertex, static_cast<int>(border) + 2);
 }
 
+TEST(ExamineWeights, TheTipOfALimbOnACoarseMeshIsNoStray) {
+  Strip strip;
+  // Joints 6 to 9 hang from joint 1 one after another: a toe's, say.
+  const std::vector<int> parent = {-1, 0, 1, 2, 3, 4, 1, 6, 7, 8};
+  const auto stray = [&] {
+    return examine_weights(strip.influences, strip.triangle, strip.place,
+                           Strip::kLong * Strip::kWide, parent)
+        .stray;
+  };
+  const std::uint32_t by_joint_1 = 6 * Strip::kWide + 5;
+  strip.bind(by_joint_1, 7);
+  EXPECT_EQ(strip.examine().stray, 1u);  // nobody knows the skeleton
+  EXPECT_EQ(stray(), 0u);
+  strip.bind(by_joint_1, 9);  // four bones away
+  EXPECT_EQ(stray(), 1u);
+  strip.bind(by_joint_1, 5);  // it moves the far end of the strip
+  EXPECT_EQ(stray(), 1u);
+  strip.bind(by_joint_1, 3);  // two bones away, but with an area of its own
+  EXPECT_EQ(stray(), 1u);
+}
+
 TEST(ExamineWeights, SplitVerticesDoNotHideAStray) {
   Strip strip;
   const auto extra = static_cast<std::uint32_t>(strip.influences.size());

@@ -11,11 +11,6 @@ namespace {
 
 constexpr std::uint64_t kWeights = 3000;  // stream of the draws
 
-WeightHygiene examine(const skin::Character& character,
-                      const std::vector<skin::Influences>& influences) {
-  return examine_weights(influences, character.triangles, character.place, character.place_count);
-}
-
 /// A joint that nothing near a vertex knows: of another vertex far from it, or -1 after many tries.
 int far_joint(const skin::Character& character, std::size_t vertex, Draw& draw, double height) {
   for (int tries = 0; tries < 100; ++tries) {
@@ -33,7 +28,7 @@ std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
                                               const CalibrationBody& body,
                                               const CalibrationWatch& watch) {
   const skin::Character& character = body.character();
-  const WeightHygiene clean = examine(character, character.influences);
+  const WeightHygiene clean = examine_weights(character, character.influences);
   // Weights do not change with the pose: one reading is all the clean ones there are.
   const std::vector<double> clean_stray{static_cast<double>(clean.stray)};
   const std::vector<double> clean_sum{100.0 * clean.worst_sum};
@@ -56,7 +51,7 @@ std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
     for (std::size_t v = 0; v < influences.size(); ++v)  // every vertex at that place
       if (character.place[v] == character.place[vertex])
         bind_vertex(influences[v], static_cast<std::uint16_t>(joint));
-    const WeightHygiene found = examine(character, influences);
+    const WeightHygiene found = examine_weights(character, influences);
     stray.value[i] = static_cast<double>(found.stray);
     named[i] =
         found.stray_vertex >= 0 &&
@@ -74,7 +69,7 @@ std::vector<Sensitivity> try_weight_detectors(const CalibrationPlan& plan,
       std::vector<skin::Influences> influences = character.influences;
       const std::size_t vertex = draw.index(influences.size());
       scale_weights(influences[vertex], 1.0 + 0.01 * (draw.coin() ? size : -size));
-      const WeightHygiene found = examine(character, influences);
+      const WeightHygiene found = examine_weights(character, influences);
       trial.value[i] = 100.0 * found.worst_sum;
       right[i] = found.worst_sum_vertex == static_cast<int>(vertex);
       watch.step();

@@ -16,6 +16,26 @@ bool knows(const skin::Influences& influences, std::uint16_t joint) {
   return false;
 }
 
+constexpr double kTipWeight = 1.5;  // in vertices: of a joint, beside the vertex at its tip
+constexpr int kRelated = 2;         // joints along a limb that may share a finger's tip
+
+/// Whether one joint hangs from the other by at most kRelated bones.
+bool related(std::span<const int> parent, std::uint16_t a, std::uint16_t b) {
+  const auto hangs = [&](int low, int high) {
+    for (int k = 0; k <= kRelated && low >= 0; ++k, low = parent[static_cast<std::size_t>(low)])
+      if (low == high) return true;
+    return false;
+  };
+  return hangs(a, b) || hangs(b, a);
+}
+
+bool knows_a_relative(const skin::Influences& influences, std::uint16_t joint,
+                      std::span<const int> parent) {
+  for (int k = 0; k < skin::kMaxInfluences; ++k)
+    if (influences.weight[k] > kTrace && related(parent, influences.joint[k], joint)) return true;
+  return false;
+}
+
 bool share_a_joint(const skin::Influences& a, const skin::Influences& b) {
   for (int k = 0; k < skin::kMaxInfluences; ++k)
     if (a.weight[k] > kTrace && knows(b, a.joint[k])) return true;
@@ -60,7 +80,8 @@ bool unknown_further(const Pairs& pairs, std::size_t first, std::size_t end,
 
 WeightHygiene examine_weights(std::span<const skin::Influences> influences,
                               std::span<const glm::uvec3> triangle,
-                              std::span<const std::uint32_t> place, std::uint32_t place_count) {
+                              std::span<const std::uint32_t> place, std::uint32_t place_count,
+                              std::span<const int> parent) {
   WeightHygiene out;
   std::vector<std::uint32_t> vertex_of_place(place_count, 0);
   for (std::size_t v = influences.size(); v-- > 0;) {
@@ -79,6 +100,13 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
   }
 
   const auto pairs = neighbour_pairs(triangle, place);
+  std::vector<double> total;  // weight of each joint, by place
+  for (const std::uint32_t v : vertex_of_place)
+    for (int k = 0; k < skin::kMaxInfluences; ++k)
+      if (influences[v].weight[k] > kTrace) {
+        total.resize(std::max<std::size_t>(total.size(), influences[v].joint[k] + std::size_t{1}));
+        total[influences[v].joint[k]] += influences[v].weight[k];
+      }
   for (std::size_t first = 0; first < pairs.size();) {
     std::size_t end = first;
     while (end < pairs.size() && pairs[end].first == pairs[first].first) ++end;
@@ -90,9 +118,13 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
     for (int k = 0; k < skin::kMaxInfluences; ++k) {
       const float weight = influences[vertex].weight[k];
       if (!(weight > kTrace)) continue;
+      // The joint moves little else.
+      const bool is_tip =
+          !parent.empty() && total[influences[vertex].joint[k]] - weight < kTipWeight;
       bool known = false;
       for (std::size_t i = first; i < end && !known; ++i)
-        known = knows(neighbour(i), influences[vertex].joint[k]);
+        known = is_tip ? knows_a_relative(neighbour(i), influences[vertex].joint[k], parent)
+                       : knows(neighbour(i), influences[vertex].joint[k]);
       if (!known) foreign += weight;
     }
     if (foreign > kStrayWeight && end - first > 1) {
@@ -111,6 +143,22 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
     first = end;
   }
   return out;
+}
+
+WeightHygiene examine_weights(const skin::Character& character,
+                              std::span<const skin::Influences> influences) {
+  std::vector<int> joint_of_node(character.nodes.size(), -1);
+  for (std::size_t j = 0; j < character.joints.size(); ++j)
+    joint_of_node[static_cast<std::size_t>(character.joints[j].node)] = static_cast<int>(j);
+  std::vector<int> parent;
+  for (const skin::SkinJoint& joint : character.joints) {
+    int node = character.nodes[static_cast<std::size_t>(joint.node)].parent;
+    while (node >= 0 && joint_of_node[static_cast<std::size_t>(node)] < 0)
+      node = character.nodes[static_cast<std::size_t>(node)].parent;
+    parent.push_back(node < 0 ? -1 : joint_of_node[static_cast<std::size_t>(node)]);
+  }
+  return examine_weights(influences, character.triangles, character.place, character.place_count,
+                         parent);
 }
 
 }  // namespace backbend::validate

@@ -143,6 +143,9 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
             });
   input.ask("BB066", faults.order,
             [](const Text& joint, const Text& size, const Text& other) -> Text {
+              if (joint == other)
+                return "the weights of " + joint + " and of the joints above it begin " + size +
+                       " of the spine away from " + joint;
               return "the weights of " + joint + " stand " + size +
                      " of the spine beyond those of " + other + ", which follows it";
             });

@@ -7,6 +7,7 @@
 #include <map>
 #include <utility>
 
+#include "skin/chain_arc.h"
 #include "validate/metrics/proxy_weights.h"
 #include "validate/run/ideal_bend.h"
 #include "validate/verdicts/booking.h"
@@ -80,6 +81,43 @@ class SecondOpinions {
   std::optional<skin::Character> proxy_;
 };
 
+/// Vertices along each bone of the spine up to the chest: a bone's length over the usual edge's
+/// that runs along the spine, of the surface that it moves.
+double rows_per_bone(const Stage& stage) {
+  const skin::Character& character = stage.character();
+  const skin::Anatomy& anatomy = stage.anatomy();
+  std::vector<bool> on_torso(character.nodes.size(), false);
+  std::vector<glm::dvec3> chain;
+  for (std::size_t k = 0; k <= anatomy.chest_index; ++k) {
+    const auto node = static_cast<std::size_t>(anatomy.spine[k]);
+    on_torso[node] = true;
+    chain.emplace_back(character.nodes[node].world_from_node[3]);
+  }
+  constexpr double kElsewhere = -1.0;
+  std::vector<double> along(character.vertex_count(), kElsewhere);
+  for (std::size_t v = 0; v < along.size(); ++v) {
+    const skin::Influences& influences = character.influences[v];
+    double sum = 0.0;
+    for (std::size_t k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+      if (on_torso[static_cast<std::size_t>(character.joints[influences.joint[k]].node)])
+        sum += influences.weight[k];
+    if (sum > 0.5) along[v] = skin::nearest_arc(chain, stage.rest().position[v]);
+  }
+  std::vector<double> edges;
+  for (const glm::uvec3& t : character.triangles)
+    for (int i = 0; i < 3; ++i) {
+      const std::size_t a = t[i], b = t[(i + 1) % 3];
+      if (along[a] == kElsewhere || along[b] == kElsewhere) continue;
+      const double length =
+          glm::distance(glm::dvec3(stage.rest().position[a]), glm::dvec3(stage.rest().position[b]));
+      if (std::abs(along[a] - along[b]) > 0.7 * length) edges.push_back(length);
+    }
+  if (edges.empty()) return 0.0;
+  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return skin::arc_length(chain) / static_cast<double>(chain.size() - 1) / *middle;
+}
+
 /// `0.94, which passes`: a value that somebody else would give, and what it would mean.
 std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
@@ -130,6 +168,9 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     any_on_mesh = any_on_mesh || on_mesh;
   }
   if (any_on_mesh) opinions.make_proxy();
+  const double rows = any_on_mesh && stage.anatomy().chest_index > 0
+                          ? rows_per_bone(stage)
+                          : std::numeric_limits<double>::infinity();
   std::vector<Opinions*> todo;
   for (auto& [place, each] : by_pose) todo.push_back(&each);
   oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
@@ -165,6 +206,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     facts.bones = static_cast<int>(stage.anatomy().chest_index);
+    facts.rows_per_bone = rows;
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
@@ -178,6 +220,11 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       finding.detail +=
           ", automatic test weights " + verdict_text(check, facts.proxy, finding.limit);
     }
+    if (booking.owner == Owner::weights && !booking.decides && judges_weights && check.decides)
+      finding.detail += "; advisory: what weights alone do decides from " +
+                        number_text(weights_factor(check) * finding.limit, 3) + " on";
+    if (booking.owner == Owner::skeleton && rows < kLeastRowsForSlices)
+      finding.detail += "; the surface has " + number_text(rows, 2) + " vertices along each bone";
     if (booking.owner == Owner::skeleton)
       finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
     if (booking.owner == Owner::pose) {

@@ -37,13 +37,24 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
     if (as_bad || !far_worse) return {Verdict::fail, Owner::skeleton, false};
   }
   const bool short_spine = context.bones > 0 && context.bones < kLeastBonesForSlices;
-  if (ideal_is_as_bad && short_spine && compares_slices(check))
+  const bool coarse = context.rows_per_bone < kLeastRowsForSlices;
+  if (ideal_is_as_bad && compares_slices(check) && (short_spine || coarse))
     return {Verdict::fail, Owner::skeleton, false};
-  if (ideal_is_as_bad)
-    return {Verdict::fail, Owner::weights, check.decides && context.judging_weights};
+  if (ideal_is_as_bad && short_spine && (check.code == "BB030" || check.code == "BB033"))
+    return {Verdict::fail, Owner::skeleton, false};
+  if (ideal_is_as_bad) {
+    const bool plain = judge(check, context.value, limit * weights_factor(check)) == Verdict::fail;
+    return {Verdict::fail, Owner::weights, check.decides && context.judging_weights && plain};
+  }
   const bool only_weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass &&
                                     judge(check, context.ideal, limit) == Verdict::fail;
   return {Verdict::fail, only_weights_cure_it ? Owner::weights : Owner::solver, check.decides};
+}
+
+double weights_factor(const Check& check) {
+  if (check.code == "BB012" || check.code == "BB034") return 3.0;
+  if (check.code == "BB030") return 0.8;
+  return compares_slices(check) || check.code == "BB033" ? 2.0 : 1.0;
 }
 
 int joints_needed(const Check& check, double limit, double value, int joints) {

@@ -15,6 +15,7 @@ struct MeshContext {
       0.0;  // curvature times depth at the place; 1 and above: the surface must fold
   bool judging_weights = false;  // the character is on trial: what the ideal shows too decides
   int bones = 0;                 // of the character's driven spine; 0: not known
+  double rows_per_bone = std::numeric_limits<double>::infinity();  // vertices along the torso
 };
 
 /// Whose a mesh finding is, and whether it decides the exit code.
@@ -29,9 +30,20 @@ struct Booking {
 /// moved by one vertebra double it.
 inline constexpr double kWorseThanClean = 1.5;
 
+/// How many times its limit a value on the mesh that the ideal bend shows as well must be for the
+/// weights to decide. Limits were measured on whole bodies; cut to 2000 vertices, smoothed, or with
+/// three joints a vertex, healthy weights exceed some of them (docs/calibration.md), and nothing
+/// but a picture tells that from a fault. Below 1 where the limit is a lower one; 1 where they do
+/// not.
+double weights_factor(const Check& check);
+
 /// Checks that compare slices over one spine bone with those on both sides need three bones: on a
-/// shorter spine the window is the spine, and what they measure is where its joints are.
+/// shorter spine the window is the spine, and what they measure is where its joints are. Nor can
+/// two joints share a twist so that no slice collapses and no triangle turns over.
 inline constexpr int kLeastBonesForSlices = 3;
+
+/// ... and a surface with fewer vertices along each bone shows its own facets, not the bend.
+inline constexpr double kLeastRowsForSlices = 2.5;
 
 /// A value on the chain that the ideal bend of the same rest shape shows as well (a tenth of the
 /// limit apart counts as equal): a corner or an S in the rest spine, no fault of the rig. True for
@@ -43,9 +55,10 @@ bool is_rest_shape(const Check& check, double limit, double value, double ideal)
 /// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), and clean proxy
 ///   weights under the ideal bend are nearly as bad (by a tenth of the limit, or by less than
 ///   kWorseThanClean), the skeleton's: it has too few joints for the range. So are slices of a
-///   spine of fewer than kLeastBonesForSlices bones. That never decides;
+///   spine of fewer than kLeastBonesForSlices bones, or of a surface of fewer than
+///   kLeastRowsForSlices rows a bone. That never decides;
 /// - where the ideal bend is as bad and clean weights are far better, the weights'; that decides
-///   only where weights are what is judged;
+///   only where weights are what is judged, and beyond weights_factor() times the limit;
 /// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
 ///   the limit and clean proxy weights are not, which makes it the weights'. Where both cure it,
 ///   these weights are good enough for a better rig.
