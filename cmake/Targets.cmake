@@ -24,9 +24,14 @@ target_include_directories(backbend_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_definitions(backbend_options INTERFACE GLM_ENABLE_EXPERIMENTAL
   BACKBEND_VERSION="${PROJECT_VERSION}")
 
-# backbend_layer(NAME uses... ): one layer of the program, from every source file in its folder.
+# backbend_layer(NAME [EXCEPT FOLDER/]): one layer of the program, from every source file in its
+# folder, but for one folder of it.
 function(backbend_layer name)
+  cmake_parse_arguments(PARSE_ARGV 1 layer "" "EXCEPT" "")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)
+  if(layer_EXCEPT)
+    list(FILTER sources EXCLUDE REGEX "^${CMAKE_CURRENT_SOURCE_DIR}/${layer_EXCEPT}")
+  endif()
   add_library(backbend_${name} STATIC ${sources})
   set_target_properties(backbend_${name} PROPERTIES LINKER_LANGUAGE CXX)
   add_library(backbend::${name} ALIAS backbend_${name})

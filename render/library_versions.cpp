@@ -1,7 +1,6 @@
 #include "render/library_versions.h"
 
-#include <OpenImageIO/imageio.h>
-
+#include "render/picture_library.h"
 #include "render/ray_device.h"
 
 namespace backbend::render {
@@ -12,8 +11,7 @@ std::map<std::string, std::string> library_versions() {
     return std::to_string(number / 10000) + "." + std::to_string(number / 100 % 100) + "." +
            std::to_string(number % 100);
   };
-  return {{"embree", text(ray_device_version())},
-          {"openimageio", text(OIIO::openimageio_version())}};
+  return {{"embree", text(ray_device_version())}, {"openimageio", text(picture_library().version)}};
 }
 
 }  // namespace backbend::render

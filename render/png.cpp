@@ -1,11 +1,10 @@
 #include "render/png.h"
 
-#include <OpenImageIO/filesystem.h>
-#include <OpenImageIO/imageio.h>
-
 #include <algorithm>
 #include <cstring>
 #include <string>
+
+#include "render/picture_library.h"
 
 namespace backbend::render {
 namespace {
@@ -52,37 +51,26 @@ const char* format_of(std::span<const std::uint8_t> bytes) {
   return "targa";
 }
 
-// The library puts one complaint a line; a refusal is one line.
-std::string one_line(std::string text) {
-  while (!text.empty() && text.back() == '\n') text.pop_back();
-  std::replace(text.begin(), text.end(), '\n', ';');
-  return text;
-}
-
-// Reads all channels of the first picture as `format`; `spec` receives what the file holds.
-template <class T>
-std::vector<T> read(std::span<const std::uint8_t> bytes, OIIO::TypeDesc format,
-                    OIIO::ImageSpec& spec) {
-  OIIO::Filesystem::IOMemReader memory(const_cast<std::uint8_t*>(bytes.data()), bytes.size());
-  OIIO::ImageSpec as_stored;  // without this the library multiplies colours by alpha
-  as_stored.attribute("oiio:UnassociatedAlpha", 1);
-  const auto input = OIIO::ImageInput::create(format_of(bytes), false, nullptr, &memory);
-  if (!input || !input->set_ioproxy(&memory) || !input->open("", spec, as_stored))
-    throw RenderError("picture: not a readable picture: " +
-                      one_line(input ? input->geterror() : OIIO::geterror()));
-  if (spec.width < 1 || spec.height < 1 || spec.width > kMaxEdge || spec.height > kMaxEdge ||
-      std::int64_t{spec.width} * spec.height > kMaxPixels || spec.nchannels < 1 ||
-      spec.nchannels > 64)
-    throw RenderError("picture: its size is not acceptable");
+std::string wrong_size(const StoredPicture& size, std::size_t file_bytes) {
+  if (size.width < 1 || size.height < 1 || size.width > kMaxEdge || size.height > kMaxEdge ||
+      std::int64_t{size.width} * size.height > kMaxPixels || size.channels < 1 ||
+      size.channels > 64)
+    return "its size is not acceptable";
   // A byte of the file becomes eight pixels of one bit at most, deflated to a 1032nd: what is
   // larger than that was never stored, and few bytes must not cost gigabytes.
-  if (static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels >
-      kAlwaysValues + bytes.size() * 8 * 1032)
-    throw RenderError("picture: its size is not acceptable for so few bytes");
-  std::vector<T> values(static_cast<std::size_t>(spec.width) * spec.height * spec.nchannels);
-  if (!input->read_image(0, 0, 0, spec.nchannels, format, values.data()))
-    throw RenderError("picture: " + one_line(input->geterror()));
-  return values;
+  if (static_cast<std::size_t>(size.width) * size.height * size.channels >
+      kAlwaysValues + file_bytes * 8 * 1032)
+    return "its size is not acceptable for so few bytes";
+  return "";
+}
+
+// Reads all channels of the first picture.
+StoredPicture read(std::span<const std::uint8_t> bytes, bool as_floats) {
+  StoredPicture stored;
+  const std::string wrong =
+      picture_library().read(bytes, format_of(bytes), as_floats, wrong_size, stored);
+  if (!wrong.empty()) throw RenderError("picture: " + wrong);
+  return stored;
 }
 
 // Channel c of RGBA in a pixel of n channels: grey is repeated, a missing alpha is opaque.
@@ -101,41 +89,33 @@ std::vector<std::uint8_t> encode_png(const Picture& picture) {
   bool opaque = true;
   for (std::size_t p = 0; p < pixels; ++p) opaque = opaque && picture.rgba[p * 4 + 3] == 255;
   const int channels = opaque ? 3 : 4;
-  OIIO::ImageSpec spec(picture.width, picture.height, channels, OIIO::TypeDesc::UINT8);
-  spec.attribute("oiio:ColorSpace", "sRGB");
-  spec.attribute("oiio:UnassociatedAlpha", 1);
   std::vector<std::uint8_t> bytes;
-  OIIO::Filesystem::IOVecOutput memory(bytes);
-  const auto output = OIIO::ImageOutput::create("memory.png", &memory);
-  if (!output || !output->open("memory.png", spec))
-    throw RenderError("png: " + (output ? output->geterror() : OIIO::geterror()));
-  if (!output->write_image(OIIO::TypeDesc::UINT8, picture.rgba.data(), 4) || !output->close())
-    throw RenderError("png: " + output->geterror());
+  const std::string wrong = picture_library().write_png(picture.rgba.data(), picture.width,
+                                                        picture.height, channels, bytes);
+  if (!wrong.empty()) throw RenderError("png: " + wrong);
   return without_notes(bytes);
 }
 
 Picture decode_png(std::span<const std::uint8_t> bytes) {
-  OIIO::ImageSpec spec;
-  const auto values = read<std::uint8_t>(bytes, OIIO::TypeDesc::UINT8, spec);
-  Picture picture(spec.width, spec.height, {0, 0, 0, 255});
+  const StoredPicture stored = read(bytes, false);
+  Picture picture(stored.width, stored.height, {0, 0, 0, 255});
   for (std::size_t p = 0; p < picture.rgba.size() / 4; ++p)
     for (int c = 0; c < 4; ++c)
       picture.rgba[p * 4 + c] =
-          channel<std::uint8_t>(values.data() + p * spec.nchannels, spec.nchannels, c, 255);
+          channel<std::uint8_t>(stored.bytes.data() + p * stored.channels, stored.channels, c, 255);
   return picture;
 }
 
 Texture decode_texture(std::span<const std::uint8_t> bytes, Encoding encoding) {
-  OIIO::ImageSpec spec;
-  const auto values = read<float>(bytes, OIIO::TypeDesc::FLOAT, spec);
-  const bool integers = !spec.format.is_floating_point();
-  Texture texture{spec.width, spec.height, {}};
-  texture.texel.resize(static_cast<std::size_t>(spec.width) * spec.height);
+  const StoredPicture stored = read(bytes, true);
+  Texture texture{stored.width, stored.height, {}};
+  texture.texel.resize(static_cast<std::size_t>(stored.width) * stored.height);
   for (std::size_t p = 0; p < texture.texel.size(); ++p) {
     for (int c = 0; c < 4; ++c) {
-      const float value = channel(values.data() + p * spec.nchannels, spec.nchannels, c, 1.0f);
+      const float value =
+          channel(stored.floats.data() + p * stored.channels, stored.channels, c, 1.0f);
       texture.texel[p][c] =
-          integers && encoding == Encoding::srgb && c < 3 ? linear_from_srgb(value) : value;
+          !stored.is_float && encoding == Encoding::srgb && c < 3 ? linear_from_srgb(value) : value;
     }
   }
   return texture;

@@ -1,10 +1,9 @@
 #include "render/text.h"
 
-#include <OpenImageIO/imagebuf.h>
-#include <OpenImageIO/imagebufalgo.h>
-
 #include <algorithm>
 #include <filesystem>
+
+#include "render/picture_library.h"
 
 namespace backbend::render {
 namespace {
@@ -63,18 +62,18 @@ std::string printable(std::string_view text) {
   return out;
 }
 
-OIIO::ROI measure(const std::string& text, int size) {
-  const OIIO::ROI roi = OIIO::ImageBufAlgo::text_size(text, size, font());
-  if (!roi.defined())
+int measure(const std::string& text, int size) {
+  const int width = picture_library().text_width(text, size, font());
+  if (width < 0)
     throw RenderError("text: the font DejaVuSans is missing; install fonts-dejavu-core");
-  return roi;
+  return width;
 }
 
 }  // namespace
 
 int text_width(std::string_view text, int size) {
   const std::string line = printable(text);
-  return line.empty() ? 0 : measure(line, size).width();
+  return line.empty() ? 0 : measure(line, size);
 }
 
 int line_height(int size) { return size + size / 3; }
@@ -83,21 +82,20 @@ void draw_text(Picture& picture, int x, int y, std::string_view text, int size, 
                Align align) {
   const std::string line = printable(text);
   if (line.empty()) return;
-  const int width = measure(line, size).width();
+  const int width = measure(line, size);
   if (align == Align::center) x -= width / 2;
   if (align == Align::right) x -= width;
   // On a label of its own, in the text's colour throughout: the library fails on text that leaves
   // the picture, and blends alpha like a colour.
   const int margin = size / 4 + 1;
   Picture label(width + 2 * margin, line_height(size), {color[0], color[1], color[2], 0});
-  OIIO::ImageBuf pixels(OIIO::ImageSpec(label.width, label.height, 4, OIIO::TypeDesc::UINT8),
-                        label.rgba.data());
   const float rgba[4] = {color[0] / 255.0f, color[1] / 255.0f, color[2] / 255.0f,
                          color[3] / 255.0f};
   // The library wants the baseline; capitals of this font are about 0.73 of its size tall.
   const int baseline = (line_height(size) + size * 73 / 100) / 2;
-  if (!OIIO::ImageBufAlgo::render_text(pixels, margin, baseline, line, size, font(), rgba))
-    throw RenderError("text: " + pixels.geterror());
+  const std::string wrong = picture_library().draw_text(
+      label.rgba.data(), label.width, label.height, margin, baseline, line, size, font(), rgba);
+  if (!wrong.empty()) throw RenderError("text: " + wrong);
   blit(picture, label, x - margin, y);
 }
 

@@ -35,6 +35,9 @@ class Installing(CommandTest):
             # The bundled human comes from the scenes.
             self.run_installed(program, "body", "-o", f"{name}.glb")
             self.assertGreater((self.folder / f"{name}.glb").stat().st_size, 100_000)
+            # Pictures come through a module that lies beside the program.
+            self.run_installed(program, "render", f"{name}.glb", "--res", "32x32", "--spp", "1", "-o", f"{name} out")
+            self.assertTrue(list((self.folder / f"{name} out").rglob("*.png")))
 
     def test_it_gives_the_same_bytes_as_the_one_that_was_built(self):
         self.run_installed(self.prefix / "bin/backbend", "body", "-o", "installed.glb")

@@ -79,10 +79,15 @@ class Packaging(CommandTest):
         for library in ("libc6", "libembree", "libopenexr", "libopenimageio", "libtbb", "libassimp", "ffmpeg", "fonts-dejavu-core"):
             self.assertIn(library, depends)
         listing = subprocess.run(["dpkg-deb", "--contents", package], check=True, capture_output=True, text=True).stdout
-        for path in ("/usr/bin/backbend", "/usr/libexec/backbend/backbend-import", "/usr/share/backbend/scenes/nightly.toml", "/usr/share/backbend/report.schema.json", "/usr/share/man/man1/backbend.1",
+        for path in ("/usr/bin/backbend", "/usr/libexec/backbend/backbend-import", "/usr/libexec/backbend/backbend-pictures.so", "/usr/share/backbend/scenes/nightly.toml", "/usr/share/backbend/report.schema.json", "/usr/share/man/man1/backbend.1",
                      "/usr/share/bash-completion/completions/backbend", "/usr/share/doc/backbend/copyright"):
             self.assertIn("." + path, listing)
         # It runs from where it was unpacked, and is the program that was built.
         subprocess.run(["dpkg-deb", "--extract", package, self.folder / "root"], check=True)
         done = subprocess.run([self.folder / "root/usr/bin/backbend", "list", "checks"], capture_output=True, text=True)
         self.assertEqual(done.stdout, harness.run_backbend(["list", "checks"], self.folder).stdout)
+        # Pictures need the module beside it.
+        done = subprocess.run([self.folder / "root/usr/bin/backbend", "render", harness.human(), "--res", "32x32", "--spp", "1",
+                               "-o", self.folder / "pictures"], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        self.assertTrue(list((self.folder / "pictures").rglob("*.png")))

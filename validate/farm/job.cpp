@@ -7,6 +7,7 @@
 #include "validate/evidence/evidence.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
+#include "validate/files/program_hash.h"
 #include "validate/metrics/rig_probe.h"
 #include "validate/run/confirmed.h"
 
@@ -37,9 +38,7 @@ std::string hash_of(const fs::path& file) {
 
 std::string job_stamp(const RunRequest& request, const std::vector<std::string>& options) {
   const Suite& suite = request.suite;
-  json facts = {{"version", BACKBEND_VERSION},
-                {"program", content_hash(read_bytes("/proc/self/exe"))},
-                {"options", options}};
+  json facts = {{"version", BACKBEND_VERSION}, {"program", program_hash()}, {"options", options}};
   if (!suite.file.empty()) facts["suite"] = content_hash(read_bytes(suite.file));
   for (const RigPlan& rig : suite.rigs) facts["rigs"].push_back({rig.name, rig_text(rig.spec)});
   for (const fs::path& file : suite.characters) {
