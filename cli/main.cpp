@@ -10,19 +10,11 @@
 
 #include "cli/program.h"
 #include "cli/settings.h"
-#include "render/scene.h"
-#include "skin/character.h"
+#include "cli/trouble.h"
+#include "cli/watch.h"
 #include "skin/rig_templates.h"
 #include "solver/nearest_name.h"
-#include "solver/spine_system.h"
-#include "validate/calibrate/calibrate.h"
-#include "validate/farm/ledger.h"
-#include "validate/files/output_folder.h"
-#include "validate/history/baseline.h"
-#include "validate/history/history.h"
 #include "validate/report/escape.h"
-#include "validate/report/report_json.h"
-#include "validate/sweeps/suite.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {
@@ -53,59 +45,10 @@ int complain(const std::string& line, ExitCode code) {
 int run_guarded(const Run& run) {
   try {
     return run();
-  } catch (const Interrupted& stop) {
-    return complain(stop.what(),
-                    stop.signal_number == SIGTERM ? kExitTerminated : kExitInterrupted);
-  } catch (const WriteError& error) {
-    return complain(error.what(), error.temporary() ? kExitTemporary : kExitCannotWrite);
-  } catch (const CLI::Error& error) {
-    return complain(error.what(), kExitUsage);
-  } catch (const ReadError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const solver::RigError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const skin::CharacterError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const render::RenderError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const ReportError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const HistoryError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const CalibrationError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const BaselineError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const NoBaseline& error) {
-    return complain(error.what(), kExitNoBaseline);
-  } catch (const SuiteError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const MixedPartsError& error) {
-    return complain(error.what(), kExitBadInput);
-  } catch (const IncompleteError& error) {
-    return complain(error.what(), kExitIncomplete);
-  } catch (const BusyError& error) {
-    return complain(error.what(), kExitTemporary);
-  } catch (const std::bad_alloc&) {
-    return complain("out of memory", kExitTemporary);
-  } catch (const std::exception& error) {
-    return complain(std::string("internal error: ") + error.what(), kExitInternal);
+  } catch (...) {
+    const Trouble trouble = trouble_of_exception();
+    return complain(trouble.line, trouble.code);
   }
-}
-
-/// What the command line leaves open, from the environment and the project; says what a result
-/// depends on.
-int take_surroundings(Program& program) {
-  CLI::App& command = program.command();
-  if (!takes_settings(command)) return kExitOk;
-  const std::optional<Project> project = project_for(program.app, command);
-  const std::vector<Setting> settings =
-      take_settings(program.app, command, project ? &*project : nullptr);
-  for (const Setting& each : settings)
-    if (each.origin == Origin::project) program.common.from_project.insert(each.option);
-  const std::string note = note_of(settings);
-  if (!note.empty() && !program.common.quiet) std::fprintf(stderr, "%s\n", visible(note).c_str());
-  return kExitOk;
 }
 
 /// The command whose name is nearest to the line's first word, where that word is not a command.
@@ -205,6 +148,7 @@ DrivenChain driven_chain(const std::string& chain, const RigPlan& rig,
 
 int main(int argument_count, char** arguments) {
   using namespace backbend::cli;
+  using backbend::validate::kExitOk;
   if (!machine_is_fit()) {
     return complain("this machine has no AVX2 and FMA, which the program needs", kExitInternal);
   }
@@ -225,8 +169,12 @@ int main(int argument_count, char** arguments) {
                     kExitUsage);
   }
   const Common& common = program.common;
-  if (const int code = run_guarded([&program] { return take_surroundings(program); }); code != 0)
-    return code;
+  const auto take = [&program] {
+    take_surroundings(program);
+    return kExitOk;
+  };
+  if (const int code = run_guarded(take); code != 0) return code;
+  remember_command_line(argument_count, arguments);
   const oneapi::tbb::global_control limit(oneapi::tbb::global_control::max_allowed_parallelism,
                                           common.threads > 0
                                               ? static_cast<std::size_t>(common.threads)

@@ -1,7 +1,10 @@
 #include "cli/program.h"
 
+#include <cstdio>
+
 #include "cli/judging_commands.h"
 #include "cli/settings.h"
+#include "validate/report/escape.h"
 
 namespace backbend::cli {
 
@@ -54,6 +57,20 @@ Program::Program()
   add_merge(registry);
   add_farm(registry);
   add_completions(registry);
+}
+
+std::filesystem::path take_surroundings(Program& program) {
+  CLI::App& command = program.command();
+  if (!takes_settings(command)) return {};
+  const std::optional<validate::Project> project = project_for(program.app, command);
+  const std::vector<Setting> settings =
+      take_settings(program.app, command, project ? &*project : nullptr);
+  for (const Setting& each : settings)
+    if (each.origin == Origin::project) program.common.from_project.insert(each.option);
+  const std::string note = note_of(settings);
+  if (!note.empty() && !program.common.quiet)
+    std::fprintf(stderr, "%s\n", validate::visible(note).c_str());
+  return project ? project->file : std::filesystem::path();
 }
 
 }  // namespace backbend::cli

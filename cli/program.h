@@ -17,6 +17,11 @@ struct Program {
   CLI::App& command() { return *app.get_subcommands().front(); }
 };
 
+/// What the command line leaves open, from the environment and the project; says on standard error
+/// what a result depends on. Returns the project's file, empty where none counts. Throws
+/// CLI::ParseError, ReadError, SuiteError.
+std::filesystem::path take_surroundings(Program& program);
+
 void add_config(const Registry& registry);
 
 }  // namespace backbend::cli

@@ -8,6 +8,7 @@
 #include "cli/commands.h"
 #include "cli/nightly.h"
 #include "cli/settings.h"
+#include "cli/watch.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/farm/folder_trace.h"
 #include "validate/farm/job.h"
@@ -20,6 +21,7 @@
 #include "validate/run/run.h"
 #include "validate/sweeps/suite.h"
 #include "validate/verdicts/exit_code.h"
+#include "validate/watch/input_files.h"
 
 namespace backbend::cli {
 namespace fs = std::filesystem;
@@ -388,6 +390,54 @@ namespace {
 
 constexpr const char* kByKind = "auto";
 
+WatchedRun watched_run(const RunOptions& options, bool poll) {
+  WatchedRun run;
+  run.output = options.output;
+  run.pictures = !options.quick;
+  run.single_file = options.single_file;
+  run.poll = poll;
+  if (!options.baseline.empty()) run.inputs.emplace_back(options.baseline);
+  return run;
+}
+
+WatchedRun watched_check(RunRequest request, const std::string& rig, const RunOptions& options,
+                         bool poll) {
+  WatchedRun run = watched_run(options, poll);
+  for (fs::path& file : input_files(request.suite.characters.front()))
+    run.inputs.push_back(std::move(file));
+  if (fs::path(rig).extension() == ".toml") run.inputs.emplace_back(rig);
+  run.judge = [request = std::move(request)](const fs::path& folder, bool pictures,
+                                             Progress& progress) {
+    RunRequest each = request;
+    each.folder = folder;
+    each.image_pass = each.image_pass && pictures;
+    each.suite.pictures.enabled = each.suite.pictures.enabled && pictures;
+    return run_suite(each, progress);
+  };
+  return run;
+}
+
+WatchedRun watched_clip(const BakedOptions& baked, const std::string& character,
+                        const RunOptions& options, bool poll) {
+  WatchedRun run = watched_run(options, poll);
+  for (const std::string& name : {character, baked.clip}) {
+    if (name.empty()) continue;
+    for (fs::path& file : input_files(name)) run.inputs.push_back(std::move(file));
+  }
+  PicturePlan plan;
+  options.apply_to(plan);
+  run.judge = [baked, character, hints = options.hints, plan](const fs::path& folder, bool pictures,
+                                                              Progress&) {
+    Common silent;
+    silent.quiet = true;
+    silent.json = true;  // says nothing of the character
+    PicturePlan each = plan;
+    each.enabled = each.enabled && pictures;
+    return baked_report(baked, character, hints, silent, folder, each);
+  };
+  return run;
+}
+
 std::vector<std::string> envelope_choices() {
   std::vector<std::string> names = envelope_names();
   names.insert(names.begin(), kByKind);
@@ -401,7 +451,7 @@ void add_check(const Registry& registry) {
     std::string character, rig = "even", mapping = "chest", envelope = kByKind, sweeps = "standard",
                            chain;
     BakedOptions baked;
-    bool dry_run = false;
+    bool dry_run = false, watch = false, poll = false;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
@@ -409,6 +459,12 @@ void add_check(const Registry& registry) {
       [options, &common = registry.common] {
         if (!options->baked.clip.empty() && options->dry_run)
           throw CLI::ValidationError("--dry-run: a clip is judged as it is read");
+        if (options->watch && (options->dry_run || !options->history.empty()))
+          throw CLI::ValidationError("--watch goes with neither --dry-run nor --history");
+        if (options->poll && !options->watch) throw CLI::ValidationError("--poll needs --watch");
+        if (!options->baked.clip.empty() && options->watch)
+          return watch(watched_clip(options->baked, options->character, *options, options->poll),
+                       common);
         if (!options->baked.clip.empty()) {
           PicturePlan pictures;
           options->apply_to(pictures);
@@ -440,6 +496,9 @@ void add_check(const Registry& registry) {
         request.character = options->character;
         suite.judges_weights = true;
         if (options->dry_run) return print_estimate(request, common);
+        if (options->watch)
+          return watch(watched_check(std::move(request), options->rig, *options, options->poll),
+                       common);
         return run_and_print(std::move(request), common, *options);
       });
   command
@@ -468,6 +527,12 @@ void add_check(const Registry& registry) {
       ->configurable();
   command->add_flag("--dry-run", options->dry_run,
                     "print the plan and the estimated time, then exit");
+  command->add_flag("--watch", options->watch,
+                    "judge again whenever an input changes, until Ctrl-C");
+  command->add_flag(
+      "--poll", options->poll,
+      "with --watch: look at the files twice a second, where the system does not tell "
+      "of changes (network folders do so by themselves)");
   options->add_to(command);
 }
 

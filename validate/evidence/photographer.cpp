@@ -4,6 +4,7 @@
 
 #include "render/half_layers.h"
 #include "validate/run/progress.h"
+#include "validate/run/superseded.h"
 
 namespace backbend::validate {
 namespace {
@@ -70,7 +71,7 @@ render::Frame Photographer::shoot(const render::Camera& camera,
                                   const render::Settings& settings) const {
   // What later looks at the frame in memory must see what a reader of its file sees.
   render::Settings stoppable = settings;
-  stoppable.stop = interrupt_pending;
+  stoppable.stop = stop_pending;
   render::Frame frame = scene_.render(camera, stoppable);
   poll_interrupt();  // an unfinished frame goes no further
   render::round_half_layers(frame);

@@ -3,14 +3,18 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+
+#include "validate/run/superseded.h"
 
 namespace backbend::validate {
 namespace {
 
 volatile std::sig_atomic_t pending_signal = 0;
+std::atomic<bool> is_superseded = false;
 
 void note_signal(int signal_number) { pending_signal = signal_number; }
 
@@ -36,7 +40,12 @@ bool interrupt_pending() { return pending_signal != 0; }
 
 void poll_interrupt() {
   if (interrupt_pending()) throw Interrupted(pending_signal);
+  if (is_superseded.load(std::memory_order_relaxed)) throw Superseded();
 }
+
+bool stop_pending() { return interrupt_pending() || is_superseded.load(); }
+
+void set_superseded(bool superseded) { is_superseded.store(superseded); }
 
 Progress::Progress(Style style) : style_(style) {
   if (style_ == Style::automatic) {
