@@ -11,8 +11,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Options that say how a job is done, not what it is.
-constexpr std::array<std::string_view, 7> kHow = {"--output", "--shard",  "--resume", "--dry-run",
-                                                  "--shards", "--submit", "--help"};
+constexpr std::array<std::string_view, 8> kHow = {"--output", "--shard",  "--resume", "--dry-run",
+                                                  "--shards", "--submit", "--help",   "--fresh"};
 /// Options that the report alone depends on, and those of them that name a file.
 constexpr std::array<std::string_view, 4> kOfReport = {"--baseline", "--history", "--label",
                                                        "--single-file"};

@@ -217,8 +217,11 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   progress.finish();
   const int code =
       publish(report, request.folder, options.output.empty(), common, options.single_file);
-  if (!options.history.empty())
+  if (!options.history.empty()) {
     append_night(options.history, night_of(report, request.today, request.label));
+    if (request.carry)
+      request.carry->keep(request.folder, content_hash(read_bytes(request.folder / "report.json")));
+  }
   return code;
 }
 
@@ -345,7 +348,7 @@ int merge_runs(const std::vector<std::string>& runs, const std::string& output,
 void add_nightly(const Registry& registry) {
   struct Options : NightlyOptions {
     std::string shard;
-    bool resume = false, dry_run = false;
+    bool resume = false, dry_run = false, fresh = false;
     CLI::App* command = nullptr;
   };
   auto options = std::make_shared<Options>();
@@ -370,6 +373,18 @@ void add_nightly(const Registry& registry) {
         if (request.folder.empty()) request.folder = new_run_folder("");
         request.ledger = std::make_shared<Ledger>(request.folder, stamp, Ledger::Mode::alone,
                                                   Shard{}, options->resume);
+        if (!options->history.empty()) {
+          CarryOver::Place place;
+          place.history = options->history;
+          place.nights = *request.history;
+          place.inputs = night_inputs(request.suite, stamped_words(words));
+          for (const std::string& word : stamped_words(words)) place.options += word + "\n";
+          place.today = request.today;
+          place.label = options->label;
+          place.fresh = options->fresh;
+          place.keeps = !options->resume;
+          request.carry = std::make_shared<CarryOver>(std::move(place));
+        }
         const fs::path folder = request.folder;
         const int code = run_and_print(std::move(request), common, *options);
         // Parts serve a run that was stopped; this one is whole.
@@ -384,6 +399,8 @@ void add_nightly(const Registry& registry) {
                     "take up what an earlier run left in the folder, verified, and keep it there");
   command->add_flag("--dry-run", options->dry_run,
                     "print the plan and the estimated time, then exit");
+  command->add_flag("--fresh", options->fresh,
+                    "measure all again, also what has not changed since an earlier night");
 }
 
 namespace {

@@ -50,6 +50,10 @@ class Watcher:
             time.sleep(0.1)
         self.fail(f"no {pattern}: {text}")
 
+    def check_cold(self, *arguments):
+        result = self.backbend("check", self.hero, *arguments, "-o", "cold")
+        self.assertIn(result.returncode, (0, 1), result.stderr)
+
     def wait_for_files(self):
         """Until the run folder holds the report of what is there now."""
         self.check_cold("--quick")
@@ -115,10 +119,6 @@ class Saving(Watcher, CommandTest):
             self.assertEqual(json.loads((self.folder / "cold/report.json").read_text())["rigs"][0]["mapping"], "spread")
             self.assertEqual(contents(self.folder / "out"), contents(self.folder / "cold"))
             self.stop(run)
-
-    def check_cold(self, *arguments):
-        result = self.backbend("check", self.hero, *arguments, "-o", "cold")
-        self.assertIn(result.returncode, (0, 1), result.stderr)
 
     def test_looking_twice_a_second_says_so_and_finds_the_same(self):
         with self.watching("--quick", "-o", "out", "--poll") as run:

@@ -247,6 +247,7 @@ struct CharacterRun {
   std::string character;  // its file as the user named it
   std::string words;      // that and its joints as commands name them
   render::Bounds box;     // of every pose
+  bool numbered = false;  // its name is an earlier character's, too
 };
 
 /// Notes the sweeps that a rig cannot take, by their reason.
@@ -294,12 +295,14 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   };
   for (int n = 2; std::any_of(report.characters.begin(), report.characters.end(), taken); ++n)
     confirmed.character.name = name + "_" + std::to_string(n);
+  const bool numbered = confirmed.character.name != name;
   CharacterRun run{
       std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints, request.chain),
       {},
       request.character_text(file),
       request.character_words(file),
-      {}};
+      {},
+      numbered};
   const Stage& stage = *run.stage;
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), ""));
   CharacterFacts& facts = report.characters.back();
@@ -551,6 +554,99 @@ std::string RunRequest::character_words(const std::filesystem::path& file) const
   return words;
 }
 
+namespace {
+
+/// How many days planted faults count: a broken detector must not hide for a week.
+constexpr int kCalibrationDays = 5;
+
+/// The lists of a report that a unit of work adds to.
+template <class Reports, class Do>
+void each_list(Reports& a, const Do& act) {
+  act(a.characters, &Report::characters);
+  act(a.rigs, &Report::rigs);
+  act(a.findings, &Report::findings);
+  act(a.canaries, &Report::canaries);
+  act(a.pairs, &Report::pairs);
+  act(a.media, &Report::media);
+  act(a.meshes, &Report::meshes);
+  act(a.detectors, &Report::detectors);
+  act(a.calibration, &Report::calibration);
+  act(a.reasons, &Report::reasons);
+}
+
+/// What a report has gained since it was as long as `before` says, in the order of each_list().
+std::vector<std::size_t> lengths_of(const Report& report) {
+  std::vector<std::size_t> lengths;
+  each_list(report, [&](const auto& list, auto) { lengths.push_back(list.size()); });
+  return lengths;
+}
+
+Report gained(const Report& report, const std::vector<std::size_t>& before) {
+  Report part;
+  auto length = before.begin();
+  each_list(report, [&](const auto& list, auto member) {
+    (part.*member).assign(list.begin() + static_cast<std::ptrdiff_t>(*length++), list.end());
+  });
+  return part;
+}
+
+void append(Report& report, const Report& part) {
+  each_list(part, [&](const auto& list, auto member) {
+    (report.*member).insert((report.*member).end(), list.begin(), list.end());
+  });
+}
+
+std::string carried_note(const std::string& night) {
+  return "carried over from the night " + night + ": the same inputs, options and program";
+}
+
+/// One unit of work: an earlier night's result where that holds, else `work`, and either noted for
+/// the nights to come. `fits`: whether the report can take a result; `work` returns whether another
+/// night could take what it adds.
+class Carried {
+ public:
+  Carried(const RunRequest& request, Progress& progress, Report& report)
+      : carry_(request.compare == RunRequest::Compare::none ? request.carry.get() : nullptr),
+        folder_(request.folder),
+        progress_(progress),
+        report_(report) {}
+
+  /// Returns the night that the result is from; empty: it was measured now.
+  template <class Fits, class Work>
+  std::string take_or_do(const std::string& unit, const std::string& stamp, int most_days,
+                         const Fits& fits, const Work& work) {
+    if (carry_ == nullptr) {
+      work();
+      return "";
+    }
+    auto found = carry_->find(unit, stamp, folder_, most_days, fits,
+                              [&](const std::string& why) { progress_.say("backbend: " + why); });
+    if (found) {
+      append(report_, found->report);
+      const std::string night = found->night;
+      carry_->note(unit, stamp, std::move(*found));
+      return night;
+    }
+    const FolderListing before = list_results(folder_);
+    const std::vector<std::size_t> lengths = lengths_of(report_);
+    if (work())
+      carry_->note(
+          unit, stamp,
+          {gained(report_, lengths), carry_->tonight(), files_made(before, list_results(folder_))});
+    return "";
+  }
+
+  const CarryOver* store() const { return carry_; }
+
+ private:
+  CarryOver* carry_;
+  std::filesystem::path folder_;
+  Progress& progress_;
+  Report& report_;
+};
+
+}  // namespace
+
 Report run_suite(const RunRequest& request, Progress& progress) {
   const Suite& suite = request.suite;
   Report report;
@@ -565,13 +661,37 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   const bool comparing = request.compare != RunRequest::Compare::none;
   report.is_comparison = comparing;
   std::vector<CharacterRun> runs;  // of a comparison
+  Carried carried(request, progress, report);
+  std::size_t carried_count = 0;
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();
     try {
       const bool reference = request.compare == RunRequest::Compare::characters && runs.empty();
-      CharacterRun run = run_character(request, reference ? as_reference(suite) : suite, file,
-                                       folder, *ledger, progress, report);
-      if (comparing) runs.push_back(std::move(run));
+      const auto measure = [&] {
+        CharacterRun run = run_character(request, reference ? as_reference(suite) : suite, file,
+                                         folder, *ledger, progress, report);
+        const bool numbered = run.numbered;
+        if (comparing) runs.push_back(std::move(run));
+        return !numbered;
+      };
+      const auto fits = [&](const Report& part) {
+        return part.characters.size() == 1 &&
+               std::ranges::find(report.characters, part.characters.front().name,
+                                 &CharacterFacts::name) == report.characters.end();
+      };
+      std::string stamp;
+      if (carried.store() != nullptr && std::filesystem::exists(file))
+        stamp = content_hash(carried.store()->place().inputs + " " + character_content(file) + " " +
+                             request.character_words(file));
+      const std::string night =
+          carried.take_or_do("character " + request.character_text(file) + " of " + suite.name,
+                             stamp, 0, fits, measure);
+      if (night.empty()) continue;
+      ++carried_count;
+      CharacterFacts& facts = report.characters.back();
+      if (request.on_character) request.on_character(facts);
+      facts.notes.push_back(carried_note(night));
+      report.provenance["carried " + facts.name] = night;
     } catch (const skin::CharacterError& error) {
       // Nothing else to run, or to compare with: say it in one line.
       if (suite.characters.size() == 1 || comparing) throw;
@@ -580,8 +700,26 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     }
   }
   // Shard reports are partial.
-  if (suite.calibration.poses > 0 && ledger->assembles())
-    try_detectors(suite.calibration, progress, report);
+  if (suite.calibration.poses > 0 && ledger->assembles()) {
+    const std::string slice = std::to_string(suite.calibration.poses) + " poses, " +
+                              std::to_string(suite.calibration.faults) + " faults";
+    const std::string night = carried.take_or_do(
+        "planted faults", carried.store() == nullptr ? "" : slice + " " + program_inputs(),
+        kCalibrationDays, [](const Report&) { return true; },
+        [&] {
+          try_detectors(suite.calibration, progress, report);
+          return true;
+        });
+    if (!night.empty()) {
+      report.detectors.push_back("planted faults are " + carried_note(night));
+      report.provenance["carried planted faults"] = night;
+    }
+  }
+  if (carried_count > 0)
+    report.reasons.push_back(std::to_string(carried_count) + " of " +
+                             std::to_string(suite.characters.size()) +
+                             " characters carried over from earlier nights, for nothing that they "
+                             "depend on has changed");
   if (!request.calibrated.empty()) report.detectors.push_back(request.calibrated);
   if (request.image_pass) report.detectors.push_back(agreement_line(report.findings));
   progress.finish();

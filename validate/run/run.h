@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "validate/carry/carry_over.h"
 #include "validate/farm/ledger.h"
 #include "validate/history/baseline.h"
 #include "validate/history/history.h"
@@ -42,6 +43,8 @@ struct RunRequest {
   // Where finished work is kept and taken from; null: nowhere. A shard's report is not one: it
   // lacks what the other shards make, and must not be written.
   std::shared_ptr<Ledger> ledger;
+  // Where results of earlier nights are taken from and tonight's noted; null: nowhere.
+  std::shared_ptr<CarryOver> carry;
 
   /// Called as soon as a character is read, before anything is measured.
   std::function<void(const CharacterFacts&)> on_character;

@@ -1,0 +1,308 @@
+#include "validate/carry/carry_over.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <toml++/toml.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "validate/files/hash.h"
+#include "validate/files/output_folder.h"
+#include "validate/files/program_hash.h"
+#include "validate/files/project.h"
+#include "validate/report/libraries.h"
+#include "validate/report/report_json.h"
+#include "validate/verdicts/waivers.h"
+#include "validate/watch/input_files.h"
+
+namespace backbend::validate {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::string_view kMagic = "backbend carried 1\n";
+constexpr std::size_t kHashLength = 32;
+constexpr std::uintmax_t kMostEntryBytes = std::uintmax_t{1} << 28;
+constexpr const char* kEntryFolder = "carried";
+/// Folders below a run's that hold what is made for one character.
+constexpr const char* kResultFolders[] = {"findings", "frames", "media", "meshes", "review"};
+
+struct Damaged : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+std::string dumped(const json& value) {
+  return value.dump(-1, ' ', true, json::error_handler_t::replace);
+}
+
+bool is_inside(const std::string& name) {
+  const fs::path path(name);
+  return !path.empty() && path.is_relative() && path.lexically_normal() == path &&
+         *path.begin() != "..";
+}
+
+/// The value of an entry whose own hash is right.
+json read_entry(const fs::path& file) {
+  std::string text;
+  try {
+    text = read_text(file, kMostEntryBytes);
+  } catch (const ReadError& error) {
+    throw Damaged(error.what());
+  }
+  const std::size_t head = kMagic.size() + kHashLength + 1;
+  if (text.size() < head || !text.starts_with(kMagic) || text[head - 1] != '\n' ||
+      content_hash(std::string_view(text).substr(head)) != text.substr(kMagic.size(), kHashLength))
+    throw Damaged("is not as it was written");
+  return json::parse(text.substr(head));
+}
+
+/// What is the same in a unit's own report and in that of its night: verdicts and their stories are
+/// made of baselines and waivers later.
+std::set<std::string> finding_set(const Report& report, const std::string& character) {
+  std::set<std::string> set;
+  for (Finding finding : report.findings) {
+    if (finding.character != character) continue;
+    finding.verdict = Verdict::pass;
+    finding.detail.clear();
+    set.insert(finding_hash(finding));
+  }
+  return set;
+}
+
+std::string rigs_text(const Report& report, const std::string& character) {
+  Report rigs;
+  for (RigResult rig : report.rigs) {
+    if (rig.character != character) continue;
+    rig.verdict = Verdict::not_measured;
+    rigs.rigs.push_back(std::move(rig));
+  }
+  return report_json_compact(rigs);
+}
+
+std::string calibration_text(const Report& report) {
+  Report rows;
+  rows.calibration = report.calibration;
+  return report_json_compact(rows);
+}
+
+void require_same(const Report& part, const Report& night) {
+  for (const CharacterFacts& facts : part.characters) {
+    if (finding_set(part, facts.name) != finding_set(night, facts.name) ||
+        rigs_text(part, facts.name) != rigs_text(night, facts.name))
+      throw Damaged("does not say what the report of its night says");
+  }
+  if (part.characters.empty() && calibration_text(part) != calibration_text(night))
+    throw Damaged("does not say what the report of its night says");
+}
+
+/// Makes the folders that a name leads through; false where one of them is a link, or no folder.
+bool make_folders(const fs::path& folder, const fs::path& name) {
+  fs::path at = folder;
+  std::error_code error;
+  fs::create_directories(at, error);
+  for (const fs::path& step : name.parent_path()) {
+    at /= step;
+    fs::create_directory(at, error);
+    if (fs::symlink_status(at, error).type() != fs::file_type::directory) return false;
+  }
+  return true;
+}
+
+/// Puts a file of an earlier run into this one's folder.
+void place_file(const fs::path& from, const fs::path& folder, const std::string& name,
+                const std::vector<std::uint8_t>& bytes) {
+  const fs::path target = folder / name;
+  struct stat facts = {};
+  if (make_folders(folder, name) && ::lstat(from.c_str(), &facts) == 0 && S_ISREG(facts.st_mode)) {
+    if (::link(from.c_str(), target.c_str()) == 0) return;
+    // A name that is taken here is an older run's.
+    struct stat there = {};
+    if (errno == EEXIST && ::lstat(target.c_str(), &there) == 0) {
+      if (there.st_dev == facts.st_dev && there.st_ino == facts.st_ino) return;
+      if (!S_ISDIR(there.st_mode) && ::unlink(target.c_str()) == 0 &&
+          ::link(from.c_str(), target.c_str()) == 0)
+        return;
+    }
+  }
+  OutputFolder(folder).write(name, bytes);  // another file system, or one without links
+}
+
+/// Names that were made in a folder reach the medium.
+void flush_folder(const fs::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  ::fsync(descriptor);
+  ::close(descriptor);
+}
+
+}  // namespace
+
+std::string program_inputs() {
+  return content_hash(dumped({{"program", program_hash()}, {"versions", program_versions()}}));
+}
+
+std::string night_inputs(const Suite& suite, const std::vector<std::string>& options) {
+  json facts = {{"program", program_inputs()}, {"options", options}, {"suite", suite.name}};
+  for (const RigPlan& rig : suite.rigs) {
+    facts["rigs"].push_back({rig.name, rig_text(rig.spec)});
+    if (rig.duty) facts["rigs"].back().push_back(rig_text(rig.duty->twin));
+  }
+  if (!suite.file.empty()) {
+    try {
+      toml::table text = toml::parse(read_text(suite.file), suite.file.string());
+      if (toml::table* own = text["suite"].as_table()) {
+        own->erase("characters");
+        own->erase("title");
+      }
+      text.erase("waiver");
+      text.erase("calibration");
+      std::ostringstream shown;
+      shown << toml::json_formatter(text);
+      facts["text"] = shown.str();
+    } catch (const toml::parse_error& error) {
+      throw SuiteError(suite.file.string() + ": " + std::string(error.description()));
+    }
+  }
+  return content_hash(dumped(facts));
+}
+
+std::string character_content(const fs::path& character) {
+  json facts = json::array();
+  for (const fs::path& file : input_files(character)) {
+    if (file.filename() == kProjectFile) continue;  // options are told by their values
+    std::error_code error;
+    const bool is_there = fs::exists(file, error);
+    facts.push_back({file.filename().string(),
+                     is_there || file == character ? content_hash(read_bytes(file)) : "none"});
+  }
+  return content_hash(dumped(facts));
+}
+
+CarryOver::CarryOver(Place place) : place_(std::move(place)) {}
+
+std::string CarryOver::tonight() const {
+  return place_.label.empty() ? place_.today : place_.today + " " + place_.label;
+}
+
+fs::path CarryOver::entry_file(const std::string& unit) const {
+  return place_.history.parent_path() / kEntryFolder /
+         (content_hash(place_.options + "\n" + unit) + ".json");
+}
+
+std::optional<CarryOver::Result> CarryOver::find(
+    const std::string& unit, const std::string& stamp, const fs::path& folder, int most_days,
+    const std::function<bool(const Report&)>& fits,
+    const std::function<void(const std::string&)>& complain) const {
+  const fs::path file = entry_file(unit);
+  std::error_code error;
+  if (place_.fresh || !fs::exists(file, error)) return std::nullopt;
+  try {
+    const json entry = read_entry(file);
+    if (entry.at("unit") != unit || entry.at("stamp") != stamp) return std::nullopt;
+    Result result;
+    entry.at("night").get_to(result.night);
+    if (most_days > 0) {
+      const int days = days_between(result.night.substr(0, 10), place_.today);
+      if (days < 0 || days > most_days) return std::nullopt;
+    }
+    const std::string hash = entry.at("report_hash");
+    if (std::ranges::none_of(place_.nights, [&](const Night& each) { return each.report == hash; }))
+      throw Damaged("is of no night of " + place_.history.string());
+    const fs::path run =
+        fs::absolute(place_.history).parent_path() / entry.at("run").get<std::string>();
+    const std::string text = read_text(run / "report.json");
+    if (content_hash(text) != hash) throw Damaged("is of a night whose report is another by now");
+    result.report = parse_report(entry.at("report").get<std::string>(), file.string());
+    require_same(result.report, parse_report(text));
+    if (!fits(result.report)) return std::nullopt;
+    entry.at("files").get_to(result.files);
+    // All are looked at before any is placed.
+    std::vector<std::vector<std::uint8_t>> contents;
+    for (const auto& [name, file_hash] : result.files) {
+      if (!is_inside(name)) throw Damaged("names a file outside of its run");
+      contents.push_back(read_bytes(run / name));
+      if (content_hash(contents.back()) != file_hash) throw Damaged(name + " has changed since");
+    }
+    std::set<fs::path> folders;
+    auto bytes = contents.begin();
+    for (const auto& [name, file_hash] : result.files) {
+      place_file(run / name, folder, name, *bytes++);
+      for (fs::path above = fs::path(name).parent_path(); !above.empty();
+           above = above.parent_path())
+        folders.insert(folder / above);
+    }
+    for (const fs::path& each : folders) flush_folder(each);
+    return result;
+  } catch (const json::exception&) {
+    complain(unit + ": what an earlier night left is damaged: measured again");
+  } catch (const Damaged& why) {
+    complain(unit + ": what an earlier night left " + why.what() + ": measured again");
+  } catch (const ReadError& why) {
+    complain(unit + ": what an earlier night left is gone (" + why.what() + "): measured again");
+  } catch (const ReportError& why) {
+    complain(unit + ": what an earlier night left is damaged (" + why.what() + "): measured again");
+  }
+  return std::nullopt;
+}
+
+void CarryOver::note(const std::string& unit, const std::string& stamp, Result result) {
+  if (place_.keeps) noted_[unit] = {stamp, std::move(result)};
+}
+
+void CarryOver::keep(const fs::path& folder, const std::string& report_hash) const {
+  const fs::path home = fs::absolute(place_.history).parent_path();
+  for (const auto& [unit, noted] : noted_) {
+    json files = json::object();
+    try {
+      for (const auto& [name, hash] : noted.result.files)
+        files[name] = hash.empty() ? content_hash(read_bytes(folder / name)) : hash;
+    } catch (const ReadError& error) {  // what this run has written is no input of the user's
+      throw WriteError(error.what(), EIO);
+    }
+    const std::string body =
+        dumped({{"unit", unit},
+                {"stamp", noted.stamp},
+                {"night", noted.result.night},
+                {"report_hash", report_hash},
+                {"run", fs::absolute(folder).lexically_normal().lexically_proximate(home).string()},
+                {"files", files},
+                {"report", report_json_compact(noted.result.report)}}) +
+        "\n";
+    const fs::path file = entry_file(unit);
+    OutputFolder(file.parent_path())
+        .write(file.filename(), std::string(kMagic) + content_hash(body) + "\n" + body);
+  }
+}
+
+FolderListing list_results(const fs::path& folder) {
+  FolderListing files;
+  std::error_code none;
+  for (const char* name : kResultFolders) {
+    for (fs::recursive_directory_iterator each(folder / name, none), end; !none && each != end;
+         each.increment(none)) {
+      struct stat facts = {};
+      if (::lstat(each->path().c_str(), &facts) == 0 && S_ISREG(facts.st_mode))
+        files[each->path().lexically_relative(folder).string()] = {
+            static_cast<std::int64_t>(facts.st_ino), facts.st_mtim.tv_sec, facts.st_mtim.tv_nsec};
+    }
+    none.clear();
+  }
+  return files;
+}
+
+std::map<std::string, std::string> files_made(const FolderListing& before,
+                                              const FolderListing& after) {
+  std::map<std::string, std::string> made;
+  for (const auto& [name, entry] : after) {
+    const auto old = before.find(name);
+    if (old == before.end() || old->second != entry) made[name] = "";
+  }
+  return made;
+}
+
+}  // namespace backbend::validate
