@@ -7,7 +7,8 @@ namespace backbend::render {
 void round_half_layers(Frame& frame) {
   for (Layer& layer : frame.layers) {
     if (!layer.half) continue;
-    for (float& value : layer.data) value = static_cast<float>(half(value));
+    for (float& value : layer.data)
+      if (value != 0.0f) value = static_cast<float>(half(value));  // zeros are most of a picture
   }
 }
 

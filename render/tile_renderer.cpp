@@ -246,6 +246,15 @@ void TileRenderer::Impl::shade_ambient(const FrameJob& job) {
 void TileRenderer::Impl::shade_surface(const FrameJob& job) {
   const Background behind = background_of(*job.settings);
   for (std::size_t first = 0; first < batch.count; first += 8) {
+    if (bits_of(batch.hits.packet(first) >= 0) == 0) {
+      for (std::size_t to = first; to < first + 8; ++to) {
+        batch.region[to] = -1;
+        batch.red[to] = behind.color.x, batch.green[to] = behind.color.y;
+        batch.blue[to] = behind.color.z;
+        batch.alpha[to] = behind.alpha;
+      }
+      continue;
+    }
     const Surface8 surface = meet(job, first);
     const Vec8 out = -normalize(batch.direction(first));
     for (unsigned lane = 0; lane < 8; ++lane) {
@@ -392,10 +401,14 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
   const Settings& settings = *job.settings;
   tile.size = job.tile_size;
   tile.pixel_count = static_cast<std::size_t>(tile.size) * static_cast<std::size_t>(tile.size);
+  tile.find_pose(job, x0, y0);
+  // The pass that image metrics read leaves what is empty as the layers were made.
+  if (settings.mode == Mode::primary && through_centers(settings) && job.at.sample_count < 0 &&
+      std::ranges::find(tile.may_hit, 1) == tile.may_hit.end())
+    return;
   tile.sums.clear(tile.pixel_count, job.region_id.size());
   tile.batch.count = 0;
   if (!through_centers(settings) || settings.mode == Mode::ao) tile.place_pixels(job, x0, y0);
-  tile.find_pose(job, x0, y0);
   PathContext context{job.scene, job.projection, job.studio, job.sampler, tile.pixels.data()};
   context.surfacing = settings.mode == Mode::beauty      ? Surfacing::materials
                       : settings.mode == Mode::wireframe ? Surfacing::wireframe

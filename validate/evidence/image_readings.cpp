@@ -168,6 +168,7 @@ std::vector<float> whole_regions(const PoseViews& views, const render::Frame& fr
   std::vector<float> out(region.pixel_count(), 0.0f);
   for (int y = 0; y < frame.height; ++y)
     for (int x = 0; x < frame.width; ++x) {
+      if (region.at(x, y, 0) == 0.0f) continue;  // most of the picture is no figure
       bool whole = true;
       for (int v = std::max(0, y - 1); v <= std::min(frame.height - 1, y + 1); ++v)
         for (int u = std::max(0, x - 1); u <= std::min(frame.width - 1, x + 1); ++u)
@@ -185,11 +186,13 @@ std::vector<float> seen_before(const PoseViews& views, const render::Frame& befo
   std::vector<float> out = whole_regions(views, now);
   for (int y = 0; y < now.height; ++y)
     for (int x = 0; x < now.width; ++x) {
+      float& shown = out[static_cast<std::size_t>(y) * now.width + x];
+      if (shown == 0.0f) continue;
       const auto u = static_cast<int>(std::lround(x - now_moved.at(x, y, 0)));
       const auto v = static_cast<int>(std::lround(y - now_moved.at(x, y, 1)));
       const bool seen = u >= 0 && v >= 0 && u < now.width && v < now.height &&
                         same_spot(rest, x, y, rest_before, u, v, near_at_rest(views));
-      if (!seen) out[static_cast<std::size_t>(y) * now.width + x] = 0.0f;
+      if (!seen) shown = 0.0f;
     }
   return out;
 }
@@ -309,10 +312,13 @@ ImageReading arm_shift(const PoseViews& posed, const PoseViews& carried) {
 }
 
 ImageReading outline_shift(const PoseViews& a, const PoseViews& b) {
-  return largest(a, [&](std::size_t i, double& pixels) {
-    pixels = turned_pixels(a.view[i].frame, b.view[i].frame);
+  ImageReading out = largest(a, [&](std::size_t i, double&) {
     return outline_distance(figure(a.view[i].frame), figure(b.view[i].frame)).most;
   });
+  for (std::size_t i = 0; i < a.view.size(); ++i)
+    if (a.view[i].camera == out.camera)
+      out.pixels = turned_pixels(a.view[i].frame, b.view[i].frame);
+  return out;
 }
 
 std::vector<double> pop_scores(std::span<const double> change) {

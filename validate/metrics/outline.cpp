@@ -61,6 +61,32 @@ Mask outline(const Mask& mask) {
   return out;
 }
 
+/// The part of a picture that holds all that is inside of two masks.
+struct Part {
+  int left = 0, top = 0, right = 0, bottom = 0;  // the last two are outside of it
+
+  Part(const Mask& a, const Mask& b) : left(a.width), top(a.height) {
+    for (int y = 0; y < a.height; ++y)
+      for (int x = 0; x < a.width; ++x) {
+        const std::size_t i = static_cast<std::size_t>(y) * a.width + x;
+        if (!(a.inside[i] | b.inside[i])) continue;
+        left = std::min(left, x);
+        right = std::max(right, x + 1);
+        top = std::min(top, y);
+        bottom = std::max(bottom, y + 1);
+      }
+  }
+  Mask of(const Mask& mask) const {
+    Mask out{right - left, bottom - top, {}};
+    out.inside.reserve(static_cast<std::size_t>(out.width) * out.height);
+    for (int y = top; y < bottom; ++y) {
+      const auto row = mask.inside.begin() + static_cast<std::ptrdiff_t>(y) * mask.width;
+      out.inside.insert(out.inside.end(), row + left, row + right);
+    }
+    return out;
+  }
+};
+
 /// The value that 95 of 100 do not exceed.
 double most_of(std::vector<double>& values) {
   const double rank = std::ceil(0.95 * static_cast<double>(values.size()));
@@ -120,11 +146,15 @@ std::vector<double> squared_distance(const Mask& mask) {
 OutlineDistance outline_distance(const Mask& a, const Mask& b) {
   if (a.width != b.width || a.height != b.height) throw ImageError("masks of different sizes");
   OutlineDistance out;
-  const Mask outlines[2] = {outline(a), outline(b)};
-  if (outlines[0].count() == 0 || outlines[1].count() == 0) {
+  const Mask whole[2] = {outline(a), outline(b)};
+  if (whole[0].count() == 0 || whole[1].count() == 0) {
     out.largest = out.most = std::numeric_limits<double>::quiet_NaN();
     return out;
   }
+  // Both outlines lie in the part, so no distance between them is another there; all are square
+  // roots of whole numbers, found exactly.
+  const Part part(whole[0], whole[1]);
+  const Mask outlines[2] = {part.of(whole[0]), part.of(whole[1])};
   for (int side = 0; side < 2; ++side) {
     const std::vector<double> distance = squared_distance(outlines[1 - side]);
     std::vector<double> values;
@@ -133,9 +163,10 @@ OutlineDistance outline_distance(const Mask& a, const Mask& b) {
       const double d = std::sqrt(distance[i]);
       values.push_back(d);
       if (d > out.largest || out.x < 0) {
+        const auto width = static_cast<std::size_t>(outlines[side].width);
         out.largest = d;
-        out.x = static_cast<int>(i % static_cast<std::size_t>(a.width));
-        out.y = static_cast<int>(i / static_cast<std::size_t>(a.width));
+        out.x = part.left + static_cast<int>(i % width);
+        out.y = part.top + static_cast<int>(i / width);
       }
     }
     out.most = std::max(out.most, most_of(values));

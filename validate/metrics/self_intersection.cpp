@@ -1,5 +1,7 @@
 #include "validate/metrics/self_intersection.h"
 
+#include <immintrin.h>
+
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -129,13 +131,18 @@ bool meet(const Point (&a)[3], const Point (&b)[3]) {
   return false;
 }
 
+/// Corners of a box; the fourth lane is 0 in both.
 struct Box {
-  glm::vec3 low{0.0f}, high{0.0f};
+  __m128 low, high;
+
+  void add(const Box& other) {
+    low = _mm_min_ps(low, other.low);
+    high = _mm_max_ps(high, other.high);
+  }
 };
 
 bool overlap(const Box& a, const Box& b) {
-  return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y &&
-         a.low.z <= b.high.z && b.low.z <= a.high.z;
+  return _mm_movemask_ps(_mm_or_ps(_mm_cmpgt_ps(a.low, b.high), _mm_cmpgt_ps(b.low, a.high))) == 0;
 }
 
 float largest_of(std::span<const glm::vec3> position) {
@@ -162,32 +169,35 @@ bool triangles_meet(const glm::vec3 (&a)[3], const glm::vec3 (&b)[3]) {
 /// One pose: boxes of every node, and the walk over pairs of nodes.
 struct SelfIntersection::Search {
   const SelfIntersection& mesh;
-  std::vector<Point> point;       // per vertex
+  std::span<const glm::vec3> position;
+  Lattice lattice;
   std::vector<Box> box;           // per node
   std::vector<Box> triangle_box;  // per entry of order_
   std::vector<Pair> found;
 
-  Search(const SelfIntersection& of, std::span<const glm::vec3> position) : mesh(of) {
-    const Lattice lattice(largest_of(position));
-    point.reserve(position.size());
-    for (const glm::vec3& p : position) point.push_back(lattice(p));
-    for (const std::uint32_t t : mesh.order_) {
-      const glm::uvec3& corner = mesh.triangle_[t];
-      const glm::vec3 &a = position[corner.x], &b = position[corner.y], &c = position[corner.z];
-      triangle_box.push_back({glm::min(a, glm::min(b, c)), glm::max(a, glm::max(b, c))});
+  Search(const SelfIntersection& of, std::span<const glm::vec3> at)
+      : mesh(of), position(at), lattice(largest_of(at)) {
+    std::vector<Box> point(position.size());
+    for (std::size_t v = 0; v < point.size(); ++v)
+      point[v].low = point[v].high = _mm_setr_ps(position[v].x, position[v].y, position[v].z, 0.0f);
+    triangle_box.resize(mesh.order_.size());
+    for (std::size_t i = 0; i < triangle_box.size(); ++i) {
+      const glm::uvec3& corner = mesh.triangle_[mesh.order_[i]];
+      Box around = point[corner.x];
+      around.add(point[corner.y]);
+      around.add(point[corner.z]);
+      triangle_box[i] = around;
     }
     box.resize(mesh.node_.size());
     for (std::size_t n = box.size(); n-- > 0;) {  // children stand after their parents
       const Node& node = mesh.node_[n];
       if (node.right == 0) {
         box[n] = triangle_box[node.first];
-        for (std::uint32_t i = node.first + 1; i < node.first + node.count; ++i) {
-          box[n].low = glm::min(box[n].low, triangle_box[i].low);
-          box[n].high = glm::max(box[n].high, triangle_box[i].high);
-        }
+        for (std::uint32_t i = node.first + 1; i < node.first + node.count; ++i)
+          box[n].add(triangle_box[i]);
       } else {
-        box[n].low = glm::min(box[n + 1].low, box[node.right].low);
-        box[n].high = glm::max(box[n + 1].high, box[node.right].high);
+        box[n] = box[n + 1];
+        box[n].add(box[node.right]);
       }
     }
   }
@@ -198,9 +208,13 @@ struct SelfIntersection::Search {
     if (a > b) std::swap(a, b);
     if (mesh.group_[a] >= 0 && mesh.group_[a] == mesh.group_[b]) return;
     if (share_a_place(mesh.places_[a], mesh.places_[b])) return;
-    const glm::uvec3 &s = mesh.triangle_[a], &t = mesh.triangle_[b];
-    if (meet({point[s.x], point[s.y], point[s.z]}, {point[t.x], point[t.y], point[t.z]}))
-      found.push_back({a, b});
+    const auto corners = [&](std::uint32_t t, Point(&out)[3]) {
+      for (int c = 0; c < 3; ++c) out[c] = lattice(position[mesh.triangle_[t][c]]);
+    };
+    Point s[3], t[3];
+    corners(a, s);
+    corners(b, t);
+    if (meet(s, t)) found.push_back({a, b});
   }
 
   void inside(std::uint32_t n) {
@@ -220,8 +234,10 @@ struct SelfIntersection::Search {
     const Node &p = mesh.node_[a], &q = mesh.node_[b];
     if ((p.group >= 0 && p.group == q.group) || !overlap(box[a], box[b])) return;
     if (p.right == 0 && q.right == 0) {
-      for (std::uint32_t i = p.first; i < p.first + p.count; ++i)
+      for (std::uint32_t i = p.first; i < p.first + p.count; ++i) {
+        if (!overlap(triangle_box[i], box[b])) continue;
         for (std::uint32_t j = q.first; j < q.first + q.count; ++j) test(i, j);
+      }
     } else if (q.right == 0 || (p.right != 0 && p.count >= q.count)) {
       across(a + 1, b);
       across(p.right, b);
