@@ -1,4 +1,5 @@
 #include <fcntl.h>
+#include <malloc.h>
 #include <oneapi/tbb/global_control.h>
 #include <unistd.h>
 
@@ -34,6 +35,15 @@ void fill_standard_streams() {
     number = ::open("/dev/null", O_RDWR);
   } while (number >= 0 && number <= STDERR_FILENO);
   if (number >= 0) ::close(number);
+}
+
+/// Layers of pictures come and go by the thousand. By default the C library gives them back to the
+/// system each time, and every page of the next is made and cleared anew: a quarter of the time of
+/// small pictures.
+void keep_memory() {
+  constexpr int kMegabyte = 1 << 20;
+  ::mallopt(M_MMAP_THRESHOLD, 32 * kMegabyte);
+  ::mallopt(M_TRIM_THRESHOLD, 256 * kMegabyte);
 }
 
 int complain(const std::string& line, ExitCode code) {
@@ -153,6 +163,7 @@ int main(int argument_count, char** arguments) {
     return complain("this machine has no AVX2 and FMA, which the program needs", kExitInternal);
   }
   fill_standard_streams();
+  keep_memory();
   watch_signals();
 
   Program program;

@@ -23,6 +23,7 @@ render::Settings primary_settings() {
   settings.mode = render::Mode::primary;
   settings.ground = false;
   settings.rest_and_motion = true;
+  settings.threads = 1;  // poses go side by side
   return settings;
 }
 

@@ -46,7 +46,11 @@ render::Settings scrubber_frame(render::Settings still) {
 render::Facing facing_of(const skin::Anatomy& anatomy) { return {anatomy.up, anatomy.forward}; }
 
 Photographer::Photographer(const Stage& stage, const render::Bounds& box)
-    : stage_(stage), box_(box), facing_(facing_of(stage.anatomy())), scene_(stage.topology()) {}
+    : Photographer(stage, box, stage.topology()) {}
+
+Photographer::Photographer(const Stage& stage, const render::Bounds& box,
+                           std::shared_ptr<const render::MeshTopology> topology)
+    : stage_(stage), box_(box), facing_(facing_of(stage.anatomy())), scene_(std::move(topology)) {}
 
 void Photographer::pose(const PosedCharacter& posed, std::span<const float> heat,
                         const PosedCharacter* previous,

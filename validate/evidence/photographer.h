@@ -29,6 +29,9 @@ class Photographer {
  public:
   /// `box` holds every pose that is to be compared.
   Photographer(const Stage& stage, const render::Bounds& box);
+  /// The same with the stage's topology, which several share.
+  Photographer(const Stage& stage, const render::Bounds& box,
+               std::shared_ptr<const render::MeshTopology> topology);
 
   /// What the next pictures show. `posed` and `heat` (one value per vertex, or empty) must outlive
   /// them; `previous` (or null) is the pose before, for the motion layer; `controllers` are drawn

@@ -1,5 +1,8 @@
 #include "validate/run/image_pass.h"
 
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -94,39 +97,70 @@ ImageWitness witness_of(const ImageReading& reading, std::string metric, double 
 
 }  // namespace
 
+/// One of the pass's photographers, for as long as a task needs it.
+class ImagePass::Camera {
+ public:
+  explicit Camera(ImagePass& pass) : pass_(pass) {
+    {
+      const std::lock_guard lock(pass_.cameras_mutex_);
+      if (!pass_.cameras_.empty()) {
+        photographer_ = std::move(pass_.cameras_.back());
+        pass_.cameras_.pop_back();
+      }
+    }
+    if (!photographer_)
+      photographer_ = std::make_unique<Photographer>(pass_.stage_, pass_.box_, pass_.topology_);
+  }
+  ~Camera() {
+    const std::lock_guard lock(pass_.cameras_mutex_);
+    pass_.cameras_.push_back(std::move(photographer_));
+  }
+  Camera(const Camera&) = delete;
+  Camera& operator=(const Camera&) = delete;
+
+  Photographer& operator*() const { return *photographer_; }
+
+ private:
+  ImagePass& pass_;
+  std::unique_ptr<Photographer> photographer_;
+};
+
 ImagePass::ImagePass(const Stage& stage, const render::Bounds& box, std::string character,
                      Ledger& ledger)
-    : stage_(stage), photographer_(stage, box), character_(std::move(character)), ledger_(ledger) {}
+    : stage_(stage),
+      box_(box),
+      topology_(stage.topology()),
+      character_(std::move(character)),
+      ledger_(ledger) {}
 
-PoseViews ImagePass::views(const RigRecord& rig, const PoseDegrees& pose) {
-  return take_views(photographer_,
-                    stage_.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping)));
+PoseViews ImagePass::views(Photographer& camera, const RigRecord& rig,
+                           const PoseDegrees& pose) const {
+  return take_views(camera, stage_.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping)));
 }
 
-ImageWitness ImagePass::witness_flip(const RigRecord& rig, const SweepRecord& sweep,
-                                     const Finding& finding) {
+ImageWitness ImagePass::witness_flip(Photographer& camera, const RigRecord& rig,
+                                     const SweepRecord& sweep, const Finding& finding) const {
   const auto posed = [&](const char* side) {
     const PoseDegrees pose = sweep.sweep.pose_at(finding.geometry.at(side));
     return stage_.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
   };
   const PosedCharacter before = posed("before_deg"), after = posed("after_deg");
   ImageWitness witness =
-      witness_of(motion(take_views(photographer_, after, &before)), "motion_px", kVisibleMotionPx);
+      witness_of(motion(take_views(camera, after, &before)), "motion_px", kVisibleMotionPx);
   witness.note = "between the frames on both sides of the flip, which a continuous rig shows alike";
   return witness;
 }
 
 std::optional<PosedCharacter> ImagePass::with_proxy_weights(const RigRecord& rig,
                                                             const PoseDegrees& pose) {
-  if (!proxy_made_) {
-    proxy_made_ = true;
+  std::call_once(proxy_made_, [&] {
     const auto weights =
         proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
     if (weights) {
       proxy_ = stage_.character();
       proxy_->influences = *weights;
     }
-  }
+  });
   if (!proxy_) return std::nullopt;
   PosedCharacter posed = stage_.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
   posed.mesh = skin::skin(*proxy_, posed.world_from_node, skin::SkinningMethod::linear);
@@ -135,8 +169,8 @@ std::optional<PosedCharacter> ImagePass::with_proxy_weights(const RigRecord& rig
 
 /// Against the ideal bend of the pose; where the rig is that bend itself, against clean weights,
 /// which is what such a finding is about. Never against itself.
-ImageWitness ImagePass::witness_kink(const RigRecord& rig, const PoseDegrees& pose,
-                                     const Finding& finding) {
+ImageWitness ImagePass::witness_kink(Photographer& camera, const RigRecord& rig,
+                                     const PoseDegrees& pose, const Finding& finding) {
   ImageWitness none;
   if (pose.hip != 0.0) {
     none.note =
@@ -158,8 +192,8 @@ ImageWitness ImagePass::witness_kink(const RigRecord& rig, const PoseDegrees& po
         "not applicable: the rig is the ideal bend itself, and no cleaner weights are known";
     return none;
   }
-  const PoseViews here = views(rig, pose);
-  const PoseViews there = take_views(photographer_, *clean);
+  const PoseViews here = views(camera, rig, pose);
+  const PoseViews there = take_views(camera, *clean);
   // A bend shows from the side; a side bend or a twist in whichever camera sees it best.
   const double bend = std::max(pose.extension, pose.flexion);
   const bool sagittal = bend > std::max(std::abs(pose.side), std::abs(pose.twist));
@@ -170,17 +204,17 @@ ImageWitness ImagePass::witness_kink(const RigRecord& rig, const PoseDegrees& po
   return witness;
 }
 
-ImageWitness ImagePass::witness_arms(const RigRecord& rig, const PoseDegrees& pose) {
+ImageWitness ImagePass::witness_arms(Photographer& camera, const RigRecord& rig,
+                                     const PoseDegrees& pose) const {
   const solver::SpinePose posed = rig.system->solve(controls_at(*rig.system, pose, rig.mapping));
   if (moves_alike(posed.arms, posed.chest)) {
     ImageWitness none;
     none.note = "not applicable: the rig carries the arms with the chest exactly";
     return none;
   }
-  const PoseViews here =
-      take_views(photographer_, pose_with_arms(stage_, *rig.system, posed, posed.arms));
+  const PoseViews here = take_views(camera, pose_with_arms(stage_, *rig.system, posed, posed.arms));
   const PoseViews there =
-      take_views(photographer_, pose_with_arms(stage_, *rig.system, posed, posed.chest));
+      take_views(camera, pose_with_arms(stage_, *rig.system, posed, posed.chest));
   ImageWitness witness = witness_of(arm_shift(here, there), "arm_shift_px", kVisibleArmPx);
   witness.note = witness.measured
                      ? "centre or 95 % outline distance of an arm's matte, carried by the rig's "
@@ -189,24 +223,25 @@ ImageWitness ImagePass::witness_arms(const RigRecord& rig, const PoseDegrees& po
   return witness;
 }
 
-ImageWitness ImagePass::witness_slices(const RigRecord& rig, const PoseDegrees& pose) {
+ImageWitness ImagePass::witness_slices(Photographer& camera, const RigRecord& rig,
+                                       const PoseDegrees& pose) const {
   const std::vector<double> control = controls_at(*rig.system, pose, rig.mapping);
-  const PoseViews here = take_views(photographer_, stage_.pose(*rig.system, control));
-  const PoseViews there = take_views(
-      photographer_, stage_.pose(*rig.system, control, skin::SkinningMethod::dual_quaternion));
+  const PoseViews here = take_views(camera, stage_.pose(*rig.system, control));
+  const PoseViews there =
+      take_views(camera, stage_.pose(*rig.system, control, skin::SkinningMethod::dual_quaternion));
   ImageWitness witness = witness_of(narrowing(here, there), "narrowing_percent", kVisibleNarrowing);
   witness.note = "how much narrower the torso is than with dual quaternions on the same spine";
   return witness;
 }
 
-ImageWitness ImagePass::witness(const RigRecord& rig, const SweepRecord& sweep,
-                                const Finding& finding) {
+ImageWitness ImagePass::witness(Photographer& camera, const RigRecord& rig,
+                                const SweepRecord& sweep, const Finding& finding) {
   const std::string& code = finding.code;
-  if (code == "BB001") return witness_flip(rig, sweep, finding);
+  if (code == "BB001") return witness_flip(camera, rig, sweep, finding);
   const PoseDegrees pose = sweep.sweep.pose_at(finding.control_deg);
-  if (code == "BB010" || code == "BB011") return witness_kink(rig, pose, finding);
-  if (code == "BB020" || code == "BB021" || code == "BB022") return witness_arms(rig, pose);
-  if (code == "BB030") return witness_slices(rig, pose);
+  if (code == "BB010" || code == "BB011") return witness_kink(camera, rig, pose, finding);
+  if (code == "BB020" || code == "BB021" || code == "BB022") return witness_arms(camera, rig, pose);
+  if (code == "BB030") return witness_slices(camera, rig, pose);
   ImageWitness none;
   none.note = "no picture metric looks at this";
   return none;
@@ -221,9 +256,9 @@ void ImagePass::add_usual_step(const SweepRecord& sweep, Finding& finding) const
       "; a whole step of the sweep changes " + number_text(usual, 2) + " deg at the median";
 }
 
-ImageSteps ImagePass::steps_between(const RigRecord& rig, const SweepRecord& sweep,
-                                    std::size_t first, std::size_t count,
-                                    std::optional<Look>& before, Progress& progress) {
+ImageSteps ImagePass::steps_between(Photographer& camera, const RigRecord& rig,
+                                    const SweepRecord& sweep, std::size_t first, std::size_t count,
+                                    std::optional<Look>& before, Progress& progress) const {
   const auto posed = [&](std::size_t p) {
     return stage_.pose(*rig.system, sweep.poses[p].control);
   };
@@ -234,13 +269,13 @@ ImageSteps ImagePass::steps_between(const RigRecord& rig, const SweepRecord& swe
     std::optional<PosedCharacter> earlier;
     if (first > 1) earlier = posed(first - 2);
     before.emplace(posed(first - 1));
-    before->views = take_views(photographer_, before->posed, earlier ? &*earlier : nullptr);
+    before->views = take_views(camera, before->posed, earlier ? &*earlier : nullptr);
   }
   ImageSteps steps;
   for (std::size_t p = first; p < first + count; ++p) {
     poll_interrupt();
     Look now(posed(p));
-    now.views = take_views(photographer_, now.posed, before ? &before->posed : nullptr);
+    now.views = take_views(camera, now.posed, before ? &before->posed : nullptr);
     steps.change.push_back(before ? seen(normal_change(before->views, now.views)) : 0.0);
     steps.step.push_back(before ? seen(outline_shift(before->views, now.views)) : 0.0);
     steps.pop.push_back(p > 1 ? seen(motion_change(before->views, now.views)) : 0.0);
@@ -250,59 +285,117 @@ ImageSteps ImagePass::steps_between(const RigRecord& rig, const SweepRecord& swe
   return steps;
 }
 
-void ImagePass::look_at_sweep(const RigRecord& rig, const SweepRecord& sweep, Progress& progress) {
-  std::vector<double>& change = series_[sweep.sweep.name]["image_change"];
-  std::vector<double>& step = series_[sweep.sweep.name]["silhouette_step"];
-  std::vector<double>& pop = series_[sweep.sweep.name]["motion_change"];
+std::vector<ImagePass::Unit> ImagePass::units_of(const RigRecord& rig) {
+  std::vector<Unit> units;
+  for (const SweepRecord& sweep : rig.sweeps) {
+    if (!sweep.sweep.watched) continue;
+    for (std::size_t first = 0; first < sweep.poses.size(); first += kPosesOfUnit) {
+      Unit unit;
+      unit.sweep = &sweep;
+      unit.first = first;
+      unit.count = std::min(kPosesOfUnit, sweep.poses.size() - first);
+      unit.name = unit_name("image", character_, rig, sweep.sweep.name, first);
+      unit.own = ledger_.makes(item_++);
+      units.push_back(std::move(unit));
+    }
+  }
+  return units;
+}
+
+/// Units that follow each other. What the pose before one shows is known where that was looked at
+/// just now, and looked at once more where it was not.
+void ImagePass::look_at_units(const RigRecord& rig, std::span<Unit> units, Progress& progress) {
+  std::optional<Camera> camera;
   std::optional<Look> before;  // at the pose before the next unit
-  for (std::size_t first = 0; first < sweep.poses.size(); first += kPosesOfUnit) {
-    const std::size_t count = std::min(kPosesOfUnit, sweep.poses.size() - first);
-    const std::string unit = unit_name("image", character_, rig, sweep.sweep.name, first);
-    const bool own = ledger_.makes(item_++);
-    ImageSteps steps;
-    if (const auto found = ledger_.find(unit)) {
-      steps = unpack_steps(*found);
+  for (Unit& unit : units) {
+    if (unit.first == 0) before.reset();
+    if (const auto found = ledger_.find(unit.name)) {
+      unit.steps = unpack_steps(*found);
       before.reset();
-      progress.step(count);
-    } else if (own) {
-      steps = steps_between(rig, sweep, first, count, before, progress);
-      ledger_.keep(unit, pack_steps(steps));
+      progress.step(unit.count);
+    } else if (unit.own) {
+      if (!camera) camera.emplace(*this);
+      unit.steps =
+          steps_between(**camera, rig, *unit.sweep, unit.first, unit.count, before, progress);
+      ledger_.keep(unit.name, pack_steps(unit.steps));
     } else {
-      if (ledger_.assembles()) ledger_.miss(unit);
+      if (ledger_.assembles()) ledger_.miss(unit.name);
       before.reset();
     }
-    change.insert(change.end(), steps.change.begin(), steps.change.end());
-    step.insert(step.end(), steps.step.begin(), steps.step.end());
-    pop.insert(pop.end(), steps.pop.begin(), steps.pop.end());
+  }
+}
+
+void ImagePass::find_witness(const RigRecord& rig, const SweepRecord& sweep, std::size_t number,
+                             Finding& finding) {
+  poll_interrupt();
+  // Every shard needs the witnesses: pictures are taken by the camera that sees most.
+  const std::string unit = unit_name("witness", character_, rig, sweep.sweep.name, number);
+  if (const auto found = ledger_.find(unit)) {
+    finding.image = unpack_witness(*found);
+  } else if (ledger_.mode() == Ledger::Mode::merge) {
+    ledger_.miss(unit);
+  } else {
+    const Camera camera(*this);
+    finding.image = witness(*camera, rig, sweep, finding);
+    ledger_.keep(unit, pack_witness(finding.image));
   }
 }
 
 void ImagePass::look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress) {
+  // Tasks of others wait meanwhile: a thread that waits for a part of its picture must not start
+  // another one within it.
+  const auto for_each = [](std::size_t count, const auto& work) {
+    oneapi::tbb::parallel_for(
+        std::size_t{0}, count,
+        [&](std::size_t i) { oneapi::tbb::this_task_arena::isolate([&] { work(i); }); },
+        oneapi::tbb::simple_partitioner());
+  };
+  std::vector<Unit> units = units_of(rig);
+  // Few tasks look at few poses twice; several for each thread keep all of them at work.
+  constexpr std::size_t kTasksOfThread = 3;
+  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
+  const std::size_t of_task =
+      threads == 1 ? units.size()
+                   : std::max<std::size_t>(1, units.size() / (threads * kTasksOfThread));
+  const std::size_t tasks = of_task == 0 ? 0 : (units.size() + of_task - 1) / of_task;
+  for_each(tasks, [&](std::size_t task) {
+    const std::size_t first = task * of_task;
+    look_at_units(rig, std::span(units).subspan(first, std::min(of_task, units.size() - first)),
+                  progress);
+  });
   series_.clear();
+  for (const Unit& unit : units) {
+    auto& series = series_[unit.sweep->sweep.name];
+    const auto add = [&](const char* name, const std::vector<double>& values) {
+      series[name].insert(series[name].end(), values.begin(), values.end());
+    };
+    add("image_change", unit.steps.change);
+    add("silhouette_step", unit.steps.step);
+    add("motion_change", unit.steps.pop);
+  }
+
+  struct Question {
+    const SweepRecord* sweep;
+    std::size_t finding;
+  };
+  std::vector<Question> questions;
   const std::vector<bool> shown = worst_of_each_code(findings);
   for (const SweepRecord& sweep : rig.sweeps) {
-    if (sweep.sweep.watched) look_at_sweep(rig, sweep, progress);
     for (std::size_t i = 0; i < findings.size(); ++i) {
-      Finding& finding = findings[i];
-      if (finding.sweep != sweep.sweep.name) continue;
-      if (!shown[i]) {
-        finding.image.note = "not looked at: worse ones of this check were";
-        continue;
-      }
-      poll_interrupt();
-      // Every shard needs the witnesses: pictures are taken by the camera that sees most.
-      const std::string unit = unit_name("witness", character_, rig, sweep.sweep.name, i);
-      if (const auto found = ledger_.find(unit)) {
-        finding.image = unpack_witness(*found);
-      } else if (ledger_.mode() == Ledger::Mode::merge) {
-        ledger_.miss(unit);
-      } else {
-        finding.image = witness(rig, sweep, finding);
-        ledger_.keep(unit, pack_witness(finding.image));
-      }
-      if (finding.code == "BB001") add_usual_step(sweep, finding);
+      if (findings[i].sweep != sweep.sweep.name) continue;
+      if (shown[i])
+        questions.push_back({&sweep, i});
+      else
+        findings[i].image.note = "not looked at: worse ones of this check were";
     }
   }
+  for_each(questions.size(), [&](std::size_t q) {
+    const Question& question = questions[q];
+    find_witness(rig, *question.sweep, question.finding, findings[question.finding]);
+  });
+  for (const Question& question : questions)
+    if (findings[question.finding].code == "BB001")
+      add_usual_step(*question.sweep, findings[question.finding]);
 }
 
 std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,

@@ -1,5 +1,7 @@
 #pragma once
 #include <map>
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,25 +45,48 @@ class ImagePass {
     PosedCharacter posed;
     PoseViews views;
   };
-  PoseViews views(const RigRecord& rig, const PoseDegrees& pose);
-  void look_at_sweep(const RigRecord& rig, const SweepRecord& sweep, Progress& progress);
-  ImageSteps steps_between(const RigRecord& rig, const SweepRecord& sweep, std::size_t first,
-                           std::size_t count, std::optional<Look>& before, Progress& progress);
+  /// Poses of one sweep that follow each other, and what the ledger calls them.
+  struct Unit {
+    const SweepRecord* sweep = nullptr;
+    std::size_t first = 0, count = 0;
+    std::string name;
+    bool own = false;  // this process's to look at
+    ImageSteps steps;
+  };
+  /// Takes pictures for one task; other tasks have others.
+  class Camera;
+
+  std::vector<Unit> units_of(const RigRecord& rig);
+  void look_at_units(const RigRecord& rig, std::span<Unit> units, Progress& progress);
+  PoseViews views(Photographer& camera, const RigRecord& rig, const PoseDegrees& pose) const;
+  ImageSteps steps_between(Photographer& camera, const RigRecord& rig, const SweepRecord& sweep,
+                           std::size_t first, std::size_t count, std::optional<Look>& before,
+                           Progress& progress) const;
+  void find_witness(const RigRecord& rig, const SweepRecord& sweep, std::size_t number,
+                    Finding& finding);
   void add_usual_step(const SweepRecord& sweep, Finding& finding) const;
-  ImageWitness witness(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
-  ImageWitness witness_flip(const RigRecord& rig, const SweepRecord& sweep, const Finding& finding);
-  ImageWitness witness_kink(const RigRecord& rig, const PoseDegrees& pose, const Finding& finding);
+  ImageWitness witness(Photographer& camera, const RigRecord& rig, const SweepRecord& sweep,
+                       const Finding& finding);
+  ImageWitness witness_flip(Photographer& camera, const RigRecord& rig, const SweepRecord& sweep,
+                            const Finding& finding) const;
+  ImageWitness witness_kink(Photographer& camera, const RigRecord& rig, const PoseDegrees& pose,
+                            const Finding& finding);
   /// The pose with clean proxy weights; nothing where there can be none.
   std::optional<PosedCharacter> with_proxy_weights(const RigRecord& rig, const PoseDegrees& pose);
-  ImageWitness witness_arms(const RigRecord& rig, const PoseDegrees& pose);
-  ImageWitness witness_slices(const RigRecord& rig, const PoseDegrees& pose);
+  ImageWitness witness_arms(Photographer& camera, const RigRecord& rig,
+                            const PoseDegrees& pose) const;
+  ImageWitness witness_slices(Photographer& camera, const RigRecord& rig,
+                              const PoseDegrees& pose) const;
 
   const Stage& stage_;
-  Photographer photographer_;
+  render::Bounds box_;
+  std::shared_ptr<const render::MeshTopology> topology_;
+  std::mutex cameras_mutex_;
+  std::vector<std::unique_ptr<Photographer>> cameras_;  // those that no task uses, one a thread
   std::string character_;
   Ledger& ledger_;
   std::optional<skin::Character> proxy_;  // the character with clean proxy weights
-  bool proxy_made_ = false;
+  std::once_flag proxy_made_;
   std::size_t item_ = 0;  // units of work so far, the same in every shard
   std::map<std::string, std::map<std::string, std::vector<double>>> series_;  // by sweep, metric
 };
