@@ -1,11 +1,13 @@
 #include "validate/run/image_pass.h"
 
 #include <gtest/gtest.h>
+#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 #include <utility>
 
 #include "validate/calibrate/calibration_body.h"
+#include "validate/farm/measure_job.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {
@@ -44,6 +46,28 @@ TEST_F(LookingAtIsner, PicturesShowTheFlipsThatGeometryFoundAndNoOthers) {
   ASSERT_GE(findings_.size(), 2u);
   EXPECT_TRUE(look().empty());
   for (const Finding& flip : findings_) EXPECT_TRUE(flip.image.visible) << flip.detail;
+}
+
+TEST_F(LookingAtIsner, SeesTheSameWithAnyNumberOfThreads) {
+  ASSERT_GT(record_.sweeps[0].poses.size(), kPosesOfUnit);  // in several units, then
+  const auto seen_by = [&](int threads) {
+    ImagePass pass(body_->stage(), render::bounds_of(body_->stage().rest().position), "tube",
+                   ledger_);
+    std::vector<Finding> findings = findings_;
+    oneapi::tbb::task_arena(threads).execute([&] { pass.look(record_, findings, progress_); });
+    RigResult result;
+    result.sweeps.push_back({});
+    result.sweeps[0].sweep = "extension";
+    pass.add_series(result);
+    std::vector<double> values;
+    for (const auto& [name, series] : result.sweeps[0].metric)
+      values.insert(values.end(), series.begin(), series.end());
+    for (const Finding& finding : findings) values.push_back(finding.image.value);
+    return values;
+  };
+  const std::vector<double> one = seen_by(1);
+  ASSERT_EQ(one.size(), 3 * record_.sweeps[0].poses.size() + findings_.size());
+  EXPECT_EQ(seen_by(4), one);
 }
 
 TEST_F(LookingAtIsner, AJumpThatGeometryDeniesIsSeenAllTheSame) {
