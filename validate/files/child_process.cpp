@@ -1,8 +1,6 @@
 #include "validate/files/child_process.h"
 
-#include <fcntl.h>
 #include <poll.h>
-#include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -11,41 +9,12 @@
 #include <cerrno>
 #include <chrono>
 #include <csignal>
-#include <system_error>
 #include <thread>
 
-#include "validate/files/output_folder.h"
-
-extern char** environ;
+#include "validate/files/child_spawn.h"
 
 namespace backbend::validate {
 namespace {
-
-struct Pipe {
-  int read_end = -1, write_end = -1;
-  Pipe() {
-    std::array<int, 2> ends{};
-    if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-      throw ReadError("cannot make a pipe: " + std::generic_category().message(errno));
-    }
-    read_end = ends[0];
-    write_end = ends[1];
-  }
-  ~Pipe() {
-    close_read();
-    close_write();
-  }
-  Pipe(const Pipe&) = delete;
-  Pipe& operator=(const Pipe&) = delete;
-  void close_read() {
-    if (read_end >= 0) ::close(read_end);
-    read_end = -1;
-  }
-  void close_write() {
-    if (write_end >= 0) ::close(write_end);
-    write_end = -1;
-  }
-};
 
 std::string drain(int descriptor, std::size_t keep) {
   std::string text;
@@ -58,52 +27,6 @@ std::string drain(int descriptor, std::size_t keep) {
     if (keep != 0 && text.size() > keep) text.erase(0, text.size() - keep);
   }
   return text;
-}
-
-pid_t spawn(const std::vector<std::string>& argv, int input, int output, int complaints) {
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  const auto give = [&](int descriptor, int as) {
-    if (descriptor >= 0) {
-      posix_spawn_file_actions_adddup2(&actions, descriptor, as);
-    } else {
-      posix_spawn_file_actions_addopen(&actions, as, "/dev/null", as == 0 ? O_RDONLY : O_WRONLY, 0);
-    }
-  };
-  give(input, 0);
-  give(output, 1);
-  give(complaints, 2);
-
-  // A group of its own: Ctrl-C on our terminal is ours to handle, then the child sees its input
-  // end.
-  posix_spawnattr_t attributes;
-  posix_spawnattr_init(&attributes);
-  sigset_t defaults;
-  sigemptyset(&defaults);
-  sigaddset(&defaults, SIGPIPE);
-  posix_spawnattr_setsigdefault(&attributes, &defaults);
-  posix_spawnattr_setpgroup(&attributes, 0);
-  posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP | POSIX_SPAWN_SETSIGDEF);
-
-  std::vector<char*> words;
-  for (const std::string& word : argv) words.push_back(const_cast<char*>(word.c_str()));
-  words.push_back(nullptr);
-  pid_t child = -1;
-  const int error = ::posix_spawnp(&child, words[0], &actions, &attributes, words.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  posix_spawnattr_destroy(&attributes);
-  if (error != 0) {
-    throw ReadError(argv[0] + ": cannot be started: " + std::generic_category().message(error));
-  }
-  return child;
-}
-
-int wait_for(pid_t child) {
-  int status = 0;
-  while (::waitpid(child, &status, 0) < 0) {
-    if (errno != EINTR) return -1;
-  }
-  return WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
 }
 
 /// Writes all of it, or until the reader goes away: SIGPIPE is ignored by the program.
@@ -122,7 +45,7 @@ ChildResult run_child(
     const std::vector<std::string>& argv,
     const std::function<void(const std::function<void(std::span<const std::uint8_t>)>&)>& feed) {
   Pipe input, complaints;
-  const pid_t child = spawn(argv, input.read_end, -1, complaints.write_end);
+  const pid_t child = spawn_child(argv, input.read_end, -1, complaints.write_end);
   input.close_read();
   complaints.close_write();
 
@@ -142,7 +65,7 @@ ChildResult run_child(
   };
   const auto finish = [&] {
     input.close_write();
-    const int exit_code = wait_for(child);
+    const int exit_code = wait_for_child(child);
     listener.join();
     return exit_code;
   };
@@ -161,11 +84,11 @@ ChildResult run_child(
 
 CapturedChild capture_child(const std::vector<std::string>& argv) {
   Pipe output;
-  const pid_t child = spawn(argv, -1, output.write_end, -1);
+  const pid_t child = spawn_child(argv, -1, output.write_end, -1);
   output.close_write();
   CapturedChild result;
   result.output = drain(output.read_end, 0);
-  result.exit_code = wait_for(child);
+  result.exit_code = wait_for_child(child);
   return result;
 }
 
@@ -175,7 +98,7 @@ FilteredChild filter_child(const std::vector<std::string>& argv,
   using Clock = std::chrono::steady_clock;
   const auto deadline = Clock::now() + std::chrono::duration<double>(seconds);
   Pipe in, out, complaints;
-  const pid_t child = spawn(argv, in.read_end, out.write_end, complaints.write_end);
+  const pid_t child = spawn_child(argv, in.read_end, out.write_end, complaints.write_end);
   in.close_read();
   out.close_write();
   complaints.close_write();
@@ -220,7 +143,7 @@ FilteredChild filter_child(const std::vector<std::string>& argv,
     if (Clock::now() >= deadline) stop(result.too_long);
     std::this_thread::sleep_for(std::chrono::milliseconds(1));
   }
-  result.exit_code = wait_for(child);
+  result.exit_code = wait_for_child(child);
   feeder.join();
   listener.join();
   return result;
