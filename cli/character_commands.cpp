@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "cli/external_options.h"
 #include "cli/settings.h"
 #include "cli/sweep_named.h"
 #include "skin/body.h"
@@ -71,14 +72,17 @@ void add_bake(const Registry& registry) {
     std::string character, rig = "even", sweep = "extension", mapping = "chest", output;
     double frames_per_second = 24.0;
     skin::AnatomyHints hints;
+    ExternalOptions external;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "bake", "a rig's sweep as a skinned animation, .glb, that every viewer plays",
       [options, &common = registry.common] {
         ConfirmedCharacter confirmed = load_confirmed(options->character, options->hints);
-        const Stage stage(std::move(confirmed.character), confirmed.hints);
-        const auto system = stage.build(read_rig(options->rig).spec);
+        const Stage stage(
+            std::move(confirmed.character), confirmed.hints, DrivenChain::spine,
+            confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>());
+        const auto system = stage.build(options->external.read_rig(options->rig).spec);
         const Sweep sweep = sweep_named(options->sweep);
         skin::GlbAnimation animation;
         animation.name = options->rig + "_" + sweep.name;
@@ -101,10 +105,8 @@ void add_bake(const Registry& registry) {
       ->add_option("character", options->character,
                    "character file: .glb, .gltf, .fbx, .dae, or a body description .toml")
       ->required();
-  command
-      ->add_option("--rig", options->rig, "rig: a system (backbend list rigs) or a rig file [even]")
-      ->type_name(kRigType)
-      ->configurable();
+  command->add_option("--rig", options->rig, kRigHelp)->type_name(kRigType)->configurable();
+  options->external.add_to(command);
   command->add_option("--sweep", options->sweep, "sweep (backbend list sweeps) [extension]");
   command->add_option("--mapping", options->mapping, "chest or spread [chest]")
       ->check(CLI::IsMember({"chest", "spread"}))

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cstdio>
 
+#include "cli/external_options.h"
 #include "cli/nightly.h"
 #include "cli/settings.h"
 #include "skin/character.h"
@@ -8,6 +9,7 @@
 #include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/report_json.h"
+#include "validate/sweeps/external_spec.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {
@@ -20,6 +22,7 @@ enum class SideKind { rig, character, clip, run };
 
 struct Options : RunOptions {
   std::string first, second, character, rig = "even", mapping = "chest", sweeps = "stress";
+  ExternalOptions external;
   bool baked = false, dry_run = false;
 };
 
@@ -43,6 +46,7 @@ fs::path report_of(const fs::path& run) {
 
 /// What a name on the command line stands for: what is no file is a rig.
 SideKind kind_of(const std::string& text, bool baked) {
+  if (parse_external(text)) return SideKind::rig;
   const fs::path path(text);
   std::error_code none;
   if (fs::is_directory(path, none) || path.filename() == "report.json") return SideKind::run;
@@ -63,6 +67,7 @@ int compare_rigs(const Options& options, const Common& common) {
   Suite& suite = request.suite;
   suite.name = "compare";
   suite.rigs = {read_rig(options.first), read_rig(options.second), isner_canary()};
+  options.external.apply_to({&suite.rigs[0], &suite.rigs[1]});
   suite.rigs[1].role = Role::reference;
   if (suite.rigs[0].name == suite.rigs[1].name) suite.rigs[1].name += "_2";
   suite.title = suite.rigs[0].name + " against " + suite.rigs[1].name;
@@ -95,7 +100,7 @@ int compare_characters(const Options& options, const Common& common) {
   const auto [first, second] = side_labels(options.first, options.second);
   suite.title = second + " against " + first;
   suite.characters = {options.first, options.second};
-  suite.rigs = {read_rig(options.rig), isner_canary()};
+  suite.rigs = {options.external.read_rig(options.rig), isner_canary()};
   suite.mappings = {*find_mapping(options.mapping)};
   suite.pictures.sheet_columns = 0;
   suite.envelope = *find_envelope("human");
@@ -201,6 +206,7 @@ void add_compare(const Registry& registry) {
   command->add_option("--rig", options->rig, "rig that two characters are compared under [even]")
       ->type_name(kRigType)
       ->configurable();
+  options->external.add_to(command);
   command->add_flag(
       "--baked", options->baked,
       "compare the animations in two .glb, .gltf, .fbx or .dae files, not the bodies");

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "cli/commands.h"
+#include "cli/external_options.h"
 #include "cli/settings.h"
 #include "cli/sweep_named.h"
 #include "render/cameras.h"
@@ -51,6 +52,7 @@ struct PictureOptions {
   std::optional<double> noise;
   std::optional<bool> denoise;
   bool dry_run = false;
+  ExternalOptions external;
 
   const Preset& preset() const {
     return *std::find_if(std::begin(kPresets), std::end(kPresets),
@@ -62,9 +64,8 @@ struct PictureOptions {
         ->add_option("character", request.character,
                      "character file: .glb, .gltf, or a body description .toml")
         ->required();
-    command->add_option("--rig", rig, "rig: a system (backbend list rigs) or a rig file [even]")
-        ->type_name(kRigType)
-        ->configurable();
+    command->add_option("--rig", rig, kRigHelp)->type_name(kRigType)->configurable();
+    external.add_to(command);
     command->add_option("--pose", pose,
                         "channel=degrees, separated by commas: extension=90,side=10 [rest]");
     command
@@ -142,7 +143,7 @@ struct PictureOptions {
 
   RenderRequest finished() const {
     RenderRequest result = request;
-    result.rig = read_rig(rig);
+    result.rig = external.read_rig(rig);
     result.chain = driven_chain(chain, result.rig, result.hints);
     result.mapping = *find_mapping(mapping);
     try {

@@ -6,6 +6,7 @@
 #include <ctime>
 
 #include "cli/commands.h"
+#include "cli/external_options.h"
 #include "cli/nightly.h"
 #include "cli/settings.h"
 #include "cli/watch.h"
@@ -468,6 +469,7 @@ void add_check(const Registry& registry) {
     std::string character, rig = "even", mapping = "chest", envelope = kByKind, sweeps = "standard",
                            chain;
     BakedOptions baked;
+    ExternalOptions external;
     bool dry_run = false, watch = false, poll = false;
   };
   auto options = std::make_shared<Options>();
@@ -494,7 +496,7 @@ void add_check(const Registry& registry) {
         Suite& suite = request.suite;
         suite.name = "check";
         suite.characters = {options->character};
-        suite.rigs = {read_rig(options->rig), isner_canary()};
+        suite.rigs = {options->external.read_rig(options->rig), isner_canary()};
         suite.mappings = {*find_mapping(options->mapping)};
         suite.envelope_by_kind = options->envelope == kByKind;
         suite.envelope = *find_envelope(suite.envelope_by_kind ? "human" : options->envelope);
@@ -523,10 +525,7 @@ void add_check(const Registry& registry) {
                    "character file: .glb, .gltf, or a body description .toml")
       ->type_name(kFileType);
   add_baked_options(command, options->baked);
-  command
-      ->add_option("--rig", options->rig, "rig: a system (backbend list rigs) or a rig file [even]")
-      ->type_name(kRigType)
-      ->configurable();
+  command->add_option("--rig", options->rig, kRigHelp)->type_name(kRigType)->configurable();
   command
       ->add_option("--mapping", options->mapping,
                    "how a body pose reaches the controls: chest or spread [chest]")
@@ -538,6 +537,7 @@ void add_check(const Registry& registry) {
                    "creature, sweep, or auto for that of its kind of body [auto]")
       ->check(CLI::IsMember(envelope_choices()))
       ->configurable();
+  options->external.add_to(command);
   add_chain_option(command, options->chain);
   command->add_option("--sweeps", options->sweeps, "standard or stress [standard]")
       ->check(CLI::IsMember({"standard", "stress"}))

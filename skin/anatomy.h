@@ -90,7 +90,8 @@ class SpineDriver {
   ///   what the rig would have them follow, SpinePose::arms, is measured and not put on the mesh,
   ///   where it would tear the shoulders off the ribs;
   /// - everything else with its parent, and what hangs from none of these stays.
-  /// The system's own rest pose gives the rest matrices exactly.
+  /// The system's own rest pose gives the rest matrices exactly. A pose that brings its whole body
+  /// (SpinePose::body) stands as that says.
   std::vector<glm::dmat4> drive(const solver::SpineSystem& system,
                                 const solver::SpinePose& pose) const;
 

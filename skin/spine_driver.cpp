@@ -171,6 +171,8 @@ std::vector<bool> SpineDriver::static_nodes() const {
 
 std::vector<glm::dmat4> SpineDriver::drive(const solver::SpineSystem& system,
                                            const solver::SpinePose& pose) const {
+  if (pose.body && pose.body->world_from_node.size() == character_.nodes.size())
+    return pose.body->world_from_node;
   const ChainMotion chain(system, pose);
   std::vector<RigidMotion> motions(kChain + anatomy_.chest_index + 1);
   motions[kHip] = pose.hip;

@@ -1,6 +1,8 @@
 #pragma once
 #include <glm/gtc/quaternion.hpp>
+#include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,13 @@ struct Measure {
   double value = 0.0;
 };
 
+/// What a rig that moves more than its spine says of a pose: a studio's own, which knows where
+/// every joint of the character goes. World space of the character.
+struct WholeBody {
+  std::vector<glm::dmat4> world_from_node;  // of each node of the character's skeleton
+  std::vector<glm::vec3> surface;           // of each vertex of the character; empty: not known
+};
+
 /// A solved spine. Every array but `stretch` holds joint_count() entries, hips first (neck and
 /// snake: in the order of their source, see SpineSystem::joint_names()).
 ///
@@ -39,6 +48,8 @@ struct SpinePose {
   RigidMotion arms;                  // what the arm roots follow in this system
   std::vector<Measure> measures;     // in a fixed order for each system
   std::vector<std::string> flags;    // documented fallbacks that this pose needed
+  // Null: the rest of the body follows the chain (skin::SpineDriver).
+  std::shared_ptr<const WholeBody> body;
 
   std::size_t joint_count() const { return position.size(); }
 };

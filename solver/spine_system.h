@@ -119,10 +119,17 @@ class SpineSystem {
     pose = solve(control);
   }
 
+  /// Says that these poses are about to be asked for, each the values of one solve(): a system that
+  /// answers many at once faster than one by one computes them now. Changes no result.
+  virtual void prepare(std::span<const std::vector<double>>, Detail) const {}
+
   /// The channel values that stand for a body pose under a mapping.
   virtual std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const = 0;
   /// Why controls_for() leaves a channel out; empty where the system has a control for it.
   virtual std::string_view why_without(BodyChannel) const { return {}; }
+  /// What of a body pose's bends no control stands for: `twist: the mapping names no control for
+  /// it`. Empty where all reach the rig, which is so for every rig but a studio's own.
+  virtual std::string why_not_mapped(const BodyPose&) const { return {}; }
 
   /// The curve the chain is meant to follow in this pose: `count` points (>= 2) at equal arc
   /// steps, hips first. Kinks are judged against its turning.

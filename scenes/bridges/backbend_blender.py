@@ -1,6 +1,9 @@
-"""Exports a Blender rig's motion for backbend.
+"""Lets backbend ask a Blender rig for its poses, or exports its motion.
 
+    backbend check hero.glb --rig blender:hero.blend --map mapping.json
     blender --background hero.blend --python backbend_blender.py -- mapping.json hero.clip [--stress]
+
+The first starts this file by itself, with --serve, and speaks docs/rig_protocol.md with it.
 
 The mapping names the armature, its spine, and which control stands for which channel; see
 docs/bridges/blender.md. Constraints, drivers, Spline IK and B-Bones are Blender's own: what is
@@ -16,6 +19,7 @@ import bpy
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 import backbend_clip  # noqa: E402  (beside this file)
+import backbend_rig  # noqa: E402
 
 ROTATIONS = {"rx": 0, "ry": 1, "rz": 2}
 LOCATIONS = {"x": 0, "y": 1, "z": 2}
@@ -140,7 +144,153 @@ def export(mapping, path, stress=False):
     writer.save(path)
 
 
+def values_of(bone, channel):
+    """Where a channel of a pose bone is kept: (holder, key, what a degree of it is there)."""
+    if channel in ROTATIONS:
+        if bone.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
+            bone.rotation_mode = "XYZ"  # a number of degrees beyond 180 needs a number
+        return bone.rotation_euler, ROTATIONS[channel], math.pi / 180
+    if channel in LOCATIONS:
+        return bone.location, LOCATIONS[channel], 1.0
+    return bone, channel, 1.0
+
+
+class Server:
+    """One armature as backbend_rig.serve() asks for it. Controls in another armature are called
+    `armature:bone`."""
+
+    def __init__(self, mapping):
+        self.armature = self.find_armature(mapping)
+        check_drivers()
+        hide_meshes()
+        self.controls = {}  # by the channel's name
+        for thing in bpy.data.objects:
+            if thing.type != "ARMATURE" or thing.pose is None:
+                continue
+            for bone in thing.pose.bones:
+                name = bone.name if thing == self.armature else f"{thing.name}:{bone.name}"
+                properties = [key for key, value in bone.items()
+                              if isinstance(value, (int, float)) and not isinstance(value, bool)]
+                for channel in [*ROTATIONS, *LOCATIONS, *properties]:
+                    self.controls[f"{name}.{channel}"] = (bone, channel)
+        self.channels = list(self.controls)
+        self.known = {}  # name: (index of the parent, bone, segment or None)
+        where = {}
+        for bone in sorted(self.armature.data.bones, key=lambda bone: (depth(bone), bone.name)):
+            where[bone.name] = len(self.known)
+            self.known[bone.name] = (where[bone.parent.name] if bone.parent else -1, bone.name, None)
+            # A B-Bone bends and rolls inside: its segments say how.
+            for segment in range(bone.bbone_segments if bone.bbone_segments > 1 else 0):
+                self.known[Scene.segment_name(bone.name, segment)] = (len(self.known) - 1, bone.name, segment)
+        self.joints = list(self.known)
+        self.holders = None
+
+    @staticmethod
+    def find_armature(mapping):
+        if mapping.get("armature"):
+            return Scene.named(mapping["armature"], "ARMATURE")
+        found = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
+        if len(found) == 1:
+            return found[0]
+        wanted = {target.get("control") for targets in mapping.get("channels", {}).values() for target in targets}
+        fits = [thing for thing in found if wanted and wanted & set(thing.pose.bones.keys())]
+        if len(fits) == 1:
+            return fits[0]
+        raise ValueError(f"{len(found)} armatures: name one in the mapping (\"armature\")")
+
+    def declared_channels(self):
+        out = []
+        for name, (bone, channel) in self.controls.items():
+            kind = "rotation" if channel in ROTATIONS else "translation" if channel in LOCATIONS else "scalar"
+            if kind == "rotation" and bone.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
+                out.append((name, kind, math.degrees(bone.matrix_basis.to_euler("XYZ")[ROTATIONS[channel]])))
+                continue
+            holder, key, unit = values_of(bone, channel)
+            out.append((name, kind, holder[key] / unit))
+        return out
+
+    def declared_joints(self):
+        world, out = self.armature.matrix_world, []
+        for name, (parent, bone, segment) in self.known.items():
+            matrix = world @ self.armature.data.bones[bone].matrix_local
+            if segment is not None:
+                matrix = matrix @ self.armature.pose.bones[bone].bbone_segment_matrix(segment, rest=True)
+            out.append((name, parent, columns(matrix)))
+        return out
+
+    def select(self, channels, joints):
+        self.channels, self.joints, self.holders = channels, joints, None
+
+    def pose(self, values):
+        if self.holders is None:
+            for name in self.channels:
+                values_of(*self.controls[name])  # all rotation modes first: a switch sets the angles anew
+            self.holders = [(*values_of(*self.controls[name]), self.controls[name][0].id_data)
+                            for name in self.channels]
+            self.touched = {owner for *_, owner in self.holders}
+        for (holder, key, unit, _), value in zip(self.holders, values):
+            if isinstance(key, int) or not isinstance(holder[key], int):
+                holder[key] = value * unit
+            else:
+                holder[key] = round(value)
+        for owner in self.touched:
+            owner.update_tag()
+        bpy.context.view_layer.update()
+        armature = self.armature.evaluated_get(bpy.context.evaluated_depsgraph_get())
+        world, bones, out = armature.matrix_world, armature.pose.bones, []
+        for name in self.joints:
+            _, bone, segment = self.known[name]
+            matrix = world @ bones[bone].matrix
+            if segment is not None:
+                matrix = matrix @ bones[bone].bbone_segment_matrix(segment, rest=False)
+            out.append(columns(matrix))
+        return out
+
+
+def check_drivers():
+    """Raises ValueError for a driver that Blender does not evaluate: without it another rig would be judged."""
+    bpy.context.view_layer.update()
+    for group in (bpy.data.objects, bpy.data.armatures, bpy.data.curves, bpy.data.lattices, bpy.data.meshes,
+                  bpy.data.shape_keys):
+        for thing in group:
+            animation = getattr(thing, "animation_data", None)
+            for curve in animation.drivers if animation else []:
+                if not curve.driver.is_valid or not curve.is_valid:
+                    raise ValueError(f"the driver of '{thing.name}' {curve.data_path}[{curve.array_index}] is not "
+                                     f"valid: {curve.driver.expression}")
+
+
+def hide_meshes():
+    """Only joints are wanted: a body that is evaluated takes nine tenths of the time."""
+    for thing in bpy.data.objects:
+        if thing.type == "MESH":
+            thing.hide_viewport = True
+    bpy.context.view_layer.update()
+
+
+def serve(files):
+    """Speaks the protocol until backbend closes the stream. Errors are said over it: Blender's own exit code
+    says nothing about its scripts."""
+    streams = backbend_rig.own_streams()
+    try:
+        mapping = {}
+        if files:
+            with open(files[0], encoding="utf-8") as file:
+                mapping = json.load(file)
+        server = Server(mapping)
+        channels, joints = server.declared_channels(), server.declared_joints()
+    except (OSError, ValueError, KeyError, AttributeError, TypeError) as error:
+        backbend_rig.refuse(f"{os.path.basename(bpy.data.filepath)}: {error}", streams)
+    backbend_rig.serve(channels, joints, server.pose, program="Blender " + bpy.app.version_string,
+                       scene=bpy.data.filepath, up="Z",
+                       metres_per_unit=bpy.context.scene.unit_settings.scale_length, select=server.select,
+                       streams=streams)
+
+
 def main(arguments):
+    if arguments[:1] == ["--serve"]:
+        serve(arguments[1:])
+        return
     stress = "--stress" in arguments
     files = [word for word in arguments if word != "--stress"]
     if len(files) != 2:

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "skin/matrix_facts.h"
+#include "validate/metrics/chain_corner.h"
 #include "validate/metrics/median.h"
 
 namespace backbend::validate {
@@ -487,7 +488,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
                         const BodyMetrics* metrics, Progress& progress) {
   ClipRecord record;
   record.watched = watched_joints(character, anatomy);
-  record.has_corners = system.rest().position.size() >= ClipSystem::kLeastForCorners;
+  record.has_corners = system.rest().position.size() >= kLeastForCorners;
   record.has_mesh = metrics != nullptr;
   record.has_kinks = metrics != nullptr && why_no_kinks(metrics->slices()).empty();
   record.open_mesh = metrics != nullptr && !metrics->mesh().open_reason.empty();

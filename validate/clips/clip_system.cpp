@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_inverse.hpp>
-#include <limits>
 
 #include "skin/matrix_facts.h"
 #include "solver/curve.h"
 #include "validate/clips/rigid_fit.h"
 #include "validate/metrics/chain.h"
+#include "validate/metrics/chain_corner.h"
 
 namespace backbend::validate {
 namespace {
@@ -104,28 +104,7 @@ double ClipSystem::twist_deg(std::size_t frame) const {
 }
 
 double ClipSystem::corner_deg(std::size_t frame, int& joint) const {
-  joint = -1;
-  const solver::SpinePose& pose = pose_[frame];
-  const Index n = pose.position.size();
-  if (n < kLeastForCorners) return std::numeric_limits<double>::quiet_NaN();
-  std::vector<glm::dvec3> turn;  // beyond rest, at joints 1 .. n-2
-  for (Index k = 1; k + 1 < n; ++k) {
-    const auto bend = [&](const solver::SpinePose& p) {
-      return arc_between(p.position[k] - p.position[k - 1], p.position[k + 1] - p.position[k]);
-    };
-    turn.push_back(bend(pose) - pose.turn[k - 1] * bend(rest_));
-  }
-  double worst = 0.0;
-  for (Index k = 0; k < turn.size(); ++k) {
-    const glm::dvec3& below = turn[k == 0 ? 0 : k - 1];
-    const glm::dvec3& above = turn[std::min(k + 1, turn.size() - 1)];
-    const double corner = degrees(glm::length(0.5 * turn[k] - 0.25 * (below + above)));
-    if (!(corner <= worst)) {
-      worst = corner;
-      joint = static_cast<int>(k + 1);
-    }
-  }
-  return worst;
+  return chain_corner(pose_[frame], rest_, joint);
 }
 
 std::vector<glm::dmat4> even_bend(const skin::Character& character, const skin::Anatomy& anatomy,

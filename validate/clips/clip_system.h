@@ -30,9 +30,7 @@ class ClipSystem : public solver::SystemBase {
   /// Twist from hips to chest, summed joint by joint: tells 200 degrees from -160.
   double twist_deg(std::size_t frame) const;
   /// By how much one joint turns against the mean of itself and its neighbours, rest taken off:
-  /// half of what a joint turns alone, nothing for an even bend. NaN for a chain of fewer than
-  /// kLeastForCorners joints. `joint` is where.
-  static constexpr std::size_t kLeastForCorners = 5;  // three inner ones
+  /// half of what a joint turns alone, nothing for an even bend: chain_corner().
   double corner_deg(std::size_t frame, int& joint) const;
 
  private:

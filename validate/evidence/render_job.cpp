@@ -23,6 +23,7 @@
 #include "validate/report/report.h"
 #include "validate/run/confirmed.h"
 #include "validate/run/measure.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -65,7 +66,9 @@ struct Studio {
 
   Studio(const RenderRequest& request, ConfirmedCharacter confirmed)
       : environment(read_environment(request.settings.environment_file)),
-        stage(std::move(confirmed.character), confirmed.hints, request.chain),
+        stage(
+            std::move(confirmed.character), confirmed.hints, request.chain,
+            confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>()),
         system(stage.build(request.rig.spec)) {
     const std::string why = why_not_taken(*system, request.pose);
     if (!why.empty())
@@ -81,12 +84,13 @@ struct Studio {
     const render::Settings& s = request.settings;
     inputs = std::string(BACKBEND_VERSION) + "|" +
              hash_text(character.content_hash_high, character.content_hash_low) + "|" +
-             rig_text(request.rig.spec) + "|" + std::string(mapping_name(request.mapping)) + "|" +
-             std::to_string(s.width) + "x" + std::to_string(s.height) + "|" +
-             std::to_string(s.samples) + "|" + std::to_string(s.seed) + "|" +
-             std::to_string(static_cast<int>(s.mode)) + "|" + std::to_string(s.all_layers) + "|" +
-             environment.hash + "|" + number_text(s.noise, 9) + "|" +
-             std::to_string(s.denoise * (1 + s.open_image_denoise)) + "|" +
+             rig_text(request.rig.spec) + "|" +
+             (is_external(request.rig.spec) ? external_inputs(request.rig.spec) : "") + "|" +
+             std::string(mapping_name(request.mapping)) + "|" + std::to_string(s.width) + "x" +
+             std::to_string(s.height) + "|" + std::to_string(s.samples) + "|" +
+             std::to_string(s.seed) + "|" + std::to_string(static_cast<int>(s.mode)) + "|" +
+             std::to_string(s.all_layers) + "|" + environment.hash + "|" + number_text(s.noise, 9) +
+             "|" + std::to_string(s.denoise * (1 + s.open_image_denoise)) + "|" +
              std::to_string(static_cast<int>(request.parts)) + "|" + std::to_string(s.transparent);
   }
 

@@ -10,6 +10,7 @@
 #include "validate/files/program_hash.h"
 #include "validate/metrics/rig_probe.h"
 #include "validate/run/confirmed.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -40,7 +41,9 @@ std::string job_stamp(const RunRequest& request, const std::vector<std::string>&
   const Suite& suite = request.suite;
   json facts = {{"version", BACKBEND_VERSION}, {"program", program_hash()}, {"options", options}};
   if (!suite.file.empty()) facts["suite"] = content_hash(read_bytes(suite.file));
-  for (const RigPlan& rig : suite.rigs) facts["rigs"].push_back({rig.name, rig_text(rig.spec)});
+  for (const RigPlan& rig : suite.rigs)
+    facts["rigs"].push_back(
+        {rig.name, rig_text(rig.spec), is_external(rig.spec) ? external_inputs(rig.spec) : ""});
   for (const fs::path& file : suite.characters) {
     facts["characters"].push_back(
         {file.filename().string(), hash_of(file), hash_of(skin::sidecar_path(file))});

@@ -26,6 +26,24 @@ FlipRig probe(const solver::SpineSystem& system, ControlPath path) {
   };
 }
 
+void prepare_search(const solver::SpineSystem& system, const ControlPath& path, int intervals) {
+  std::vector<std::vector<double>> controls;
+  const auto add = [&](double t) { controls.push_back(path(t)); };
+  const auto split = [&](double from, double to, int depth, const auto& self) -> void {
+    // The same sums as find_flips() makes, to the last bit.
+    const double width = to - from, middle = from + 0.5 * width;
+    add(middle);
+    if (depth > 0) {
+      self(from, middle, depth - 1, self);
+      self(middle, to, depth - 1, self);
+    }
+  };
+  for (int i = 0; i <= intervals; ++i) add(static_cast<double>(i) / intervals);
+  for (int i = 0; i < intervals; ++i)
+    split(static_cast<double>(i) / intervals, static_cast<double>(i + 1) / intervals, 1, split);
+  system.prepare(controls, solver::Detail::joints);
+}
+
 FlipSettings flip_settings(const solver::SpineSystem& system, int intervals, double control_deg) {
   FlipSettings settings;
   settings.intervals = intervals;

@@ -14,6 +14,10 @@ using ControlPath = std::function<std::vector<double>(double t)>;
 /// positions, bone directions and flip margins. `system` must outlive the result.
 FlipRig probe(const solver::SpineSystem& system, ControlPath path);
 
+/// Tells a system which poses every search along a path of so many intervals begins with: their
+/// ends, halves and quarters (SpineSystem::prepare()).
+void prepare_search(const solver::SpineSystem& system, const ControlPath& path, int intervals);
+
 /// Settings that fit a system: its arc fractions and rest length.
 FlipSettings flip_settings(const solver::SpineSystem& system, int intervals, double control_deg);
 

@@ -84,17 +84,20 @@ Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps) 
 }
 
 FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping mapping,
-                           const Envelope& box) {
+                           const Envelope& box, Progress* progress) {
   const std::vector<Sweep> paths = paths_in(box);
+  if (progress) progress->start("search", paths.size());
   std::vector<FlipReport> flips(paths.size());
   oneapi::tbb::parallel_for(std::size_t{0}, paths.size(), [&](std::size_t i) {
     const Sweep& path = paths[i];
     const auto control = [&](double t) {
       return controls_at(system, path.pose_at(path.to_deg * t), mapping);
     };
+    prepare_search(system, control, static_cast<int>(path.pose_count()) - 1);
     flips[i] =
         find_flips(probe(system, control),
                    flip_settings(system, static_cast<int>(path.pose_count()) - 1, path.to_deg));
+    if (progress) progress->step();
   });
   FoundJumps found;
   found.summary.box = paths.empty() ? "" : box_text(box);

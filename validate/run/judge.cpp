@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "validate/report/shell_word.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 
@@ -23,9 +24,13 @@ std::string command_for(const RigRecord& rig, const std::string& character, Driv
   const bool neck = chain == DrivenChain::neck;
   const std::string driven =
       neck || rig.plan.spec.system == "neck" ? neck ? " --chain neck" : " --chain spine" : "";
-  return "backbend render " + character + driven + " --rig " + shell_word(rig_text(rig.plan.spec)) +
-         " --mapping " + std::string(mapping_name(rig.mapping)) +
-         (channels.empty() ? "" : " --pose " + channels);
+  std::string words = shell_word(rig_text(rig.plan.spec));
+  if (is_external(rig.plan.spec)) {
+    const std::string map = external_spec(rig.plan.spec).map;
+    if (!map.empty()) words += " --map " + shell_word(map);
+  }
+  return "backbend render " + character + driven + " --rig " + words + " --mapping " +
+         std::string(mapping_name(rig.mapping)) + (channels.empty() ? "" : " --pose " + channels);
 }
 
 double compound_load(const Envelope& envelope, const PoseDegrees& pose) {
@@ -316,6 +321,7 @@ std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& cont
     double least = 0.0, most = 0.0;
     for (const SweepRecord& sweep : rig.sweeps) {
       if (!moves_alone(sweep.sweep, channel)) continue;
+      if (!std::ranges::all_of(sweep.poses, &PoseRecord::taken)) continue;
       const double span = sweep.sweep.to_deg - sweep.sweep.from_deg;
       for (const Jump& jump : sweep.flips.jumps) {
         dirty_from = std::min(dirty_from, std::abs(sweep.sweep.from_deg + span * jump.t));

@@ -5,8 +5,11 @@
 #include <cmath>
 #include <glm/trigonometric.hpp>
 
+#include "validate/live/external_rig.h"
+#include "validate/metrics/chain_corner.h"
 #include "validate/metrics/human_range.h"
 #include "validate/metrics/rig_probe.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -14,8 +17,11 @@ namespace {
 /// Twist by which the chain's end stays behind the chest control, degrees. The chain's own twist,
 /// summed bone by bone, says how many whole turns that is: on a curved spine the sum itself differs
 /// from the control's twist, whose axis is that of the chest.
-double lost_twist(const solver::SpinePose& pose, const solver::SpinePose& rest,
+double lost_twist(const solver::SpineSystem& system, const solver::SpinePose& pose,
                   const ChainMeasures& chain) {
+  // Of a studio's own rig nothing says where its chest control points: what the pose asks for does.
+  if (system.name() == kExternal) return chain.lost_twist_deg;
+  const solver::SpinePose& rest = system.rest();
   const std::size_t tip = rest.position.size() - 1;
   const glm::dvec3 axis = glm::normalize(rest.position[tip] - rest.position[tip - 1]);
   solver::SpinePose end = pose;
@@ -24,16 +30,21 @@ double lost_twist(const solver::SpinePose& pose, const solver::SpinePose& rest,
   return behind + 360.0 * std::round((chain.lost_twist_deg - behind) / 360.0);
 }
 
-void record_chain(const solver::SpinePose& rest, const solver::SpinePose& pose,
+void record_chain(const solver::SpineSystem& system, const solver::SpinePose& pose,
                   const ChainMeasures& chain, PoseRecord& record) {
   record.at(MetricId::non_finite) = {chain.finite ? 0.0 : 1.0, -1};
   if (!chain.finite) return;
   record.arms = chain.arms;
   record.at(MetricId::chain_kink) = {chain.kink_deg, chain.kink_joint};
+  // No curve is known that a studio's own rig should follow: joints are held against each other.
+  if (int joint = -1; system.name() == kExternal && pose.joint_count() >= kLeastForCorners) {
+    const double corner = chain_corner(pose, system.rest(), joint);
+    record.at(MetricId::chain_kink) = {corner, joint};
+  }
   record.at(MetricId::uneven_bend) = {chain.max_over_mean, chain.max_turn_joint};
   record.at(MetricId::arm_drift) = {chain.arms.rotation_deg, -1};
   record.at(MetricId::arm_shift) = {100.0 * chain.arms.shift, -1};
-  record.at(MetricId::lost_twist) = {std::abs(lost_twist(pose, rest, chain)), -1};
+  record.at(MetricId::lost_twist) = {std::abs(lost_twist(system, pose, chain)), -1};
   record.at(MetricId::end_gap) = {100.0 * chain.end_gap, -1};
   record.at(MetricId::length_change) = {100.0 * chain.length_change, -1};
   record.at(MetricId::flip_margin) = {chain.least_margin_deg, chain.least_margin_joint};
@@ -223,11 +234,17 @@ std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDeg
 }
 
 FlipReport search_flips(const RigRecord& rig, const Sweep& sweep) {
+  if (const ExternalRig* external = external_rig(*rig.system); external && external->has_memory()) {
+    FlipReport none;  // every pose would be a jump: nothing can be said
+    none.certified = false;
+    return none;
+  }
   const double span = sweep.to_deg - sweep.from_deg;
   const auto path = [&](double t) {
     return controls_at(*rig.system, sweep.pose_at(sweep.from_deg + span * t), rig.mapping);
   };
   const int intervals = static_cast<int>(sweep.pose_count()) - 1;
+  prepare_search(*rig.system, path, intervals);
   return find_flips(probe(*rig.system, path),
                     flip_settings(*rig.system, intervals, std::abs(span)));
 }
@@ -246,7 +263,7 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
       const solver::SpinePose pose = rig.system->solve(record.control);
       const auto intended = rig.system->intended_curve(record.control, kCurvePoints);
       record_chain(
-          rig.system->rest(), pose,
+          *rig.system, pose,
           measure_chain({pose, rig.system->rest(), intended, at_rest.curve, record.body.twist,
                          asked_length(at_rest, intended, record.body.stretch != 0.0)}),
           record);
@@ -262,7 +279,7 @@ void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedChar
   const BodyMeasures measures =
       body.measure(rig, record.control, posed.spine, posed.mesh, glm::radians(record.body.twist),
                    record.body.stretch != 0.0);
-  record_chain(rig.system->rest(), posed.spine, measures.chain, record);
+  record_chain(*rig.system, posed.spine, measures.chain, record);
   record_mesh(measures, record);
   record.bounds = render::bounds_of(posed.mesh.position);
 }
@@ -274,12 +291,16 @@ RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& p
   rig.has_mesh = true;
   rig.open_mesh = !body.mesh().open_reason.empty();
   rig.has_kinks = why_no_kinks(body.slices()).empty();
-  rig.has_arms = stage.driver().arms_follow_chest();
+  const ExternalRig* external = external_rig(*rig.system);
+  rig.has_arms = stage.driver().arms_follow_chest() && (!external || external->moves_arms());
   return rig;
 }
 
 void measure_poses(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
                    const RigAtRest& at_rest, std::span<PoseRecord> poses, Progress& progress) {
+  std::vector<std::vector<double>> controls;
+  for (const PoseRecord& pose : poses) controls.push_back(pose.control);
+  rig.system->prepare(controls, solver::Detail::all);
   oneapi::tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
     measure_pose(body, at_rest, stage.pose(*rig.system, poses[i].control), poses[i]);
     progress.step();

@@ -13,6 +13,7 @@
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/trend.h"
+#include "validate/live/external_rig.h"
 #include "validate/report/csv.h"
 #include "validate/report/digest.h"
 #include "validate/report/handoff.h"
@@ -28,10 +29,12 @@
 #include "validate/run/confirmed.h"
 #include "validate/run/image_pass.h"
 #include "validate/run/judge.h"
+#include "validate/run/judge_external.h"
 #include "validate/run/judge_input.h"
 #include "validate/run/owner.h"
 #include "validate/run/place.h"
 #include "validate/run/verdict.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -240,6 +243,23 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord&
   }
 }
 
+/// What a studio's own rig was asked beside its sweeps.
+void take_external(const ExternalJudgement& external, RigResult& result) {
+  for (const Coverage& asked : external.coverage) {
+    const auto known = std::ranges::find(result.coverage, asked.code, &Coverage::code);
+    if (known == result.coverage.end()) {
+      result.coverage.push_back(asked);
+      continue;
+    }
+    known->planned += asked.planned;
+    known->measured += asked.measured;
+    known->not_measured += asked.not_measured;
+  }
+  for (Headroom& headroom : result.headroom)
+    if (std::ranges::find(external.unanswered, headroom.channel) != external.unanswered.end())
+      headroom.measured = false;
+}
+
 /// A character that was measured, for those who pose it again.
 struct CharacterRun {
   std::unique_ptr<Stage> stage;
@@ -268,12 +288,16 @@ struct RigSearches {
 };
 
 RigSearches search_rigs(const Stage& stage, const Suite& suite, solver::Mapping mapping,
-                        const Envelope& box) {
+                        const Envelope& box, Progress& progress) {
   RigSearches out;
   for (const RigPlan& plan : suite.rigs) {
     FoundJumps found;
-    if (plan.role != Role::canary && suite.corners)
-      found = search_compound(*stage.build(plan.spec), mapping, box);
+    if (plan.role != Role::canary && suite.corners) {
+      const auto system = stage.build(plan.spec);
+      const ExternalRig* external = external_rig(*system);
+      if (!external || !external->has_memory())
+        found = search_compound(*system, mapping, box, &progress);
+    }
     out.rig.push_back(found.summary);
     for (Sweep& sweep : found.around) {
       const auto known = [&](const Sweep& each) { return each.name == sweep.name; };
@@ -297,7 +321,9 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     confirmed.character.name = name + "_" + std::to_string(n);
   const bool numbered = confirmed.character.name != name;
   CharacterRun run{
-      std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints, request.chain),
+      std::make_unique<Stage>(
+          std::move(confirmed.character), confirmed.hints, request.chain,
+          confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>()),
       {},
       request.character_text(file),
       request.character_words(file),
@@ -319,9 +345,11 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   facts.envelope_reason = choice.reason + "; " + envelope.text();
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
-  const JudgeContext context{stage, limits, envelope, run.words};
+  const JudgeContext own_context{stage, limits, envelope, run.words};
+  const LimitSet of_external = external_limits(limits);
+  const JudgeContext external_context{stage, of_external, envelope, run.words};
   // Canaries always use the built-in limits.
-  const JudgeContext by_the_table{stage, table, envelope, context.character};
+  const JudgeContext by_the_table{stage, table, envelope, run.words};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
   if (!body.mesh().open_reason.empty())
     report.characters.back().notes.push_back("volume has no meaning here: " +
@@ -332,7 +360,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   std::vector<RigRecord>& records = run.records;
   const std::vector<Sweep> sweeps = sweeps_for(suite, envelope);
   for (const solver::Mapping mapping : suite.mappings) {
-    const RigSearches searches = search_rigs(stage, suite, mapping, search_box(envelope, sweeps));
+    const RigSearches searches =
+        search_rigs(stage, suite, mapping, search_box(envelope, sweeps), progress);
     std::vector<Sweep> all = sweeps;
     all.insert(all.end(), searches.around.begin(), searches.around.end());
     for (std::size_t i = 0; i < suite.rigs.size(); ++i) {
@@ -346,6 +375,10 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       records.back().search = searches.rig[i];
       if (mapping == suite.mappings.front())
         say_what_is_left_out(records.back(), report.characters.back().notes);
+      if (const ExternalRig* external = external_rig(*records.back().system);
+          external && mapping == suite.mappings.front())
+        for (const std::string& note : external->notes())
+          report.characters.back().notes.push_back(note);
     }
   }
   std::size_t poses = 0;
@@ -363,12 +396,17 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
   std::vector<std::vector<Finding>> findings, contradictions;
   for (RigRecord& record : records) {
+    const JudgeContext& context = is_external(record.plan.spec) ? external_context : own_context;
     findings.push_back(judge_rig(record, context));
     book_owners(stage, body, record, suite.judges_weights, findings.back());
+    ExternalJudgement external = judge_external(record, context);
+    findings.back().insert(findings.back().begin(), external.findings.begin(),
+                           external.findings.end());
     name_places(stage, places, record, findings.back());
     say_to_artist(confirmed.sidecar, record, findings.back());
     if (request.image_pass) pictures.look(record, findings.back(), progress);
     report.rigs.push_back(result_of(record, context, findings.back()));
+    take_external(external, report.rigs.back());
     if (!request.image_pass) continue;
     pictures.add_series(report.rigs.back());
     contradictions.push_back(pictures.contradictions(record, findings.back(), context));
@@ -385,7 +423,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   for (std::vector<Finding>& each : contradictions)
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   const std::size_t judged = report.findings.size();
-  judge_file(suite, records, context, report);
+  judge_file(suite, records, own_context, report);
   for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
   return run;
 }
@@ -654,7 +692,11 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   report.suite = suite.name;
   report.provenance = program_versions();
   if (!suite.file.empty()) report.provenance["suite"] = content_hash(read_bytes(suite.file));
-  const LimitSet limits = limits_for(suite.rules, "");
+  LimitSet limits = limits_for(suite.rules, "");
+  if (std::ranges::all_of(suite.rigs, [](const RigPlan& rig) {
+        return rig.role == Role::canary || is_external(rig.spec);
+      }))
+    limits = external_limits(limits);
   const OutputFolder folder(request.folder);
   const auto ledger = request.ledger ? request.ledger : std::make_shared<Ledger>();
 

@@ -6,6 +6,7 @@
 #include "skin/body.h"
 #include "skin/gltf_reader.h"
 #include "validate/files/import.h"
+#include "validate/live/external_rig.h"
 #include "validate/run/progress.h"
 
 namespace backbend::validate {
@@ -72,7 +73,8 @@ skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy
   return neck;
 }
 
-Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenChain chain)
+Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenChain chain,
+             std::vector<skin::SidecarControl> controls)
     : character_(std::move(character)),
       chain_(chain),
       anatomy_(chain == DrivenChain::spine
@@ -80,7 +82,8 @@ Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenC
                    : neck_anatomy(character_, skin::find_anatomy(character_, hints))),
       driver_(character_, anatomy_),
       regions_(skin::vertex_regions(character_, anatomy_)),
-      rest_(skin::rest_mesh(character_)) {}
+      rest_(skin::rest_mesh(character_)),
+      controls_(std::move(controls)) {}
 
 Stage::Stage(skin::Character character, skin::Anatomy anatomy)
     : character_(std::move(character)),
@@ -90,7 +93,16 @@ Stage::Stage(skin::Character character, skin::Anatomy anatomy)
       rest_(skin::rest_mesh(character_)) {}
 
 std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec) const {
-  return solver::build_system(spec, rest_chain());
+  if (!is_external(spec)) return solver::build_system(spec, rest_chain());
+  std::shared_ptr<const ExternalRig> rig;
+  {
+    const std::lock_guard lock(external_mutex_);
+    std::shared_ptr<const ExternalRig>& kept =
+        external_[external_text(spec) + "\n" + external_spec(spec).map];
+    if (!kept) kept = std::make_shared<const ExternalRig>(spec, character_, anatomy_, controls_);
+    rig = kept;
+  }
+  return external_system(spec, std::move(rig));
 }
 
 PosedCharacter Stage::pose(const solver::SpineSystem& system, std::span<const double> control,

@@ -1,12 +1,15 @@
 #pragma once
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "render/scene.h"
 #include "skin/anatomy.h"
+#include "skin/sidecar.h"
 #include "skin/skinning.h"
 #include "solver/spine_system.h"
 #include "validate/sweeps/sweep.h"
@@ -29,12 +32,15 @@ enum class DrivenChain { spine, neck };
 /// skeleton has no head above the chest.
 skin::Anatomy neck_anatomy(const skin::Character& character, const skin::Anatomy& whole);
 
+class ExternalRig;
+
 /// A character made ready to be driven, measured and drawn. Holds what does not depend on a rig.
 class Stage {
  public:
-  /// Throws skin::CharacterError where no spine is found.
+  /// `controls` are those of the character's own rig that its sidecar names. Throws
+  /// skin::CharacterError where no spine is found.
   Stage(skin::Character character, const skin::AnatomyHints& hints,
-        DrivenChain chain = DrivenChain::spine);
+        DrivenChain chain = DrivenChain::spine, std::vector<skin::SidecarControl> controls = {});
   /// With a spine that is known.
   Stage(skin::Character character, skin::Anatomy anatomy);
   Stage(const Stage&) = delete;
@@ -48,6 +54,8 @@ class Stage {
   const skin::SpineDriver& driver() const { return driver_; }
   const solver::RestChain& rest_chain() const { return driver_.rest_chain(); }
 
+  /// A rig on this character. One of the studio's own (`external`) is started once and lives as
+  /// long as the stage. Throws solver::RigError.
   std::unique_ptr<solver::SpineSystem> build(const solver::SystemSpec& spec) const;
 
   /// The body for one control value per channel of the system.
@@ -68,6 +76,9 @@ class Stage {
   skin::SpineDriver driver_;
   std::vector<skin::Region> regions_;
   skin::PosedMesh rest_;
+  std::vector<skin::SidecarControl> controls_;
+  mutable std::mutex external_mutex_;
+  mutable std::map<std::string, std::shared_ptr<const ExternalRig>> external_;  // by their text
 };
 
 /// Reads a character: .glb, .gltf, .fbx, .dae; or a body description (.toml), made into a mesh.

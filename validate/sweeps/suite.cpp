@@ -10,6 +10,7 @@
 #include "solver/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/number_text.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -144,6 +145,19 @@ std::vector<std::string> system_names() {
   return names;
 }
 
+/// A studio's own rig: its files are relative to the file that names them.
+void read_external(const TableReader& reader, const toml::node& node, const fs::path& folder,
+                   solver::SystemSpec& spec) {
+  try {
+    external_spec(spec);
+  } catch (const solver::RigError& error) {
+    reader.fail(node, error.what());
+  }
+  for (const char* key : {"file", "map"})
+    if (const auto found = spec.options.find(key); found != spec.options.end())
+      found->second = (folder / std::get<std::string>(found->second)).lexically_normal().string();
+}
+
 /// A table of `system` and its options, whose own names and values build_system() checks.
 solver::SystemSpec read_spec(const TableReader& parent, const toml::node& node,
                              std::string_view key) {
@@ -152,7 +166,8 @@ solver::SystemSpec read_spec(const TableReader& parent, const toml::node& node,
   TableReader reader(*table, parent.file(), std::string(key));
   solver::SystemSpec spec;
   spec.system = reader.text(reader.need("system"), "system");
-  const std::vector<std::string> names = system_names();
+  std::vector<std::string> names = system_names();
+  names.emplace_back(kExternal);
   if (std::find(names.begin(), names.end(), spec.system) == names.end()) {
     reader.fail(*table->get("system"), "no system '" + spec.system + "'" +
                                            solver::did_you_mean(spec.system, names) +
@@ -161,6 +176,10 @@ solver::SystemSpec read_spec(const TableReader& parent, const toml::node& node,
   for (const auto& [name, value] : *table) {
     if (name.str() == "system") continue;
     spec.options[std::string(name.str())] = option_value(reader, value, name.str());
+  }
+  if (is_external(spec)) {
+    read_external(reader, node, fs::path(parent.file()).parent_path(), spec);
+    return spec;
   }
   try {
     // Options do not depend on the character: a wrong one is told with its line, before any work.
@@ -503,6 +522,12 @@ LimitSet limits_for(const SuiteRules& rules, const std::string& character) {
 bool is_rig_file(const fs::path& file) { return parse(file).contains("rig"); }
 
 RigPlan read_rig(const std::string& text) {
+  try {
+    if (const auto external = parse_external(text))
+      return {external_name(*external), *external, Role::proposed, std::nullopt};
+  } catch (const solver::RigError& error) {
+    throw SuiteError(error.what());
+  }
   const fs::path file(text);
   if (file.extension() == ".toml") {
     const toml::table table = parse(file);
@@ -528,6 +553,7 @@ RigPlan read_rig(const std::string& text) {
 }
 
 std::string rig_text(const solver::SystemSpec& spec) {
+  if (is_external(spec)) return external_text(spec);
   std::string text = spec.system;
   for (const auto& [key, value] : spec.options) {
     text += (text.size() == spec.system.size() ? ":" : ",") + key + "=" + option_text(value);

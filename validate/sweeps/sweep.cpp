@@ -97,6 +97,7 @@ std::string why_not_taken(const solver::SpineSystem& system, const PoseDegrees& 
     const std::string_view why = value == 0.0 ? "" : system.why_without(which);
     return why.empty() ? "" : std::string(channel) + ": " + std::string(why);
   };
+  if (std::string why = system.why_not_mapped(pose.radians()); !why.empty()) return why;
   const std::string hip = without("hip", pose.hip, solver::BodyChannel::hip);
   return hip.empty() ? without("stretch", pose.stretch, solver::BodyChannel::stretch) : hip;
 }

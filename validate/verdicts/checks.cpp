@@ -239,7 +239,7 @@ constexpr std::array kChecks = {
           "inner stretch 1 - curvature x depth"},
     Check{"BB049", "control response", Subject::chain,
           "the share of a body channel's angle that arrives at the chest about the channel's axis, "
-          "where a clip records its controls",
+          "where a clip records its controls or a rig of your own is asked",
           "ratio", 0.5, Sense::at_least, true,
           "rigs carry all of an angle to the chest; half says that the control is another, turns "
           "about another axis or the other way round (-1), and every angle in the report is wrong",

@@ -1,0 +1,72 @@
+"""Serves a rig to backbend while it is judged: `backbend.rig/1`, described in docs/rig_protocol.md.
+
+    backbend check hero.glb --rig command:"python3 my_rig.py"
+
+my_rig.py calls serve() with what its rig is and a function that poses it. Needs nothing but Python 3:
+Blender, Maya and Houdini all bring it. example_rig.py, beside this file, is an example.
+"""
+
+import array
+import json
+import os
+import sys
+
+
+def own_streams():
+    """(input, output) for the protocol alone: what else the program prints goes to standard error."""
+    output = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    return sys.stdin.buffer, output
+
+
+def serve(channels, joints, pose, program="", scene="", up="Y", metres_per_unit=1.0, pure=True, select=None,
+          streams=None):
+    """Answers until backbend closes the stream.
+
+    `channels`: [(name, kind, value at rest), ...]; kind is "rotation" (degrees), "translation" or "scalar".
+    `joints`: [(name, index of the parent or -1, rest matrix), ...]; sixteen numbers, column by column.
+    `pose(values)`: a value for every channel in, a matrix for every joint out.
+    `select(channel_names, joint_names)`, where given: from then on pose() gets and gives only those.
+    """
+    source, sink = streams or own_streams()
+
+    def say(words, numbers=None):
+        sink.write(json.dumps(words).encode() + b"\n")
+        if numbers is not None:
+            if sys.byteorder == "big":
+                numbers.byteswap()
+            sink.write(numbers.tobytes())
+        sink.flush()
+
+    say({"schema": "backbend.rig/1", "program": program, "file": os.path.basename(scene), "up": up,
+         "metres_per_unit": metres_per_unit, "pure": pure, "select": select is not None,
+         "channels": [{"name": name, "kind": kind, "rest": rest} for name, kind, rest in channels],
+         "joints": [{"name": name, "parent": parent, "rest": [float(v) for v in rest]}
+                    for name, parent, rest in joints]})
+    width = len(channels)
+    for line in iter(source.readline, b""):
+        request = json.loads(line)
+        if "select" in request:
+            wanted = request["select"]
+            select(wanted["channels"], wanted["joints"])
+            width = len(wanted["channels"])
+            say({"selected": [width, len(wanted["joints"])]})
+            continue
+        count = request["ask"]
+        values = array.array("d")
+        values.frombytes(source.read(8 * width * count))
+        if sys.byteorder == "big":
+            values.byteswap()
+        answer = array.array("d")
+        for k in range(count):
+            for matrix in pose(values[k * width:(k + 1) * width]):
+                answer.extend(matrix)
+        say({"answer": count}, answer)
+
+
+def refuse(what, streams=None):
+    """Ends with one line that backbend shows; exit code 3, as for every file that cannot be used."""
+    _, sink = streams or own_streams()
+    sink.write(json.dumps({"error": str(what)}).encode() + b"\n")
+    sink.flush()
+    sys.exit(3)

@@ -1,0 +1,126 @@
+"""A rig of a hundred lines, served to backbend: what a server of one's own looks like.
+
+    backbend check hero.glb --rig command:"python3 example_rig.py skeleton.json"
+
+skeleton.json holds the character's joints, {"joints": [{"name", "parent", "position"}], "spine": [names, hips
+first]}: `backbend inspect --json` shows names; docs/rig_protocol.md has a script that writes it. Every channel
+is shared equally by the spine's joints; all other joints go with their parents.
+
+Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SIZE degrees more from AT on,
+`--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel from
+the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
+"""
+
+import json
+import math
+import sys
+
+import backbend_rig
+
+CHANNELS = ("extension", "flexion", "side", "twist")
+# Y is up, X the character's left: a positive angle about it bends forward.
+AXES = {"extension": (-1.0, 0.0, 0.0), "flexion": (1.0, 0.0, 0.0), "side": (0.0, 0.0, -1.0), "twist": (0.0, 1.0, 0.0)}
+
+
+def rotation(vector):
+    """A rotation vector (radians) as nine numbers, row by row."""
+    angle = math.sqrt(sum(v * v for v in vector))
+    if angle == 0.0:
+        return (1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0)
+    x, y, z = (v / angle for v in vector)
+    c, s = math.cos(angle), math.sin(angle)
+    t = 1.0 - c
+    return (t * x * x + c, t * x * y - s * z, t * x * z + s * y,
+            t * x * y + s * z, t * y * y + c, t * y * z - s * x,
+            t * x * z - s * y, t * y * z + s * x, t * z * z + c)
+
+
+def times(a, b):
+    return tuple(a[3 * r] * b[c] + a[3 * r + 1] * b[c + 3] + a[3 * r + 2] * b[c + 6]
+                 for r in range(3) for c in range(3))
+
+
+def turned(a, v):
+    return tuple(a[3 * r] * v[0] + a[3 * r + 1] * v[1] + a[3 * r + 2] * v[2] for r in range(3))
+
+
+class Rig:
+    def __init__(self, skeleton, faults):
+        self.joints = skeleton["joints"]
+        self.spine = skeleton["spine"]
+        self.faults = faults
+        self.before = None
+        self.place = [joint["position"] for joint in self.joints]
+        names = [joint["name"] for joint in self.joints]
+        self.bends = [names.index(name) for name in self.spine[1:]]
+
+    def matrix(self, turn, place):
+        return [turn[0], turn[3], turn[6], 0.0, turn[1], turn[4], turn[7], 0.0, turn[2], turn[5], turn[8], 0.0,
+                *place, 1.0]
+
+    def declared(self):
+        identity = rotation((0.0, 0.0, 0.0))
+        return [(joint["name"], joint["parent"], self.matrix(identity, place))
+                for joint, place in zip(self.joints, self.place)]
+
+    def pose(self, values):
+        degrees = dict(zip(CHANNELS, values))
+        for name in self.faults["lose"]:
+            degrees[name] = 0.0
+        for name in self.faults["reverse"]:
+            degrees[name] = -degrees[name]
+        if self.faults["memory"]:
+            last, self.before = self.before, dict(degrees)
+            degrees = {name: value + 0.1 * (last or degrees)[name] for name, value in degrees.items()}
+        vector = [sum(degrees[name] * AXES[name][axis] for name in CHANNELS) for axis in range(3)]
+        turn = {joint: [math.radians(v) / len(self.bends) for v in vector] for joint in self.bends}
+        for name, at, size in self.faults["flip"]:
+            if degrees[name] >= at:
+                turn[self.bends[-1]][1] += math.radians(size)
+        for name, size in self.faults["kink"]:
+            if degrees[name]:
+                turn[self.bends[len(self.bends) // 2]][0] += math.radians(size)
+        own = {joint: rotation(vector) for joint, vector in turn.items()}
+        turns, places = [], []
+        for k, joint in enumerate(self.joints):
+            parent = joint["parent"]
+            if parent < 0:
+                turns.append(own.get(k, rotation((0.0, 0.0, 0.0))))
+                places.append(tuple(self.place[k]))
+                continue
+            offset = [a - b for a, b in zip(self.place[k], self.place[parent])]
+            places.append(tuple(a + b for a, b in zip(places[parent], turned(turns[parent], offset))))
+            turns.append(times(turns[parent], own[k]) if k in own else turns[parent])
+        return [self.matrix(turn, place) for turn, place in zip(turns, places)]
+
+
+def main(words):
+    faults = {"flip": [], "kink": [], "lose": [], "reverse": [], "memory": False}
+    files = []
+    words = list(words)
+    while words:
+        word = words.pop(0)
+        if word == "--flip":
+            name, _, rest = words.pop(0).partition("=")
+            at, _, size = rest.partition(":")
+            faults["flip"].append((name, float(at), float(size)))
+        elif word == "--kink":
+            name, _, size = words.pop(0).partition("=")
+            faults["kink"].append((name, float(size)))
+        elif word in ("--lose", "--reverse"):
+            faults[word[2:]].append(words.pop(0))
+        elif word == "--memory":
+            faults["memory"] = True
+        else:
+            files.append(word)
+    try:
+        with open(files[0], encoding="utf-8") as file:
+            rig = Rig(json.load(file), faults)
+    except (IndexError, OSError, ValueError, KeyError) as error:
+        backbend_rig.refuse(f"{files[0] if files else 'no skeleton was named'}: {error}")
+    backbend_rig.serve([(name, "rotation", 0.0) for name in CHANNELS], rig.declared(), rig.pose,
+                       program="example_rig.py", scene=files[0], pure=not faults["memory"])
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

@@ -1,0 +1,406 @@
+"""A rig of the user's own, asked while it is judged: `--rig command:...` over docs/rig_protocol.md."""
+
+import json
+import os
+import re
+import shlex
+import signal
+import struct
+import subprocess
+import sys
+import time
+import unittest
+
+import glb
+import harness
+from harness import BAD_INPUT, CommandTest, SOURCE, USAGE
+
+BRIDGES = SOURCE / "scenes/bridges"
+EXAMPLE = BRIDGES / "example_rig.py"
+
+# A server that can be told to misbehave: argument 1 says how, 2 is the skeleton; 3, where given, a file that says
+# whether it has been started before.
+BAD_SERVER = """
+import json, os, struct, sys, time
+sys.path.insert(0, {bridges!r})
+import backbend_rig, example_rig
+how, skeleton = sys.argv[1:3]
+rig = example_rig.Rig(json.load(open(skeleton)), {{"flip": [], "kink": [], "lose": [], "reverse": [], "memory": False}})
+channels = [(name, "rotation", 0.0) for name in example_rig.CHANNELS]
+joints = rig.declared()
+asked = 0
+started_before = len(sys.argv) > 3 and os.path.exists(sys.argv[3])
+if len(sys.argv) > 3:
+    open(sys.argv[3], "w").close()
+out = sys.stdout.buffer
+
+def hello(**other):
+    words = {{"schema": "backbend.rig/1",
+             "channels": [{{"name": name, "kind": kind, "rest": rest}} for name, kind, rest in channels],
+             "joints": [{{"name": name, "parent": parent, "rest": rest}} for name, parent, rest in joints]}}
+    words.update(other)
+    out.write(json.dumps(words).encode() + b"\\n")
+    out.flush()
+
+if how == "exits":
+    print("no licence", file=sys.stderr)
+    sys.exit(7)
+if how == "mute":
+    time.sleep(600)
+if how == "chatter":
+    out.write(b"Loading plug-ins\\n{{not json\\n")
+if how == "endless":
+    while True:
+        out.write(b"x" * 65536)
+hello(**{{"version": {{"schema": "backbend.rig/2"}}, "twice": {{"channels": [{{"name": "a"}}, {{"name": "a"}}]}},
+         "restless": {{"joints": [{{"name": "hips"}}]}},
+         "infinite": {{"metres_per_unit": "big"}}, "orphan": {{"joints": [{{"name": "hips", "parent": 3, "rest": [0.0] * 16}}]}},
+         "says": {{"error": "hero.ma: a plug-in is missing"}}}}.get(how, {{}}))
+for line in iter(sys.stdin.buffer.readline, b""):
+    count = json.loads(line)["ask"]
+    values = struct.unpack(f"<{{4 * count}}d", sys.stdin.buffer.read(32 * count))
+    matrices = [v for k in range(count) for matrix in rig.pose(values[4 * k:4 * k + 4]) for v in matrix]
+    asked += 1
+    if asked > 2 and not started_before:
+        if how == "dies":
+            print("Traceback: lost the scene", file=sys.stderr)
+            os.kill(os.getpid(), 9)
+        if how == "hangs":
+            time.sleep(600)
+        if how == "noise":
+            out.write(b"Warning: cycle in the graph\\n")
+        if how == "nan":
+            matrices[16 + 12] = float("nan")
+        if how == "short":
+            matrices = matrices[:-1]
+        if how == "count":
+            count += 1
+        if how == "refuses":
+            out.write(b'{{"error": "hero.ma: cannot evaluate"}}\\n')
+            out.flush()
+            continue
+    out.write(json.dumps({{"answer": count}}).encode() + b"\\n" + struct.pack(f"<{{len(matrices)}}d", *matrices))
+    out.flush()
+    if how == "short" and asked > 2 and not started_before:
+        sys.exit(0)
+"""
+
+
+def skeleton_of(path, spine):
+    """What example_rig.py takes: names, parents and places of a GLB's nodes."""
+    data = path.read_bytes()
+    document = json.loads(data[20:20 + struct.unpack("<I", data[12:16])[0]])
+    nodes, joints = document["nodes"], []
+
+    def add(index, parent, place):
+        node = nodes[index]
+        here = [a + b for a, b in zip(place, node.get("translation", [0, 0, 0]))]
+        assert "rotation" not in node and "scale" not in node and "matrix" not in node
+        joints.append({"name": node.get("name", f"#{index}"), "parent": parent, "position": here})
+        me = len(joints) - 1
+        for child in node.get("children", []):
+            add(child, me, here)
+
+    for root in document["scenes"][0]["nodes"]:
+        add(root, -1, [0.0, 0.0, 0.0])
+    return {"joints": joints, "spine": spine}
+
+
+class RigTest(CommandTest):
+    """A tube with a spine of four joints, and servers for it."""
+
+    SPINE = ["hips", "spine", "chest", "neck"]
+
+    def setUp(self):
+        super().setUp()
+        self.body = self.write("tube.glb", glb.tube())
+        self.skeleton = self.write("skeleton.json", json.dumps(skeleton_of(self.body, self.SPINE)))
+
+    def rig(self, *faults):
+        words = [sys.executable, "-B", EXAMPLE, self.skeleton, *faults]
+        return "command:" + " ".join(shlex.quote(str(word)) for word in words)
+
+    def check(self, rig, *more, code=0, out="run"):
+        """A check without pictures; its report."""
+        self.assert_runs("check", self.body, "--rig", rig, "--chest", "neck", "--envelope", "human", "--quick",
+                         "-o", out, *more, code=code)
+        return json.loads((self.folder / out / "report.json").read_text())
+
+    def findings(self, report, code):
+        return [finding for finding in report["findings"] if finding["code"] == code]
+
+    def bad(self, how, *more):
+        server = self.write("bad.py", BAD_SERVER.format(bridges=str(BRIDGES)))
+        words = [sys.executable, "-B", server, how, self.skeleton, *more]
+        return "command:" + " ".join(shlex.quote(str(word)) for word in words)
+
+
+class Live(RigTest):
+    def test_an_even_rig_is_judged_as_even_is(self):
+        self.backbend("check", self.body, "--chest", "neck", "--envelope", "human", "--quick", "-o", "ours")
+        ours = json.loads((self.folder / "ours/report.json").read_text())
+        live = self.check(self.rig(), code=ours["exit_code"])
+        self.assertEqual(self.findings(live, "BB001") + self.findings(live, "BB049") + self.findings(live, "BB044"), [])
+        clean = {row["channel"]: row["clean_to_deg"] for row in live["rigs"][0]["headroom"]}
+        for row in ours["rigs"][0]["headroom"]:
+            self.assertGreaterEqual(clean[row["channel"]], row["clean_to_deg"] - 6.1)
+        asked = [row for row in live["rigs"][0]["coverage"] if row["code"] == "BB049"][0]
+        self.assertEqual((asked["planned"], asked["measured"]), (4, 4))
+
+    def test_a_flip_is_bisected_through_the_running_program(self):
+        report = self.check(self.rig("--flip", "twist=41.2345:30"), code=1)
+        flips = [finding for finding in self.findings(report, "BB001") if finding["sweep"] == "twist"]
+        self.assertEqual(len(flips), 1)
+        self.assertAlmostEqual(flips[0]["control_deg"], 41.2345, delta=180 * 2 ** -19)
+        self.assertAlmostEqual(flips[0]["value"], 30, delta=0.01)
+        self.assertIn("--rig", flips[0]["reproduce"])
+
+    def test_the_line_that_shows_a_finding_again_works(self):
+        report = self.check(self.rig("--flip", "twist=41.2345:30"), code=1)
+        line = shlex.split(self.findings(report, "BB001")[0]["reproduce"])
+        self.assertEqual(line[0], "backbend")
+        made = self.assert_runs(*line[1:], "--res", "32x32", "--spp", "1", "--chest", "neck")
+        self.assertIn(".exr", made.stdout)
+
+    def test_a_corner_of_one_joint_is_found(self):
+        report = self.check(self.rig("--kink", "extension=40"), code=1)
+        self.assertTrue(self.findings(report, "BB010") + self.findings(report, "BB001"))
+
+    def test_any_number_of_servers_and_threads_gives_the_same_report(self):
+        rig = self.rig("--flip", "side=20.5:10")
+        reports = []
+        for servers, threads in ((1, 1), (3, 2), (2, 4)):
+            out = f"run{servers}"
+            self.check(rig, "--servers", str(servers), "--threads", str(threads), out=out, code=1)
+            reports.append((self.folder / out / "report.json").read_text().replace(out, "run"))
+        self.assertEqual(reports[0], reports[1])
+        self.assertEqual(reports[0], reports[2])
+
+    def test_it_is_compared_rendered_turned_and_baked(self):
+        rig = self.rig()
+        self.assert_runs("render", self.body, "--rig", rig, "--chest", "neck", "--pose", "extension=60", "--res", "32x32", "--spp", "1")
+        self.assert_runs("turntable", self.body, "--rig", rig, "--chest", "neck", "--views", "2", "--res", "32x32", "--spp", "1", "-o", "t")
+        self.assert_runs("bake", self.body, "--rig", rig, "--chest", "neck", "-o", "baked.glb")
+        self.assertGreater((self.folder / "baked.glb").stat().st_size, 1000)
+        self.backbend("compare", rig, "even", "--character", self.body, "--chest", "neck", "--quick", "--sweeps", "standard", "-o", "c")
+        report = json.loads((self.folder / "c/report.json").read_text())
+        self.assertEqual({rig["system"] for rig in report["rigs"]}, {"external", "even"})
+
+
+class Suites(RigTest):
+    def test_a_suite_names_a_rig_of_ones_own(self):
+        command = self.rig()[len("command:"):]
+        self.write("night.toml", f"""
+[suite]
+name = "own"
+title = "Own"
+characters = ["tube.glb"]
+mappings = ["chest"]
+[[rig]]
+name = "hero"
+solver = {{ system = "external", program = "command", command = {json.dumps(command)}, servers = 2 }}
+[[sweep]]
+channel = "extension"
+to = 30
+step = 10
+""")
+        self.backbend("nightly", "night.toml", "--chest", "neck", "--quick", "-o", "night")
+        report = json.loads((self.folder / "night/report.json").read_text())
+        self.assertEqual([rig["rig"] for rig in report["rigs"]], ["hero"])
+        text = (self.folder / "night.toml").read_text()
+        for change, word in ((", command =", ", commando ="), ("servers = 2", "servers = 0.5"),
+                             ('"command"', '"comand"')):
+            self.assertIn(change, text)
+            self.write("wrong.toml", text.replace(change, word, 1))
+            self.assert_refused("nightly", "wrong.toml", names=["wrong.toml:9", "external"])
+
+
+class Mappings(RigTest):
+    def test_a_twist_that_is_lost_fails_by_name(self):
+        found = self.findings(self.check(self.rig("--lose", "twist"), code=1), "BB049")
+        self.assertEqual([finding["sweep"] for finding in found], ["twist"])
+        self.assertIn("nothing of it arrives", found[0]["detail"])
+        self.assertEqual(found[0]["verdict"], "fail")
+
+    def test_a_wrong_sign_fails_by_name(self):
+        for channel in ("extension", "flexion", "side", "twist"):
+            found = self.findings(self.check(self.rig("--reverse", channel), code=1), "BB049")
+            self.assertEqual([finding["sweep"] for finding in found], [channel])
+            self.assertIn("other way round", found[0]["detail"])
+            self.assertAlmostEqual(found[0]["value"], -1, delta=0.01)
+
+    def test_a_wrong_axis_fails_by_name_and_its_channel_has_no_headroom(self):
+        mapping = self.write("map.json", json.dumps({"channels": {
+            "extension": [{"channel": "side"}], "side": [{"channel": "side"}], "twist": [{"channel": "twist"}]}}))
+        report = self.check(self.rig(), "--map", mapping, code=1)
+        found = self.findings(report, "BB049")
+        self.assertEqual(sorted(finding["sweep"] for finding in found), ["extension", "flexion"])
+        self.assertIn("axis is wrong", found[0]["detail"])
+        measured = {row["channel"]: row["measured"] for row in report["rigs"][0]["headroom"]}
+        self.assertEqual(measured, {"extension": False, "flexion": False, "side": True, "twist": True})
+
+    def test_scale_sign_and_several_controls_are_taken_from_the_mapping(self):
+        mapping = self.write("map.json", json.dumps({"channels": {
+            "extension": [{"channel": "flexion", "per_degree": -0.25}, {"channel": "extension", "per_degree": 0.75}],
+            "side": [{"channel": "side"}], "twist": [{"channel": "twist"}]}}))
+        report = self.check(self.rig("--flip", "extension=30.123:20"), "--map", mapping, code=1)
+        flips = [finding for finding in self.findings(report, "BB001") if finding["sweep"] == "extension"]
+        self.assertAlmostEqual(flips[0]["control_deg"], 30.123 / 0.75, delta=0.001)
+
+    def test_a_channel_that_nothing_stands_for_is_not_measured(self):
+        mapping = self.write("map.json", json.dumps({"channels": {
+            "extension": [{"channel": "extension"}], "twist": [{"channel": "twist"}]}}))
+        report = self.check(self.rig(), "--map", mapping, code=5)
+        measured = {row["channel"]: row["measured"] for row in report["rigs"][0]["headroom"]}
+        self.assertFalse(measured["side"])
+        self.assertTrue(measured["flexion"])
+
+    def test_mappings_that_cannot_be_are_refused(self):
+        for text, words in (("[]", ["channels"]), ('{"channels": {"twst": []}}', ["twst", "twist"]),
+                            ('{"channels": {"twist": [{}]}}', ["channels/twist/0", "channel"]),
+                            ('{"channels": {"twist": [{"channel": "twis"}]}}', ["'twis'", "twist"]),
+                            ('{"channels": {"twist": [{"channel": "twist", "per_degree": 0}]}}', ["per_degree"])):
+            mapping = self.write("map.json", text)
+            self.assert_refused("check", self.body, "--rig", self.rig(), "--chest", "neck", "--map", mapping, "--quiet",
+                                "--json", names=["map.json", *words])
+        self.assert_refused("check", self.body, "--map", mapping, code=USAGE, names=["--map"])
+
+
+class Memory(RigTest):
+    def test_a_rig_with_a_memory_is_a_finding_that_names_the_pose(self):
+        found = self.findings(self.check(self.rig("--memory"), code=1), "BB044")
+        asked_again = [finding for finding in found if "asked for again" in finding["detail"]]
+        self.assertEqual(len(asked_again), 1)
+        self.assertNotEqual(asked_again[0]["pose"], "")
+
+
+class BadServers(RigTest):
+    def assert_one_line(self, rig, *names, timeout=None):
+        before = time.monotonic()
+        text = rig
+        if timeout:
+            text = self.write("rig.toml", "[rig]\nsystem = \"external\"\nprogram = \"command\"\n"
+                              f"command = {json.dumps(rig[len('command:'):])}\ntimeout = {timeout}\n")
+        result = self.backbend("check", self.body, "--rig", text, "--chest", "neck", "--quick", "--quiet", "--json", "-o", "run")
+        told = f"{result.stdout}\n{result.stderr}"
+        self.assertEqual(result.returncode, BAD_INPUT, told)
+        self.assertEqual(result.stdout, "", told)
+        lines = result.stderr.splitlines()
+        self.assertEqual(len(lines), 1, told)
+        for name in names:
+            self.assertIn(name, lines[0])
+        self.assertFalse((self.folder / "run/report.json").exists())
+        self.assertLess(time.monotonic() - before, 60 * harness.SLOWER)
+        self.assertEqual(self.running_servers(), [])
+
+    def running_servers(self):
+        found = []
+        for pid in filter(str.isdigit, os.listdir("/proc")):
+            try:
+                with open(f"/proc/{pid}/cmdline", "rb") as file:
+                    words = file.read().split(b"\0")
+            except OSError:
+                continue
+            if str(self.skeleton).encode() in words and b"check" not in words:
+                found.append(pid)
+        return found
+
+    def test_programs_that_are_no_server(self):
+        self.assert_one_line("command:no_such_program here", "no_such_program", "cannot be started")
+        self.assert_one_line(self.bad("exits"), "exit code 7", "no licence", "hello")
+        self.assert_one_line("command:yes", "does not speak backbend.rig/1")
+        self.assert_one_line(self.bad("endless"), "hello")
+        self.assert_one_line(self.bad("mute"), "silent", "hello", timeout=0.2)
+
+    def test_hellos_that_cannot_be(self):
+        for how, words in (("version", ["backbend.rig/2", "backbend.rig/1"]), ("twice", ["channels/1/name", "twice"]),
+                           ("restless", ["joints/0/rest", "missing"]), ("infinite", ["metres_per_unit"]),
+                           ("orphan", ["joints/0/parent"]), ("says", ["hero.ma: a plug-in is missing"])):
+            self.assert_one_line(self.bad(how), *words)
+
+    def test_servers_that_fail_at_work_are_started_again_once_and_then_named(self):
+        for how, words in (("dies", ["signal 9", "lost the scene"]), ("noise", ["Warning: cycle"]),
+                           ("nan", ["not finite", "joint '"]),
+                           ("short", ["rest of an answer"]), ("count", ["asked for"]),
+                           ("refuses", ["cannot evaluate"])):
+            self.assert_one_line(self.bad(how), "started again once", *words)
+        self.assert_one_line(self.bad("hangs"), "silent", timeout=1)
+
+    def test_a_server_that_fails_once_changes_nothing(self):
+        whole = self.check(self.bad("fine"), out="whole")
+        for how in ("dies", "nan", "short"):
+            once = self.check(self.bad(how, self.folder / f"started {how}"), out=how)
+            for report in (whole, once):
+                for rig in report["rigs"]:
+                    rig.pop("options", None)  # the command
+            self.assertEqual(whole["rigs"], once["rigs"])
+
+    def test_what_a_program_prints_before_its_hello_is_passed_over(self):
+        self.check(self.bad("chatter"))
+
+    def test_a_rig_of_other_joints_or_another_rest_is_refused(self):
+        skeleton = json.loads(self.skeleton.read_text())
+        for joint in skeleton["joints"]:
+            joint["name"] = joint["name"].replace("chest", "ribs")
+        skeleton["spine"] = [name.replace("chest", "ribs") for name in skeleton["spine"]]
+        self.skeleton.write_text(json.dumps(skeleton))
+        self.assert_one_line(self.rig(), "no joint 'chest'")
+        skeleton = skeleton_of(self.body, self.SPINE)
+        for joint in skeleton["joints"]:
+            x, y, z = joint["position"]
+            joint["position"] = [x, -z, y]
+        self.skeleton.write_text(json.dumps(skeleton))
+        self.assert_one_line(self.rig(), '"up": "Z"')
+        skeleton = skeleton_of(self.body, self.SPINE)
+        skeleton["joints"][2]["position"][2] += 0.3
+        self.skeleton.write_text(json.dumps(skeleton))
+        self.assert_one_line(self.rig(), "stands", "at rest")
+
+    def test_a_rig_in_another_unit_is_taken_in_the_characters(self):
+        skeleton = skeleton_of(self.body, self.SPINE)
+        for joint in skeleton["joints"]:
+            joint["position"] = [100.0 * v for v in joint["position"]]
+        self.skeleton.write_text(json.dumps(skeleton))
+        self.check(self.rig())
+
+    def test_an_interrupt_ends_the_servers(self):
+        rig = self.bad("hangs")
+        with subprocess.Popen([str(harness.BACKBEND), "check", str(self.body), "--rig", rig, "--chest", "neck", "--quick",
+                               "--servers", "2", "-o", "run"], cwd=self.folder, env=harness.bare_environment(self.folder),
+                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as run:
+            deadline = time.monotonic() + 30 * harness.SLOWER
+            while len(self.running_servers()) < 2 and time.monotonic() < deadline:
+                time.sleep(0.05)
+            time.sleep(2)
+            run.send_signal(signal.SIGINT)
+            run.communicate(timeout=30 * harness.SLOWER)
+            self.assertEqual(run.returncode, 130)
+        self.assertEqual(self.running_servers(), [])
+
+
+class Page(RigTest):
+    def test_the_server_on_the_protocols_page_works(self):
+        page = (SOURCE / "docs/rig_protocol.md").read_text()
+        code = re.search(r"```python\n(.*?)```", page, re.S).group(1)
+        self.assertLessEqual(len(code.splitlines()), 40)
+        # The page's rig on a tube of its own joints.
+        server = self.write("server.py", code)
+        body = self.write("three.glb", glb.tube(["hips", "spine", "chest"]))
+        joints = skeleton_of(body, [])["joints"]
+        heights = [joint["position"][1] for joint in joints if joint["name"] in ("hips", "spine", "chest")]
+        code = re.sub(r"JOINTS = .*", "JOINTS = " + repr([("hips", -1, heights[0]), ("spine", 0, heights[1]),
+                                                         ("chest", 1, heights[2])]), code)
+        code = code.replace("y + 0.2 *", f"y + {heights[1] - heights[0]!r} *").replace(
+            "z + 0.2 *", f"z + {heights[1] - heights[0]!r} *").replace("y, z = 0.0, 0.0", "y, z = 0.0, 0.0").replace(
+            "angle, y, z = [], 0.0, 0.0, 0.0", f"angle, y, z = [], 0.0, {heights[0]!r}, 0.0")
+        self.write("server.py", code)
+        rig = "command:" + " ".join(shlex.quote(str(word)) for word in (sys.executable, "-B", server))
+        self.backbend("check", body, "--rig", rig, "--chest", "chest", "--quick", "-o", "run")
+        report = json.loads((self.folder / "run/report.json").read_text())
+        self.assertEqual(self.findings(report, "BB049"), [])
+        measured = {row["channel"]: row["measured"] for row in report["rigs"][0]["headroom"]}
+        self.assertTrue(measured["extension"] and measured["flexion"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,500 @@
+#include "validate/live/external_rig.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <glm/gtc/matrix_inverse.hpp>
+
+#include "skin/matrix_facts.h"
+#include "solver/nearest_name.h"
+#include "validate/clips/rigid_fit.h"
+#include "validate/files/data_folder.h"
+#include "validate/metrics/chain.h"
+#include "validate/run/progress.h"
+#include "validate/sweeps/sweep.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+using skin::origin;
+using solver::RigError;
+
+// How far the rig's joints may stand from the character's at rest, share of the spine, and how far
+// the rig at rest may be from its own rest matrices: share of the spine, and degrees.
+constexpr double kSamePlace = 0.02, kAtRestShift = 0.005, kAtRest_deg = 1.0;
+// Of what is kept; more is asked for again.
+constexpr Index kMostChains = 200'000, kMostBodyBytes = 256 << 20;
+// Prefixes of the joints that deform, before those of a mechanism.
+constexpr std::string_view kDeforms = "DEF-";
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c);
+  return out;
+}
+
+/// Without namespaces and letter case.
+std::string plain_name(std::string_view name) {
+  const std::size_t colon = name.find_last_of(":|");
+  return lower(colon == std::string_view::npos ? name : name.substr(colon + 1));
+}
+
+std::vector<std::string> argv_of(const ExternalSpec& spec) {
+  if (spec.program == "command") return split_command(spec.command);
+  const std::string bridge = (data_folder() / "scenes/bridges/backbend_blender.py").string();
+  // Drivers that call functions are disabled, without a word, unless scripts of the file may run.
+  std::vector<std::string> argv = {"blender",
+                                   "--background",
+                                   "--enable-autoexec",
+                                   spec.file,
+                                   "--python-exit-code",
+                                   "3",
+                                   "--python",
+                                   bridge,
+                                   "--",
+                                   "--serve"};
+  if (!spec.map.empty()) argv.push_back(spec.map);
+  return argv;
+}
+
+glm::dmat4 world_from_rig(bool z_up, double scale) {
+  glm::dmat4 matrix(scale);
+  if (z_up) {  // x stays, y is -forward, z is up
+    matrix[1] = {0.0, 0.0, -scale, 0.0};
+    matrix[2] = {0.0, scale, 0.0, 0.0};
+  }
+  matrix[3] = {0.0, 0.0, 0.0, 1.0};
+  return matrix;
+}
+
+std::string percent(double share) { return number_text(100.0 * share, 1) + " %"; }
+
+}  // namespace
+
+/// The rig's joints by their names: as they are, then the one that deforms, then whatever else is
+/// called so but for namespace and letter case.
+class ExternalRig::JointFinder {
+ public:
+  explicit JointFinder(const std::vector<RigJoint>& joints) {
+    for (Index j = 0; j < joints.size(); ++j) {
+      exact_.emplace(joints[j].name, static_cast<int>(j));
+      plain_.emplace(plain_name(joints[j].name), static_cast<int>(j));
+    }
+  }
+
+  int find(const std::string& name) const {
+    if (const auto at = exact_.find(name); at != exact_.end()) return at->second;
+    for (const std::string& each : {lower(kDeforms) + plain_name(name), plain_name(name)})
+      if (const auto at = plain_.find(each); at != plain_.end()) return at->second;
+    return -1;
+  }
+  int find_exactly(const std::string& name) const {
+    const auto at = exact_.find(name);
+    return at == exact_.end() ? -1 : at->second;
+  }
+
+ private:
+  std::unordered_map<std::string, int> exact_, plain_;
+};
+
+/// A server for as long as it is asked.
+struct ExternalRig::Lease {
+  explicit Lease(const ExternalRig& rig) : rig_(rig) {
+    std::unique_lock lock(rig.mutex_);
+    while (rig.free_.empty()) {
+      poll_interrupt();
+      rig.server_is_free_.wait_for(lock, std::chrono::milliseconds(100));
+    }
+    number = rig.free_.back();
+    rig.free_.pop_back();
+  }
+  ~Lease() {
+    {
+      const std::lock_guard lock(rig_.mutex_);
+      rig_.free_.push_back(number);
+    }
+    rig_.server_is_free_.notify_one();
+  }
+  Lease(const Lease&) = delete;
+  Lease& operator=(const Lease&) = delete;
+
+  RigServer& server() const { return *rig_.servers_[number]; }
+  Index number = 0;
+
+ private:
+  const ExternalRig& rig_;
+};
+
+ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
+                         const skin::Anatomy& anatomy,
+                         const std::vector<skin::SidecarControl>& controls)
+    : character_(character), anatomy_(anatomy), who_(external_text(spec)) {
+  const ExternalSpec external = external_spec(spec);
+  // What is wrong with the mapping should not wait for a program to load a scene.
+  if (!external.map.empty()) mapping_ = read_mapping(external.map);
+  if (!external.file.empty() && !std::filesystem::is_regular_file(external.file))
+    throw RigError(external.file + ": no such file");
+  for (int n = 0; n < external.servers; ++n)
+    servers_.push_back(std::make_unique<RigServer>(who_, argv_of(external), external.timeout));
+  if (external.map.empty() && !controls.empty()) mapping_ = mapping_of(controls);
+  if (external.map.empty() && controls.empty()) mapping_ = mapping_by_name(hello());
+  map_channels();
+  match_joints();
+  for (const auto& server : servers_) {
+    if (server->hello().joints.size() != hello().joints.size() ||
+        server->hello().channels.size() != hello().channels.size())
+      throw RigError(who_ + ": two servers of it have different channels or joints");
+    server->select(rig_channel_, selected_);
+    free_.push_back(free_.size());
+  }
+  check_rest();
+  find_memory();
+  if (!hello().pure) notes_.push_back("the rig says itself that a pose depends on those before it");
+}
+
+void ExternalRig::map_channels() {
+  if (mapping_.channels.empty())
+    throw RigError(who_ +
+                   ": nothing says which of its controls stand for extension, flexion, side and "
+                   "twist; --map FILE does, or [[control]] in the character's sidecar");
+  std::vector<std::string> names;
+  for (const RigChannel& channel : hello().channels) names.push_back(channel.name);
+  std::vector<bool> moved(names.size(), false);
+  for (const auto& [body, targets] : mapping_.channels) {
+    for (const ControlTarget& target : targets) {
+      const auto found = std::find(names.begin(), names.end(), target.channel);
+      if (found == names.end())
+        throw RigError(mapping_.source + ": channels/" + body + ": the rig has no channel '" +
+                       target.channel + "'" + solver::did_you_mean(target.channel, names));
+      moved[static_cast<Index>(found - names.begin())] = true;
+    }
+  }
+  for (Index c = 0; c < names.size(); ++c) {
+    if (!moved[c]) continue;
+    const RigChannel& channel = hello().channels[c];
+    const bool turns = channel.kind == solver::Channel::Kind::rotation;
+    channels_.push_back(
+        {channel.name, channel.kind, turns ? radians_from(channel.rest) : channel.rest});
+    rig_channel_.push_back(static_cast<int>(c));
+  }
+}
+
+std::vector<double> ExternalRig::controls_for(const solver::BodyPose& body) const {
+  std::vector<double> control;
+  for (const int c : rig_channel_) control.push_back(hello().channels[static_cast<Index>(c)].rest);
+  const std::pair<std::string_view, double> asked[] = {{"extension", body.extension},
+                                                       {"flexion", body.flexion},
+                                                       {"side", body.side},
+                                                       {"twist", body.twist}};
+  for (const auto& [name, angle] : asked) {
+    if (angle == 0.0) continue;
+    for (const ControlTarget& target : mapping_.targets(name))
+      for (Index c = 0; c < channels_.size(); ++c)
+        if (channels_[c].name == target.channel) control[c] += degrees(angle) * target.per_degree;
+  }
+  for (Index c = 0; c < channels_.size(); ++c)
+    if (channels_[c].kind == solver::Channel::Kind::rotation) control[c] = radians_from(control[c]);
+  return control;
+}
+
+int ExternalRig::select(int joint) {
+  const auto found = std::find(selected_.begin(), selected_.end(), joint);
+  if (found == selected_.end()) {
+    selected_.push_back(joint);
+    return static_cast<int>(selected_.size()) - 1;
+  }
+  return static_cast<int>(found - selected_.begin());
+}
+
+void ExternalRig::match_joints() {
+  const JointFinder finder(hello().joints);
+  Index moved = 0;
+  for (const skin::Node& node : character_.nodes) {
+    const int joint = finder.find(node.name);
+    asked_.push_back(joint < 0 ? -1 : select(joint));
+    moved += joint >= 0 ? 1 : 0;
+  }
+  std::vector<std::string> names;
+  for (const RigJoint& joint : hello().joints) names.push_back(joint.name);
+  for (Index k = 0; k <= anatomy_.chest_index; ++k) {
+    const auto n = static_cast<Index>(anatomy_.spine[k]);
+    if (asked_[n] < 0)
+      throw RigError(who_ + ": the rig has no joint '" + character_.nodes[n].name +
+                     "', which is of the spine of " + character_.file_name +
+                     solver::did_you_mean(character_.nodes[n].name, names));
+  }
+  place_in_world();
+  for (Index k = 0; k <= anatomy_.chest_index; ++k) {
+    const int n = anatomy_.spine[k];
+    const int joint = selected_[static_cast<Index>(asked_[static_cast<Index>(n)])];
+    add_to_chain(n, k == anatomy_.chest_index ? -1 : joint, finder);
+  }
+  for (const int j : selected_)
+    joint_from_rig_.push_back(glm::affineInverse(hello().joints[static_cast<Index>(j)].rest));
+  rest_.hip.rest_origin = rest_.hip.posed_origin = rest_.position.front();
+  rest_.chest.rest_origin = rest_.chest.posed_origin = rest_.position.back();
+  rest_.arms = rest_.chest;
+  moves_arms_ = true;
+  for (const auto* arm : {&anatomy_.left_arm, &anatomy_.right_arm})
+    moves_arms_ = moves_arms_ && !arm->empty() && asked_[static_cast<Index>(arm->front())] >= 0;
+  notes_.push_back("rig " + who_ + ": " + std::to_string(moved) + " of " +
+                   std::to_string(character_.nodes.size()) + " joints are the rig's own, by name" +
+                   (moves_arms_ ? "" : "; it does not move the arms, whose drift is not measured"));
+  if (bends_inside_)
+    notes_.push_back("rig " + who_ +
+                     ": bones of its spine bend inside (B-Bones); the chain is judged by their "
+                     "segments, the mesh by linear blending of the joints, as the file has them");
+}
+
+/// `joint` is the rig's where its segments stand for it; -1: the node alone.
+void ExternalRig::add_to_chain(int node, int joint, const JointFinder& finder) {
+  const skin::Node& self = character_.nodes[static_cast<Index>(node)];
+  const auto add = [&](const std::string& name, const glm::dvec3& place, int asked) {
+    // Two joints in one place are one joint of the chain, as in SpineDriver: the upper turns it.
+    if (!rest_.position.empty() &&
+        glm::distance(place, rest_.position.back()) <= 1e-6 * anatomy_.spine_length) {
+      chain_asked_.back() = asked;
+      return;
+    }
+    chain_asked_.push_back(asked);
+    joint_names_.push_back(name);
+    rest_.position.push_back(place);
+    rest_.turn.emplace_back(1, 0, 0, 0);
+  };
+  const std::string whole = joint < 0 ? "" : hello().joints[static_cast<Index>(joint)].name;
+  for (int k = 0; joint >= 0; ++k) {
+    const std::string name = whole + (k < 10 ? ".seg0" : ".seg") + std::to_string(k);
+    const int segment = finder.find_exactly(name);
+    if (segment < 0 && k > 0) return;
+    if (segment < 0) break;
+    bends_inside_ = true;
+    const RigJoint& found = hello().joints[static_cast<Index>(segment)];
+    add(name, origin(world_from_rig_ * found.rest), select(segment));
+  }
+  add(self.name, origin(self.world_from_node), asked_[static_cast<Index>(node)]);
+}
+
+/// The rig's joints at rest must stand where the character's do, but for the unit.
+void ExternalRig::place_in_world() {
+  std::vector<glm::dvec3> rig, world;
+  for (Index k = 0; k <= anatomy_.chest_index; ++k) {
+    const auto n = static_cast<Index>(anatomy_.spine[k]);
+    rig.push_back(
+        origin(hello().joints[static_cast<Index>(selected_[static_cast<Index>(asked_[n])])].rest));
+    world.push_back(origin(character_.nodes[n].world_from_node));
+  }
+  const double length = chain_length(rig);
+  if (!(length > 0.0)) throw RigError(who_ + ": all joints of the spine stand in one place");
+  Index where = 0;
+  const auto farthest = [&](bool z_up, double scale) {
+    double most = 0.0;
+    for (Index k = 0; k < rig.size(); ++k) {
+      const glm::dvec3 there(world_from_rig(z_up, scale) * glm::dvec4(rig[k], 1.0));
+      const double off = glm::distance(there, world[k]) / anatomy_.spine_length;
+      if (off > most) {
+        most = off;
+        where = k;
+      }
+    }
+    return most;
+  };
+  const double fitting = chain_length(world) / length;
+  const bool turned = farthest(!hello().z_up, fitting) <= kSamePlace;
+  double scale = hello().metres_per_unit;
+  if (const double off = farthest(hello().z_up, scale); off > kSamePlace) {
+    const Index worst = where;
+    if (farthest(hello().z_up, fitting) > kSamePlace)
+      throw RigError(who_ + ": joint '" +
+                     character_.nodes[static_cast<Index>(anatomy_.spine[worst])].name +
+                     "' stands " + percent(off) + " of the spine away from where " +
+                     character_.file_name + " has it at rest" +
+                     (turned ? std::string("; with \"up\": \"") + (hello().z_up ? "Y" : "Z") +
+                                   "\" it stands there"
+                             : "; the character must be that rig's own export, unmoved"));
+    notes_.push_back("rig " + who_ + ": taken in the character's unit, " + number_text(fitting, 4) +
+                     " of the rig's");
+    scale = fitting;
+  }
+  world_from_rig_ = world_from_rig(hello().z_up, scale);
+  rig_from_world_ = glm::affineInverse(world_from_rig_);
+}
+
+void ExternalRig::check_rest() {
+  std::vector<double> neutral;
+  for (const solver::Channel& channel : channels_) neutral.push_back(channel.rest);
+  const solver::SpinePose pose = this->pose(neutral, solver::Detail::joints);
+  for (Index k = 0; k < joint_names_.size(); ++k) {
+    const double turn = degrees(angle_between(pose.turn[k], rest_.turn[k]));
+    const double shift = glm::distance(pose.position[k], rest_.position[k]) / anatomy_.spine_length;
+    if (turn > kAtRest_deg || shift > kAtRestShift)
+      throw RigError(who_ + ": the rig does not stand at rest: with its controls untouched '" +
+                     joint_names_[k] + "' is turned by " + number_text(turn, 1) +
+                     " degrees and moved by " + percent(shift) +
+                     " of the spine; clear its pose and save it so");
+  }
+}
+
+void ExternalRig::find_memory() {
+  // Each bend alone, then all at once, at angles that no two poses share.
+  std::vector<solver::BodyPose> poses;
+  for (int n = 0; n < 60; ++n) {
+    const double angle = radians_from(3.0 + n), sign = n % 2 == 0 ? 1.0 : -1.0;
+    solver::BodyPose pose;
+    const int kind = n % 5;
+    if (kind == 0 || kind == 4) pose.extension = angle;
+    if (kind == 1) pose.flexion = angle;
+    if (kind == 2 || kind == 4) pose.side = 0.7 * sign * angle;
+    if (kind == 3 || kind == 4) pose.twist = sign * angle;
+    poses.push_back(pose);
+  }
+  std::vector<std::vector<double>> first, second;
+  std::vector<Index> order;
+  for (Index i = 0; i < poses.size(); ++i) {
+    first.push_back(controls_for(poses[i]));
+    // 17 and 60 have no divisor in common: every pose once, each after another one than before.
+    order.push_back((poses.size() - 1 - i) * 17 % poses.size());
+  }
+  for (const Index i : order) second.push_back(controls_for(poses[i]));
+  const std::vector<solver::SpinePose> before = ask(first, *servers_.front());
+  const std::vector<solver::SpinePose> again = ask(second, *servers_.back());
+  const double length = chain_length(rest_.position);
+  for (Index k = 0; k < order.size(); ++k) {
+    const PoseDifference off = pose_difference(before[order[k]], again[k], length);
+    const double share = std::max(off.shift, radians_from(off.turn_deg));
+    if (share > memory_.share)
+      memory_ = {poses[order[k]], share, off.turn_deg, off.shift, off.joint};
+  }
+}
+
+ExternalRig::Key ExternalRig::key_of(std::span<const double> control) {
+  std::vector<double> plain(control.begin(), control.end());
+  for (double& value : plain) value += 0.0;  // -0 is 0
+  return {reinterpret_cast<const char*>(plain.data()), plain.size() * sizeof(double)};
+}
+
+solver::SpinePose ExternalRig::pose_from(std::span<const glm::dmat4> joints) const {
+  // What each of the rig's joints does to the character's space.
+  std::vector<glm::dmat4> motion;
+  motion.reserve(joints.size());
+  for (Index j = 0; j < joints.size(); ++j)
+    motion.push_back(world_from_rig_ * joints[j] * joint_from_rig_[j] * rig_from_world_);
+  auto body = std::make_shared<solver::WholeBody>();
+  std::vector<const glm::dmat4*> of_node(character_.nodes.size(), nullptr);
+  for (Index n = 0; n < character_.nodes.size(); ++n) {  // parents stand before their children
+    const skin::Node& node = character_.nodes[n];
+    if (asked_[n] >= 0)
+      of_node[n] = &motion[static_cast<Index>(asked_[n])];
+    else if (node.parent >= 0)
+      of_node[n] = of_node[static_cast<Index>(node.parent)];
+    body->world_from_node.push_back(of_node[n] ? *of_node[n] * node.world_from_node
+                                               : node.world_from_node);
+  }
+  solver::SpinePose pose = rest_;
+  for (Index k = 0; k < chain_asked_.size(); ++k) {
+    const glm::dmat4& moved = motion[static_cast<Index>(chain_asked_[k])];
+    pose.position[k] = glm::dvec3(moved * glm::dvec4(rest_.position[k], 1.0));
+    pose.turn[k] = nearest_rotation(glm::dmat3(moved));
+  }
+  pose.hip.turn = pose.turn.front();
+  pose.hip.posed_origin = pose.position.front();
+  pose.chest.turn = pose.turn.back();
+  pose.chest.posed_origin = pose.position.back();
+  pose.arms = pose.chest;
+  if (moves_arms_) {
+    // The mean of both: what one does alone, a shrug, is no drift of the spine's.
+    const int left = anatomy_.left_arm.front(), right = anatomy_.right_arm.front();
+    const auto rest_of = [&](int n) {
+      return origin(character_.nodes[static_cast<Index>(n)].world_from_node);
+    };
+    const auto now = [&](int n) { return origin(body->world_from_node[static_cast<Index>(n)]); };
+    const auto turn_of = [&](int n) {
+      return nearest_rotation(glm::dmat3(*of_node[static_cast<Index>(n)]));
+    };
+    const glm::dquat a = turn_of(left), b = turn_of(right);
+    pose.arms.turn = a == b ? a : glm::slerp(a, b, 0.5);
+    pose.arms.rest_origin = 0.5 * (rest_of(left) + rest_of(right));
+    pose.arms.posed_origin = 0.5 * (now(left) + now(right));
+  }
+  pose.body = std::move(body);
+  return pose;
+}
+
+std::vector<solver::SpinePose> ExternalRig::ask(std::span<const std::vector<double>> controls,
+                                                RigServer& server) const {
+  std::vector<solver::SpinePose> poses;
+  for (Index first = 0; first < controls.size();) {
+    poll_interrupt();
+    const Index count = std::min(server.batch(), controls.size() - first);
+    std::vector<double> values;
+    for (const std::vector<double>& control : controls.subspan(first, count))
+      for (Index c = 0; c < channels_.size(); ++c)
+        values.push_back(channels_[c].kind == solver::Channel::Kind::rotation ? degrees(control[c])
+                                                                              : control[c]);
+    const std::vector<glm::dmat4> joints = server.ask(values, count);
+    for (Index p = 0; p < count; ++p)
+      poses.push_back(pose_from(std::span(joints).subspan(p * selected_.size(), selected_.size())));
+    first += count;
+  }
+  return poses;
+}
+
+std::vector<solver::SpinePose> ExternalRig::fetch(
+    std::span<const std::vector<double>> controls) const {
+  std::vector<solver::SpinePose> poses;
+  {
+    const Lease lease(*this);
+    poses = ask(controls, lease.server());
+  }
+  const std::lock_guard lock(mutex_);
+  for (Index p = 0; p < poses.size(); ++p) keep(key_of(controls[p]), poses[p]);
+  return poses;
+}
+
+void ExternalRig::keep(const Key& key, const solver::SpinePose& pose) const {
+  if (chain_.size() >= kMostChains) chain_.clear();
+  solver::SpinePose chain = pose;
+  chain.body.reset();
+  chain_.insert_or_assign(key, std::move(chain));
+  if (!body_.emplace(key, pose.body).second) return;
+  body_order_.push_back(key);
+  const Index bytes = sizeof(glm::dmat4) * character_.nodes.size();
+  body_bytes_ += bytes;
+  while (body_bytes_ > kMostBodyBytes && body_order_.size() > 1) {
+    body_.erase(body_order_.front());
+    body_order_.pop_front();
+    body_bytes_ -= bytes;
+  }
+}
+
+bool ExternalRig::has(const Key& key, solver::Detail detail) const {
+  return chain_.contains(key) && (detail == solver::Detail::joints || body_.contains(key));
+}
+
+solver::SpinePose ExternalRig::pose(std::span<const double> control, solver::Detail detail) const {
+  const Key key = key_of(control);
+  {
+    const std::lock_guard lock(mutex_);
+    if (has(key, detail)) {
+      solver::SpinePose pose = chain_.at(key);
+      if (const auto body = body_.find(key); body != body_.end()) pose.body = body->second;
+      return pose;
+    }
+  }
+  const std::vector<double> values(control.begin(), control.end());
+  return fetch({&values, 1}).front();
+}
+
+void ExternalRig::prepare(std::span<const std::vector<double>> controls,
+                          solver::Detail detail) const {
+  std::vector<std::vector<double>> missing;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const std::vector<double>& control : controls)
+      if (!has(key_of(control), detail)) missing.push_back(control);
+  }
+  if (!missing.empty()) fetch(missing);
+}
+
+}  // namespace backbend::validate

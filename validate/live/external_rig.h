@@ -1,0 +1,125 @@
+#pragma once
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <span>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "skin/anatomy.h"
+#include "skin/character.h"
+#include "validate/live/control_mapping.h"
+#include "validate/live/rig_server.h"
+#include "validate/sweeps/external_spec.h"
+
+namespace backbend::validate {
+
+/// A studio's own rig on a character, asked while it runs in its own program.
+///
+/// Its joints are matched with the character's by name, and move them as they move against their
+/// own rest; a node that the rig does not have goes with its parent. Every answer is kept by its
+/// control values, so that a pose is the same whoever asks for it and when. Any number of threads
+/// may ask; each waits for a free server.
+class ExternalRig {
+ public:
+  /// Starts the servers. `controls` are the sidecar's. Throws RigError naming the rig: servers that
+  /// do not start or speak, a mapping whose controls the rig does not have, spine joints that it
+  /// does not have, one that stands otherwise at rest.
+  ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
+              const skin::Anatomy& anatomy, const std::vector<skin::SidecarControl>& controls);
+
+  const std::string& who() const { return who_; }
+  const RigHello& hello() const { return servers_.front()->hello(); }
+  const ControlMapping& mapping() const { return mapping_; }
+  std::size_t server_count() const { return servers_.size(); }
+  /// The rig's channels that the mapping moves, radians for rotations.
+  const std::vector<solver::Channel>& channels() const { return channels_; }
+  std::vector<double> controls_for(const solver::BodyPose& body) const;
+  /// Body channels that nothing stands for.
+  bool maps(std::string_view channel) const { return !mapping_.targets(channel).empty(); }
+
+  /// Names and rest positions of the chain that is judged, hips first.
+  const std::vector<std::string>& joint_names() const { return joint_names_; }
+  const solver::SpinePose& rest() const { return rest_; }
+  /// Whether joints of the chain are segments of bones that bend inside, which linear blending of
+  /// the character's own joints does not show.
+  bool bends_inside() const { return bends_inside_; }
+  /// Whether the rig moves the joints that the character's arms hang from.
+  bool moves_arms() const { return moves_arms_; }
+  /// A pose that was another when it was asked for again.
+  struct Memory {
+    solver::BodyPose pose;
+    double share = 0.0;  // of the spine's length: the largest shift, or arc of a turn over it
+    double turn_deg = 0.0, shift = 0.0;
+    int joint = -1;
+  };
+  /// Asked when the rig is started: some sixty poses twice, in two orders, the second time of the
+  /// last server. The worst; share 0: every pose came out as it was, within rounding.
+  const Memory& memory() const { return memory_; }
+  bool has_memory() const { return memory_.share > kSamePose; }
+  static constexpr double kSamePose = 1e-5;  // of the spine's length: BB044's limit
+
+  /// What a person should know of how the rig was understood, a line each.
+  const std::vector<std::string>& notes() const { return notes_; }
+
+  /// Throws RigError where the servers have been given up; Interrupted.
+  solver::SpinePose pose(std::span<const double> control, solver::Detail detail) const;
+  void prepare(std::span<const std::vector<double>> controls, solver::Detail detail) const;
+
+ private:
+  using Key = std::string;  // the bytes of the control values
+  class JointFinder;
+  struct Lease;
+
+  static Key key_of(std::span<const double> control);
+  void map_channels();
+  void match_joints();
+  void add_to_chain(int node, int joint, const JointFinder& finder);
+  int select(int joint);
+  void place_in_world();
+  void check_rest();
+  void find_memory();
+  std::vector<solver::SpinePose> ask(std::span<const std::vector<double>> controls,
+                                     RigServer& server) const;
+  /// Asks a free server, and keeps the answers.
+  std::vector<solver::SpinePose> fetch(std::span<const std::vector<double>> controls) const;
+  void keep(const Key& key, const solver::SpinePose& pose) const;
+  bool has(const Key& key, solver::Detail detail) const;
+  solver::SpinePose pose_from(std::span<const glm::dmat4> joints) const;
+
+  const skin::Character& character_;
+  const skin::Anatomy& anatomy_;
+  std::string who_;
+  mutable std::vector<std::unique_ptr<RigServer>> servers_;
+  ControlMapping mapping_;
+  std::vector<solver::Channel> channels_;
+  std::vector<int> rig_channel_;  // of each channel, into the hello's
+  std::vector<std::string> joint_names_;
+  std::vector<int> chain_asked_;  // of each joint of the chain: into selected_
+  solver::SpinePose rest_;
+  bool moves_arms_ = false, bends_inside_ = false;
+  Memory memory_;
+  std::vector<std::string> notes_;
+  glm::dmat4 world_from_rig_{1.0}, rig_from_world_{1.0};
+  std::vector<int> selected_;               // joints of the rig that are asked for
+  std::vector<glm::dmat4> joint_from_rig_;  // of each, at rest
+  std::vector<int> asked_;                  // of each node: into selected_, -1 for none
+
+  mutable std::mutex mutex_;  // guards what follows
+  mutable std::condition_variable server_is_free_;
+  mutable std::vector<std::size_t> free_;
+  mutable std::unordered_map<Key, solver::SpinePose> chain_;  // without bodies
+  mutable std::unordered_map<Key, std::shared_ptr<const solver::WholeBody>> body_;
+  mutable std::deque<Key> body_order_;  // oldest first
+  mutable std::size_t body_bytes_ = 0;
+};
+
+/// The rig as a system. Throws nothing.
+std::unique_ptr<solver::SpineSystem> external_system(const solver::SystemSpec& spec,
+                                                     std::shared_ptr<const ExternalRig> rig);
+/// The rig behind a system that external_system() made; null for another one.
+const ExternalRig* external_rig(const solver::SpineSystem& system);
+
+}  // namespace backbend::validate

@@ -1,0 +1,57 @@
+#pragma once
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "validate/files/child_stream.h"
+#include "validate/live/rig_protocol.h"
+
+namespace backbend::validate {
+
+/// One running server of `backbend.rig/1` (rig_protocol.h). Not for several threads at once.
+///
+/// One that hangs, dies, answers short, not finite or in other words is started again once and
+/// asked the same again; then it is given up.
+class RigServer {
+ public:
+  /// Starts it and hears its hello. `who` names the rig in what is said. Throws solver::RigError.
+  RigServer(std::string who, std::vector<std::string> argv, double timeout);
+
+  const RigHello& hello() const { return hello_; }
+  /// Says which channels and joints are wanted from now on, as indices into the hello's: a server
+  /// that can does only those, of another one the rest is left at rest and passed over.
+  void select(std::vector<int> channels, std::vector<int> joints);
+  /// Matrices of the selected joints, pose by pose, for values of the selected channels (as on the
+  /// wire), pose by pose. At most kMostPosesAsked poses. Throws solver::RigError with one line that
+  /// says who and what went wrong; Interrupted.
+  std::vector<glm::dmat4> ask(std::span<const double> values, std::size_t poses);
+  /// How many poses are asked for at once: as many as take a tenth of the timeout at the pace of
+  /// the answers so far.
+  std::size_t batch() const { return batch_; }
+
+ private:
+  void start();
+  void send_selection();
+  std::vector<glm::dmat4> ask_once(std::span<const double> values, std::size_t poses);
+  void write(std::string_view text);
+  void write(std::span<const std::uint8_t> bytes);
+  std::string read_line(const std::string& what, std::size_t most);
+  [[noreturn]] void fail(ChildStream::Outcome outcome, const std::string& what);
+  [[noreturn]] void give_up(const std::string& why);
+  /// Gives up after a failed attempt, or starts anew where that may be done.
+  void after(const std::string& complaint);
+
+  std::string who_;
+  std::vector<std::string> argv_;
+  ChildStream::Patience patience_;
+  std::unique_ptr<ChildStream> child_;
+  RigHello hello_;
+  std::vector<int> channels_, joints_;
+  std::vector<std::string> joint_name_;  // of what an answer holds
+  std::size_t batch_ = 1;
+  bool restarted_ = false;
+  std::string given_up_;  // why; empty: it is not
+};
+
+}  // namespace backbend::validate
