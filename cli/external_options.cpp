@@ -11,13 +11,11 @@ void ExternalOptions::add_to(CLI::App* command) {
   command
       ->add_option("--map", map,
                    "of your own rig: which controls stand for which channel, JSON [the sidecar's]")
-      ->type_name(kFileType)
-      ->configurable();
+      ->type_name(kFileType);
   command
       ->add_option("--servers", servers,
                    "of your own rig: programs that are asked side by side [1]")
-      ->check(CLI::Range(1, 64))
-      ->configurable();
+      ->check(CLI::Range(1, 64));
 }
 
 void ExternalOptions::apply_to(std::vector<RigPlan*> rigs) const {
