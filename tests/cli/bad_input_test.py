@@ -1,6 +1,7 @@
 """Bad input of every kind: one clear line, the exit code of the specification, nothing written."""
 
 import base64
+import json
 import os
 import struct
 import tempfile
@@ -50,6 +51,32 @@ class Usage(CommandTest):
             result = self.assert_runs(*arguments)
             self.assertNotEqual(result.stdout, "")
             self.assertEqual(result.stderr, "")
+
+
+class BrokenCharacterInASuite(CommandTest):
+    def test_a_character_that_cannot_be_read_is_a_finding_of_its_own_and_the_others_are_measured(self):
+        self.write("good.glb", glb.tube())
+        self.write("broken.glb", b"not a character")
+        self.write("night.toml", """[suite]
+characters = ["broken.glb", "good.glb"]
+corners = false
+[[rig]]
+solver = { system = "even" }
+[[sweep]]
+channel = "extension"
+to = 10
+step = 5
+""")
+        done = self.backbend("nightly", "night.toml", "--quick", "--json", "-o", "out")
+        report = json.loads(done.stdout)
+        self.assertEqual(done.returncode, 3, done.stderr)
+        (finding,) = [each for each in report["findings"] if each["character"] == "broken"]
+        self.assertEqual((finding["code"], finding["verdict"], finding["owner"]), ("BB051", "not_measured", "INPUT"))
+        self.assertIn("broken.glb", finding["detail"])
+        self.assertNotIn("BB050", [each["code"] for each in report["findings"]])
+        self.assertIn("BB051", [each["code"] for each in report["checks"]])
+        self.assertEqual([each["name"] for each in report["characters"]], ["good"])
+        self.assertIn("unreadable character", (self.folder / "out/index.html").read_text(encoding="utf-8"))
 
 
 class Characters(CommandTest):

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <set>
@@ -44,6 +45,14 @@ double worst(const RigRecord& rig, MetricId metric) {
       if (!(value <= most)) most = value;  // NaN is kept
     }
   return most;
+}
+
+/// The one value of a rig; NaN where none was noted.
+double return_to_rest(const RigRecord& rig) {
+  for (const SweepRecord& sweep : rig.sweeps)
+    for (const PoseRecord& pose : sweep.poses)
+      if (pose.rest_noted) return pose.at(MetricId::return_to_rest).value;
+  return std::numeric_limits<double>::quiet_NaN();
 }
 
 RigRecord spoiled(Spoiled::Fault fault) {
@@ -118,7 +127,7 @@ TEST(HipAndStretch, TheIdealBendHasTheSameChestAgainstTheHips) {
 TEST(Behaviour, OfTheEvenSpineIsCleanAndWhollyMeasured) {
   const RigRecord rig = measured("even");
   EXPECT_LT(worst(rig, MetricId::mirror), 1e-6);
-  EXPECT_EQ(worst(rig, MetricId::return_to_rest), 0.0);
+  EXPECT_EQ(return_to_rest(rig), 0.0);
   EXPECT_LT(worst(rig, MetricId::predictability), 0.01);
   EXPECT_LT(worst(rig, MetricId::chain_twist_jump), 3.0);
   EXPECT_EQ(worst(rig, MetricId::non_finite), 0.0);
@@ -134,7 +143,7 @@ TEST(Behaviour, AJointThatLeansToOneSideIsAMirrorAsymmetryOfTwiceItsLean) {
   EXPECT_NEAR(worst(rig, MetricId::mirror), 2.0, 1e-6);
   const PoseRecord& bent = rig.sweeps[0].poses.back();
   EXPECT_EQ(bent.at(MetricId::mirror).place, 4);
-  EXPECT_EQ(worst(rig, MetricId::return_to_rest), 0.0);
+  EXPECT_EQ(return_to_rest(rig), 0.0);
 }
 
 TEST(Behaviour, WhatStaysWhenEveryControlIsBackIsFound) {
@@ -142,8 +151,36 @@ TEST(Behaviour, WhatStaysWhenEveryControlIsBackIsFound) {
   const RigRecord rig = spoiled([&](std::span<const double>, solver::SpinePose& pose) {
     pose.position[6].y += 0.002 * length;
   });
-  EXPECT_NEAR(worst(rig, MetricId::return_to_rest), 0.2, 1e-9);
+  EXPECT_NEAR(return_to_rest(rig), 0.2, 1e-9);
   EXPECT_EQ(rig.sweeps[0].poses[0].at(MetricId::return_to_rest).place, 6);
+  // It fails once, not once a sweep.
+  const LimitSet limits;
+  const auto findings = judge_rig(rig, {tube(), limits, *find_envelope("human"), "tube"});
+  EXPECT_EQ(std::ranges::count(findings, "BB044", &Finding::code), 1);
+}
+
+TEST(Behaviour, ReturnToRestIsSolvedAndCountedOnceForARig) {
+  const RigRecord even = measured("even");
+  std::vector<double> neutral;
+  for (const solver::Channel& channel : even.system->channels()) neutral.push_back(channel.rest);
+  std::atomic<int> solves = 0;
+  const auto count = [&](std::span<const double> control, solver::SpinePose&) {
+    if (std::ranges::equal(control, neutral)) ++solves;
+  };
+  const RigRecord rig = spoiled(count);
+  // Of 13 poses three are at rest, each solved for itself, its mirror image and the response.
+  EXPECT_EQ(solves, 1 + 3 * 3);
+  int noted = 0;
+  for (const SweepRecord& sweep : rig.sweeps)
+    for (const PoseRecord& pose : sweep.poses)
+      noted += static_cast<int>(std::isfinite(pose.at(MetricId::return_to_rest).value));
+  EXPECT_EQ(noted, 1);
+  const auto coverage = coverage_of(rig);
+  const auto counted = std::ranges::find(coverage, "BB044", &Coverage::code);
+  ASSERT_NE(counted, coverage.end());
+  EXPECT_EQ(counted->planned, 1);
+  EXPECT_EQ(counted->measured, 1);
+  EXPECT_EQ(std::ranges::find(coverage, "BB010", &Coverage::code)->planned, 14);
 }
 
 TEST(Behaviour, AnEndThatTurnsAboutAnotherAxisThanItsControlIsUnpredictable) {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "validate/report/report.h"
-#include "validate/run/measure.h"
+#include "validate/run/judge.h"
 #include "validate/verdicts/limits.h"
 
 namespace backbend::validate {
@@ -27,6 +27,8 @@ std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
   record.body = pose;
   record.control = controls_at(system, pose, mapping);
   measure_pose(body, rig_at_rest(system), posed, record);
+  const MetricScope scope{system.rest(), !body.mesh().open_reason.empty(),
+                          why_no_kinks(body.slices()).empty(), stage.driver().arms_follow_chest()};
   const LimitSet limits;
   const Check* worst = nullptr;
   double worst_factor = -1.0, worst_value = 0.0;
@@ -34,6 +36,7 @@ std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
     const double value = record.metric[metric].value;
     const Check* check = find_check(pose_metrics()[metric].code);
     if (check == nullptr || !std::isfinite(value)) continue;
+    if (!is_applicable(scope, static_cast<MetricId>(metric), record)) continue;
     const double factor = factor_of_limit(*check, value, limits.of(check->code).value);
     if (factor > worst_factor) worst = check, worst_factor = factor, worst_value = value;
   }

@@ -7,8 +7,9 @@
 
 namespace backbend::validate {
 
-/// The metric of a pose that comes nearest to its default limit, or lies furthest beyond it, with
-/// its value and limit: `arm drift 12.3 deg (limit 15)`. Empty where nothing could be measured.
+/// The metric of a pose that comes nearest to its default limit, or lies furthest beyond it, among
+/// those that apply to the rig, the character and the pose, with its value and limit: `arm
+/// drift 12.3 deg (limit 15)`. Empty where nothing could be measured.
 std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
                          const PoseDegrees& pose, solver::Mapping mapping,
                          const PosedCharacter& posed);

@@ -114,8 +114,7 @@ struct Worst {
 };
 
 /// The worst pose among those (inside or beyond the envelope) that fail. `feasible`: only those
-/// that the body is not too thick for, so that none of them hides behind one that is nobody's
-/// fault.
+/// that the body is not too thick for, so that an infeasible pose hides none of them.
 std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
                                    const Check& check, const JudgeContext& context, bool inside,
                                    bool feasible) {
@@ -222,14 +221,20 @@ void set_place(MetricId metric, int place, const std::vector<std::string>& joint
 }
 
 bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose) {
+  return is_applicable({rig.system->rest(), rig.open_mesh, rig.has_kinks, rig.has_arms}, metric,
+                       pose);
+}
+
+bool is_applicable(const MetricScope& rig, MetricId metric, const PoseRecord& pose) {
   if (!pose.taken) return false;
-  if (metric == MetricId::flip_margin) return !rig.system->rest().flip_margin.empty();
+  if (metric == MetricId::flip_margin) return !rig.rest.flip_margin.empty();
   if (metric == MetricId::volume) return !rig.open_mesh;
   if (metric == MetricId::mesh_kink || metric == MetricId::twist_jump) return rig.has_kinks;
   if (metric == MetricId::arm_slide) return rig.has_arms;
-  if (metric == MetricId::range_of_motion) return rig.has_arms;  // a human's is asked of no snake
+  if (metric == MetricId::range_of_motion) return rig.has_arms;  // a human range fits no snake
+  if (metric == MetricId::return_to_rest) return pose.rest_noted;
   if (metric == MetricId::chain_twist_jump)
-    return rig.system->rest().position.size() >= kLeastTwistJumpJoints;
+    return rig.rest.position.size() >= kLeastTwistJumpJoints;
   if (metric == MetricId::lost_twist)
     return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0 &&
            pose.body.hip == 0;
@@ -272,8 +277,8 @@ struct Miss {
   double excess = 0.0;
 };
 
-/// Checks by sweep that were found to be over their limit inside the envelope, and are nobody's to
-/// mend: the skeleton's or the pose's.
+/// Checks by sweep that are over their limit inside the envelope because of the skeleton or the
+/// pose.
 using Advisories = std::set<std::pair<std::string, std::string>>;
 
 Advisories advisories_in(const std::vector<Finding>& findings) {
@@ -298,7 +303,7 @@ std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context
     const double limit = limit_at(check.code, context.limits.of(check.code).value, load);
     if (judge(check, value, limit) != Verdict::fail) continue;
     if (pose.inside && advisories.contains({sweep.sweep.name, std::string(check.code)})) continue;
-    // Nor is what a body is too thick for, wherever a milder pose has decided.
+    // Nor does a pose that the body is too thick for count, where a milder pose has decided.
     if (pose.inside && check.subject == Subject::mesh && is_infeasible(pose)) continue;
     const double here = excess(check, value, limit);
     if (!worst || here > worst->excess) worst = Miss{check.code, here};
@@ -377,7 +382,7 @@ std::vector<Coverage> coverage_of(const RigRecord& rig) {
   Coverage flips{"BB001", 0, 0, 0, 0};
   for (const SweepRecord& sweep : rig.sweeps) {
     ++flips.planned;
-    // A rig that cannot take a sweep stood still in it.
+    // A rig that cannot take a sweep did not move in it.
     const bool taken = std::ranges::all_of(sweep.poses, &PoseRecord::taken);
     ++(!taken ? flips.not_applicable : sweep.flips.certified ? flips.measured : flips.not_measured);
   }
@@ -392,6 +397,7 @@ std::vector<Coverage> coverage_of(const RigRecord& rig) {
     Coverage coverage{std::string(check.code), 0, 0, 0, 0};
     for (const SweepRecord& sweep : rig.sweeps) {
       for (const PoseRecord& pose : sweep.poses) {
+        if (metric == MetricId::return_to_rest && !pose.rest_noted) continue;  // once for a rig
         ++coverage.planned;
         if (!is_applicable(rig, metric, pose)) {
           ++coverage.not_applicable;

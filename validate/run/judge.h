@@ -69,9 +69,18 @@ std::vector<Coverage> coverage_of(const RigRecord& rig);
 /// The plotted values of a rig; NaN where a metric does not apply to a pose.
 std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits);
 
-/// Whether a value of this metric says anything about this pose: lost twist does not in a bend,
-/// a flip margin not in a rig without singular poses, a twist jump not in a chain of few joints.
+/// What decides which metrics apply to a rig on a character.
+struct MetricScope {
+  const solver::SpinePose& rest;
+  bool open_mesh = false;
+  bool has_kinks = true;
+  bool has_arms = true;
+};
+
+/// Whether a value of this metric means anything at this pose: lost twist does not in a bend, a
+/// flip margin not in a rig without singular poses, a twist jump not in a chain of few joints.
 bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose);
+bool is_applicable(const MetricScope& rig, MetricId metric, const PoseRecord& pose);
 
 /// The joint's name in the pose, or an empty text for -1.
 std::string joint_name(const RigRecord& rig, int joint);

@@ -85,7 +85,7 @@ std::vector<PoseRecord> plan_poses(const solver::SpineSystem& system, solver::Ma
   return poses;
 }
 
-/// The gain of a pose is that of the faster of the two intervals that it ends.
+/// The gain of a pose is that of the faster of its two intervals.
 void record_gain(SweepRecord& record) {
   const std::vector<double>& gain = record.flips.interval_gain;
   for (std::size_t i = 0; i < record.poses.size(); ++i) {
@@ -113,8 +113,7 @@ double share_of_back(const Stage& stage) {
   return back > 0.0 ? driven / back : 1.0;
 }
 
-/// What a pose owes to the rig alone: its mirror image, its way back to rest, what a human's spine
-/// could do of it.
+/// What a pose owes to the rig alone: its mirror image, what a human's spine could do of it.
 void record_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record) {
   const solver::SpineSystem& system = *rig.system;
   const solver::SpinePose& rest = system.rest();
@@ -128,20 +127,36 @@ void record_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& reco
   const solver::SpinePose image = system.solve(controls_at(system, other_side, rig.mapping));
   const PoseDifference off =
       pose_difference(pose, mirrored(image, left, rest.position.front()), length);
-  // A spine that stands off its middle plane does so in the pose and in the image.
+  // A rest spine that leaves its middle plane does so in the pose and in the mirror image.
   const double own =
       pose_difference(rest, mirrored(rest, left, rest.position.front()), length).shift;
   record.at(MetricId::mirror) = {100.0 * std::max(0.0, off.shift - 2.0 * own), off.joint};
-
-  std::vector<double> neutral;
-  for (const solver::Channel& channel : system.channels()) neutral.push_back(channel.rest);
-  const PoseDifference left_over = pose_difference(system.solve(neutral), rest, length);
-  record.at(MetricId::return_to_rest) = {100.0 * left_over.shift, left_over.joint};
 
   std::vector<double> level = system.arc_fraction();
   for (double& l : level) l *= share_of_back(stage);
   const RangeUse use = human_range_use(pose, rest, level, left);
   record.at(MetricId::range_of_motion) = {use.ratio, use.joint};
+}
+
+/// What is left when every control is back at rest. A system remembers nothing, so one solve says
+/// it for the whole rig.
+Measured return_to_rest(const solver::SpineSystem& system) {
+  const solver::SpinePose& rest = system.rest();
+  std::vector<double> neutral;
+  for (const solver::Channel& channel : system.channels()) neutral.push_back(channel.rest);
+  const PoseDifference left_over =
+      pose_difference(system.solve(neutral), rest, chain_length(rest.position));
+  return {100.0 * left_over.shift, left_over.joint};
+}
+
+/// The pose that a rig's return to rest is noted at: the first that it can take, inside the
+/// envelope if one is.
+PoseRecord* pose_for_rest(RigRecord& rig) {
+  PoseRecord* found = nullptr;
+  for (SweepRecord& sweep : rig.sweeps)
+    for (PoseRecord& pose : sweep.poses)
+      if (pose.taken && (found == nullptr || (pose.inside && !found->inside))) found = &pose;
+  return found;
 }
 
 /// How far the axis about which the chain's end turns strays from that of the chest control. Of a
@@ -157,7 +172,7 @@ void record_predictability(const solver::SpineSystem& system, SweepRecord& sweep
   }
   for (std::size_t i = 0; i < pose.size() && !stray.empty(); ++i) {
     const double before = stray[i > 0 ? i - 1 : 0], after = stray[std::min(i, stray.size() - 1)];
-    // Not std::max: what is not a number must not hide behind the other.
+    // Not std::max: NaN must be kept.
     const double worse = before >= after || std::isnan(before) ? before : after;
     sweep.poses[i].at(MetricId::predictability) = {worse, -1};
   }
@@ -175,6 +190,7 @@ RigRecord start(const Stage& stage, const RigPlan& plan, solver::Mapping mapping
     record.poses = plan_poses(*rig.system, mapping, sweep, envelope);
     rig.sweeps.push_back(std::move(record));
   }
+  if (PoseRecord* pose = pose_for_rest(rig)) pose->rest_noted = true;
   return rig;
 }
 
@@ -187,7 +203,10 @@ void measure_flips(RigRecord& rig) {
 }  // namespace
 
 void measure_behaviour(const Stage& stage, RigRecord& rig) {
+  const Measured left_over = return_to_rest(*rig.system);
   for (SweepRecord& sweep : rig.sweeps) {
+    for (PoseRecord& pose : sweep.poses)
+      if (pose.rest_noted) pose.at(MetricId::return_to_rest) = left_over;
     oneapi::tbb::parallel_for(std::size_t{0}, sweep.poses.size(), [&](std::size_t i) {
       if (sweep.poses[i].at(MetricId::non_finite).value == 0.0)
         record_behaviour(stage, rig, sweep.poses[i]);

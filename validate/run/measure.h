@@ -66,8 +66,9 @@ struct Measured {
 struct PoseRecord {
   double control_deg = 0.0;
   PoseDegrees body;
-  bool inside = true;  // the envelope
-  bool taken = true;   // false: the rig has no control for it, and nothing of it is applicable
+  bool inside = true;       // the envelope
+  bool taken = true;        // false: the rig has no control for it, and nothing of it is applicable
+  bool rest_noted = false;  // the one pose of a rig that carries its return to rest (BB044)
   std::vector<double> control;
   std::array<Measured, kMetricCount> metric;
   ArmDrift arms;

@@ -117,7 +117,9 @@ std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
           return std::any_of(rig.coverage.begin(), rig.coverage.end(),
                              [&](const Coverage& each) { return each.code == check.code; });
         });
-    if (!planned) continue;
+    const bool found =
+        std::ranges::find(report.findings, check.code, &Finding::code) != report.findings.end();
+    if (!planned && !found) continue;
     rows.push_back({std::string(check.code), std::string(check.name), std::string(check.measures),
                     std::string(check.unit), std::string(check.reason), limits.of(check.code).value,
                     std::string(name_of(check.sense))});
@@ -127,26 +129,27 @@ std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
 
 namespace {
 
-/// A character that cannot be used is an entry of the report, so that the others still run.
+/// A character that cannot be used becomes a finding, so that the others still run.
 Finding input_finding(const std::filesystem::path& file, const std::string& why) {
   Finding finding;
-  finding.code = "BB050";
+  finding.code = "BB051";
   finding.character = file.stem().string();
   finding.pose = "none";
+  finding.unit = find_check(finding.code)->unit;
   finding.verdict = Verdict::not_measured;
   finding.owner = Owner::input;
   finding.detail = why;
   return finding;
 }
 
-/// Which envelope a character is held to, and who says so.
+/// The envelope of a character, and where it comes from.
 struct EnvelopeChoice {
   Envelope envelope;
   std::string reason;
 };
 
-/// What the suite or the command line asks for; else what stands beside the character; else that
-/// of its kind. A project's word yields to the character's own.
+/// The suite's or the command line's; else the sidecar's; else that of the kind of body. A
+/// project's envelope yields to the sidecar's.
 EnvelopeChoice envelope_of(const RunRequest& request, const std::optional<skin::Sidecar>& sidecar,
                            const CharacterFacts& facts, skin::BodyKind kind) {
   const Suite& suite = request.suite;
@@ -157,7 +160,7 @@ EnvelopeChoice envelope_of(const RunRequest& request, const std::optional<skin::
   const bool own_counts = suite.envelope_by_kind || request.envelope_yields;
   if (own_counts && sidecar && !sidecar->envelope.empty())
     if (const auto own = find_envelope(sidecar->envelope)) return chosen(*own, "its sidecar");
-  if (!suite.envelope_by_kind) return chosen(suite.envelope, "as asked for");
+  if (!suite.envelope_by_kind) return chosen(suite.envelope, "requested");
   if (request.chain == DrivenChain::neck)
     return chosen(envelope_for(kind, true), "the neck is driven");
   return chosen(envelope_for(kind, false), facts.kind_reason);
@@ -179,7 +182,7 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   for (std::string& note : input.notes) report.characters.back().notes.push_back(std::move(note));
 }
 
-/// What pictures and geometry were both asked about: every sweep that is watched, and every
+/// What both pictures and geometry cover: every sweep that is watched, and every
 /// finding.
 Coverage agreement_coverage(const RigRecord& rig, const std::vector<Finding>& findings) {
   const auto looked_at =
@@ -211,7 +214,7 @@ std::string agreement_line(const std::vector<Finding>& findings) {
   return line + " and " + std::to_string(picture_only) + " jumps by pictures alone";
 }
 
-/// Says of every finding of a rig where on the body it is.
+/// Fills in the place on the body of every finding of a rig.
 void name_places(const Stage& stage, const PlaceNames& names, const RigRecord& record,
                  std::vector<Finding>& findings) {
   for (Finding& finding : findings) {
@@ -231,8 +234,7 @@ void name_places(const Stage& stage, const PlaceNames& names, const RigRecord& r
   }
 }
 
-/// Where somebody has said which of the artist's controls stands for which channel, each finding
-/// says what to set.
+/// Where the sidecar maps channels to the artist's controls, each finding gets the values to set.
 void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord& record,
                    std::vector<Finding>& findings) {
   if (!sidecar) return;
@@ -312,7 +314,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
                            Ledger& ledger, Progress& progress, Report& report) {
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
   skin::require_possible_import(confirmed.character);
-  // Findings and pictures go by a character's name: a second file of one name gets a number.
+  // Findings and pictures are named by the character: a second file of the same name gets a number.
   const std::string name = confirmed.character.name;
   const auto taken = [&](const CharacterFacts& each) {
     return each.name == confirmed.character.name;
@@ -387,7 +389,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       // The image pass looks at most poses once more.
       poses += sweep.poses.size() * (request.image_pass && sweep.sweep.watched ? 2 : 1);
   progress.start("poses", poses);
-  // Of the character's file and of what stands beside it.
+  // Covers the character's file and its sidecar.
   const std::string content = report.characters.back().hash;
   if (!measure_records(stage, body, content, records, ledger, progress)) return run;
 
@@ -419,7 +421,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   for (std::vector<Finding>& each : findings) {
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   }
-  // Last, for pictures name findings by their number.
+  // Last, because pictures refer to findings by index.
   for (std::vector<Finding>& each : contradictions)
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   const std::size_t judged = report.findings.size();
@@ -443,7 +445,7 @@ std::vector<Comparison> compare_characters(const Report& report, std::vector<Cha
   return comparisons;
 }
 
-/// What the run was made for: the comparison with its worst poses shown.
+/// The comparison, with its worst poses rendered.
 void compare(const RunRequest& request, const OutputFolder& folder, std::vector<CharacterRun>& runs,
              Progress& progress, Report& report) {
   if (request.compare == RunRequest::Compare::characters) {
@@ -478,8 +480,8 @@ Suite as_reference(Suite suite) {
   return suite;
 }
 
-/// Plants faults of rising size and tells what the detectors saw of them. What is tried on are
-/// chains and a round body: what the suite's characters would add, `backbend calibrate` tells.
+/// Plants faults of rising size in chains and a round body, and reports what the detectors found.
+/// `backbend calibrate` does the same on characters.
 void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& report) {
   CalibrationPlan plan;
   plan.clean_poses = static_cast<std::size_t>(slice.poses);
@@ -497,7 +499,7 @@ void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& re
   };
   const CalibrationReport found = calibrate(plan, bodies, watch);
   int clean = 0, alarms = 0;
-  std::string deaf;
+  std::string missed;
   for (const Sensitivity& s : found.detectors) {
     const Agreement agreement = s.agreement();
     report.calibration.push_back({s.detector, s.code, s.body, s.unit, s.threshold, s.threshold_unit,
@@ -506,13 +508,13 @@ void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& re
                                   static_cast<int>(agreement.alike())});
     clean += static_cast<int>(s.clean);
     alarms += static_cast<int>(s.false_alarms);
-    if (!s.ok()) deaf += (deaf.empty() ? "" : ", ") + s.detector + " on " + s.body;
+    if (!s.ok()) missed += (missed.empty() ? "" : ", ") + s.detector + " on " + s.body;
   }
   report.detectors.push_back(
       std::to_string(found.detectors.size()) + " tried with planted faults: " +
-      (deaf.empty() ? "each found its target" : "NOT at their target: " + deaf) + ", " +
+      (missed.empty() ? "each found its target" : "NOT at their target: " + missed) + ", " +
       std::to_string(alarms) + " of " + std::to_string(clean) + " clean poses flagged");
-  if (!deaf.empty()) report.reasons.push_back("a detector is not what it should be: " + deaf);
+  if (!missed.empty()) report.reasons.push_back("a detector missed its target: " + missed);
   const Agreement agreement = found.agreement();
   report.detectors.push_back("pictures and geometry, each without the other: alike in " +
                              std::to_string(agreement.alike()) + " of " +
@@ -521,10 +523,10 @@ void try_detectors(const CalibrationSlice& slice, Progress& progress, Report& re
                              std::to_string(agreement.picture_only) + " by pictures only");
 }
 
-/// Turns accepted findings into waived ones, and says which waivers have run out or do nothing.
+/// Marks waived findings, and reports waivers that have expired or match nothing.
 void waive(const RunRequest& request, Report& report) {
   const std::vector<Waiver>& waivers = request.suite.rules.waivers;
-  // Without a day nobody can say that a waiver still holds.
+  // Without today's date no waiver can be known to hold.
   const std::string today = request.today.empty() ? "9999-12-31" : request.today;
   const WaiverUse use = apply_waivers(report.findings, waivers, today);
   const auto name = [&](std::size_t i) {
@@ -538,12 +540,12 @@ void waive(const RunRequest& request, Report& report) {
   }
   for (const std::size_t i : use.expired)
     report.reasons.push_back(name(i) + " expired on " + waivers[i].expires +
-                             ": what it covered fails again");
+                             ": its findings fail again");
   for (const std::size_t i : use.unused)
-    report.reasons.push_back(name(i) + " covers nothing and can go");
+    report.reasons.push_back(name(i) + " matches no finding; remove it");
 }
 
-/// Meshes stand in the folders of their findings' pictures.
+/// Meshes are in the folders of their findings' pictures.
 void link_meshes(Report& report) {
   for (MeshView& mesh : report.meshes) {
     const std::string place = mesh.pose_path.substr(0, mesh.pose_path.rfind('/') + 1);
@@ -571,7 +573,7 @@ std::string RunRequest::character_text(const std::filesystem::path& file) const 
   if (suite.file.empty()) return file.string();
   const std::filesystem::path folder =
       std::filesystem::absolute(suite.file).lexically_normal().parent_path();
-  // A project keeps its suites in `scenes`, and its commands are typed beside that.
+  // A project keeps its suites in `scenes`, and its commands are run from the folder above.
   return file.lexically_proximate(folder.filename() == "scenes" ? folder.parent_path() : folder)
       .string();
 }
@@ -735,7 +737,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
       facts.notes.push_back(carried_note(night));
       report.provenance["carried " + facts.name] = night;
     } catch (const skin::CharacterError& error) {
-      // Nothing else to run, or to compare with: say it in one line.
+      // Nothing else to run, or to compare with: the error ends the run.
       if (suite.characters.size() == 1 || comparing) throw;
       report.findings.push_back(input_finding(file, error.what()));
       progress.say(std::string("backbend: ") + error.what());

@@ -251,6 +251,12 @@ constexpr std::array kChecks = {
           Sense::at_most, true, "nothing else can be measured on such a pose", Owner::solver,
           "division by zero or the root of a negative number at a degenerate pose",
           "guard the degenerate case with a documented fallback", "", "isfinite"},
+    Check{"BB051", "unreadable character", Subject::input,
+          "characters of a suite that could not be read or have no spine", "count", 0.0,
+          Sense::at_most, true, "a character that was not read was not measured", Owner::input,
+          "a damaged or missing file, a format that the importer refuses, joints without a spine",
+          "read the finding's message; try `backbend inspect` on the file", "",
+          "the reader's own error"},
     Check{"BB060", "weight sums", Subject::input,
           "largest deviation of a vertex's weights from a sum of one, beyond what their storage "
           "rounds",
@@ -322,13 +328,13 @@ constexpr std::array kChecks = {
           "% of height", 0.1, Sense::at_most, true,
           "stored matrices round to 0.001 %; 0.1 % is 2 mm on a human, which a close-up shows",
           Owner::input, "a joint moved after binding, a bind pose set with a joint posed",
-          "set the bind pose of the named joint anew, or bind again", "",
+          "reset the bind pose of the named joint, or bind again", "",
           "inverse bind matrices against their neighbours'"},
     Check{"BB070", "image and geometry disagree", Subject::tool,
           "findings on which picture and geometry contradict each other beyond their calibrated "
           "errors",
           "count", 0.0, Sense::at_most, false,
-          "one of the two is then wrong, and it is ours to find out which", Owner::tool,
+          "one of the two is wrong, which is a fault of this program", Owner::tool,
           "a camera that cannot see the place, a detector outside its calibrated range",
           "open the finding's pictures; report it", "", "specification, section 8"},
 };
