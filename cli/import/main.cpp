@@ -1,6 +1,7 @@
 // backbend-import KIND < FILE > GLB: reads one FBX, Collada or BVH file with Assimp and writes it
 // as binary glTF. Run by backbend for one file at a time, so that a crash, a leak or an endless
 // loop ends with this process. Its exit code is 0, or 3 with one line on standard error.
+#include <assimp/BaseImporter.h>
 #include <assimp/config.h>
 #include <assimp/importerdesc.h>
 #include <assimp/postprocess.h>
@@ -13,6 +14,7 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <new>
 #include <sstream>
 #include <string>
@@ -43,7 +45,7 @@ std::string read_input() {
   }
 }
 
-/// A small file gets little of the machine, whatever it says of itself: what an honest file of
+/// A small file gets few resources, whatever its header claims: what a real file of
 /// this size may cost, with room to spare.
 void limit_resources(std::size_t file_bytes) {
   const auto limit = [](int resource, rlim_t most) {
@@ -70,8 +72,9 @@ void keep_only(Assimp::Importer& importer, const std::string& kind) {
     bool keep = false;
     for (std::string ending; endings >> ending;) keep = keep || ending == kind;
     if (!keep) {
-      Assimp::BaseImporter* reader = importer.GetImporter(i);
-      importer.UnregisterLoader(reader);
+      // Who unregisters a reader owns it.
+      const std::unique_ptr<Assimp::BaseImporter> reader(importer.GetImporter(i));
+      importer.UnregisterLoader(reader.get());
     }
   }
 }
@@ -106,7 +109,7 @@ int run(const std::string& kind) {
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
   if (!scene) return complain(one_line(importer.GetErrorString()));
   if (!write_output(encode_scene(*scene))) return complain("cannot be passed on");
-  // Nothing is left to say: what a broken scene does to its destructor is nobody's concern.
+  // The output is complete: skip the destructors, which a broken scene may crash.
   std::_Exit(0);
 }
 
