@@ -3,10 +3,7 @@
 #include <algorithm>
 
 namespace backbend::solver {
-namespace {
-
-/// Optimal string alignment distance.
-std::size_t edits(std::string_view a, std::string_view b) {
+std::size_t edit_distance(std::string_view a, std::string_view b) {
   const std::size_t width = b.size() + 1;
   std::vector<std::size_t> d((a.size() + 1) * width);
   for (std::size_t i = 0; i <= a.size(); ++i) d[i * width] = i;
@@ -24,8 +21,6 @@ std::size_t edits(std::string_view a, std::string_view b) {
   return d.back();
 }
 
-}  // namespace
-
 std::string_view nearest_name(std::string_view word, std::span<const std::string_view> candidates) {
   constexpr std::size_t kLongest = 256;  // joints' names with their namespaces; no hostile ones
   if (word.size() > kLongest) return {};
@@ -33,7 +28,7 @@ std::string_view nearest_name(std::string_view word, std::span<const std::string
   std::size_t fewest = 0;
   for (const std::string_view candidate : candidates) {
     if (candidate.size() > kLongest) continue;
-    const std::size_t count = edits(word, candidate);
+    const std::size_t count = edit_distance(word, candidate);
     const std::size_t allowed =
         std::max<std::size_t>(2, std::max(word.size(), candidate.size()) / 3);
     if (count <= allowed && count < candidate.size() && (best.empty() || count < fewest)) {

@@ -6,6 +6,10 @@
 
 namespace backbend::solver {
 
+/// The fewest edits (insert, delete, replace, swap of neighbours) that turn `a` into `b`: the
+/// optimal string alignment distance.
+std::size_t edit_distance(std::string_view a, std::string_view b);
+
 /// The candidate that `word` is most likely a slip of: fewest edits (insert, delete, replace, swap
 /// of neighbours), the first of equals. Empty where even that is off by more than a third of the
 /// longer word, and at least two edits. What is returned lives as long as the candidates.

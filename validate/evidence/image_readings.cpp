@@ -6,6 +6,7 @@
 
 #include "render/cryptomatte.h"
 #include "validate/metrics/image.h"
+#include "validate/metrics/median.h"
 #include "validate/metrics/rotation.h"
 
 namespace backbend::validate {
@@ -213,7 +214,7 @@ double lengths_p99(const render::Frame& frame, double* visible) {
   return *at;
 }
 
-/// The view that reads the most. Readings that are not numbers say nothing.
+/// The view that reads the most. NaN readings are skipped.
 template <typename Read>
 ImageReading largest(const PoseViews& views, Read read) {
   ImageReading out;
@@ -307,7 +308,7 @@ ImageReading arm_shift(const PoseViews& posed, const PoseViews& carried) {
   return largest(posed, [&](std::size_t i, double& pixels) {
     const render::Frame &a = posed.view[i].frame, &b = carried.view[i].frame;
     pixels = turned_pixels(a, b);
-    // fmax: an arm that no camera sees leaves the word to the other.
+    // fmax: where no camera sees one arm (NaN), the other counts.
     return std::fmax(region_shift(a, b, "arm_L"), region_shift(a, b, "arm_R"));
   });
 }
@@ -331,9 +332,7 @@ std::vector<double> pop_scores(std::span<const double> change) {
     const std::size_t first = std::max(kFirst, i - 2), end = std::min(i + 3, change.size());
     std::vector<double> around(change.begin() + static_cast<std::ptrdiff_t>(first),
                                change.begin() + static_cast<std::ptrdiff_t>(end));
-    const auto middle = around.begin() + static_cast<std::ptrdiff_t>(around.size() / 2);
-    std::nth_element(around.begin(), middle, around.end());
-    excess.push_back(change[i] - *middle);
+    excess.push_back(change[i] - upper_median(around));
   }
   std::ranges::copy(robust_scores(excess, kLeastPopPx / kPopScore),
                     out.begin() + static_cast<std::ptrdiff_t>(kFirst));

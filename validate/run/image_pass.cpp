@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "validate/farm/measure_job.h"
+#include "validate/metrics/median.h"
 #include "validate/metrics/proxy_weights.h"
 #include "validate/run/arm_pose.h"
 #include "validate/run/ideal_bend.h"
@@ -15,15 +16,8 @@
 namespace backbend::validate {
 namespace {
 
-double median_of(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-/// A fault that pictures showed on every body that they were tried on, with room to spare, in the
-/// finding's unit (docs/calibration.md); infinity where that was not tried.
+/// The size of a fault that pictures showed on every calibrated body, with a margin, in the
+/// finding's unit (docs/calibration.md); infinity where it was not calibrated.
 double always_seen(std::string_view code) {
   if (code == "BB001") return 60.0;
   if (code == "BB011") return 32.0;
@@ -31,8 +25,8 @@ double always_seen(std::string_view code) {
   return std::numeric_limits<double>::infinity();
 }
 
-/// Which findings, worst first, pictures are asked about: a body that fails everywhere fails at the
-/// end of every sweep, and its twentieth kink shows what the first did.
+/// The findings that get a picture witness, worst first and limited in number: a body that fails
+/// everywhere fails at the end of every sweep in the same way.
 std::vector<bool> worst_of_each_code(const std::vector<Finding>& findings) {
   constexpr int kOfACode = 6;
   std::map<std::string, int> seen;
@@ -41,7 +35,7 @@ std::vector<bool> worst_of_each_code(const std::vector<Finding>& findings) {
   return shown;
 }
 
-/// Whether two rigid motions are one, but for rounding.
+/// Whether two rigid motions are equal up to rounding.
 bool moves_alike(const solver::RigidMotion& a, const solver::RigidMotion& b) {
   constexpr double kRounding = 1e-9;
   return std::abs(glm::dot(a.turn, b.turn)) >= 1.0 - kRounding &&
@@ -68,7 +62,8 @@ bool turns_a_corner(const SweepRecord& sweep, std::size_t pose) {
   });
 }
 
-/// Whether the rig jumps or hurries between a pose and the one before it, or right beside.
+/// Whether the rig jumps or moves unusually fast between a pose and the one before it, or next to
+/// it.
 bool geometry_explains(const SweepRecord& sweep, std::size_t pose, const JudgeContext& context) {
   const double intervals = static_cast<double>(sweep.poses.size() - 1);
   const double from = (static_cast<double>(pose) - 2.0) / intervals;
@@ -173,8 +168,7 @@ ImageWitness ImagePass::witness_kink(Photographer& camera, const RigRecord& rig,
                                      const PoseDegrees& pose, const Finding& finding) {
   ImageWitness none;
   if (pose.hip != 0.0) {
-    none.note =
-        "not applicable: the ideal bend of a tipped hip stands otherwise before the cameras";
+    none.note = "not applicable: with a tipped hip the ideal bend has another pose in the cameras";
     return none;
   }
   const IdealBend ideal(pose);
@@ -251,7 +245,8 @@ ImageWitness ImagePass::witness(Photographer& camera, const RigRecord& rig,
 void ImagePass::add_usual_step(const SweepRecord& sweep, Finding& finding) const {
   const auto steps = series_.find(sweep.sweep.name);
   if (steps == series_.end()) return;
-  const double usual = median_of(steps->second.at("image_change"));
+  std::vector<double> changes = steps->second.at("image_change");
+  const double usual = upper_median(changes);
   finding.image.note +=
       "; a whole step of the sweep changes " + number_text(usual, 2) + " deg at the median";
 }
@@ -262,7 +257,7 @@ ImageSteps ImagePass::steps_between(Photographer& camera, const RigRecord& rig,
   const auto posed = [&](std::size_t p) {
     return stage_.pose(*rig.system, sweep.poses[p].control);
   };
-  // Nothing that both pictures show: nothing was compared, nothing is seen to change.
+  // The pictures share no surface: nothing was compared, so no change is reported.
   const auto seen = [](const ImageReading& r) { return std::isnan(r.value) ? 0.0 : r.value; };
   // A step needs the pose before, and its motion the one before that.
   if (!before && first > 0) {

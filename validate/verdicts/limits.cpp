@@ -4,23 +4,10 @@
 #include <cmath>
 #include <limits>
 
+#include "solver/nearest_name.h"
+
 namespace backbend::validate {
 namespace {
-
-std::size_t edit_distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
-  for (std::size_t i = 1; i <= a.size(); ++i) {
-    std::size_t diagonal = row[0];
-    row[0] = i;
-    for (std::size_t j = 1; j <= b.size(); ++j) {
-      const std::size_t above = row[j];
-      row[j] = std::min({above + 1, row[j - 1] + 1, diagonal + (a[i - 1] != b[j - 1])});
-      diagonal = above;
-    }
-  }
-  return row[b.size()];
-}
 
 [[noreturn]] void unknown_code(std::string_view code) {
   throw LimitError("unknown check '" + std::string(code) + "'; did you mean " +
@@ -47,7 +34,7 @@ std::string_view nearest_code(std::string_view code) {
   std::string_view best;
   std::size_t best_distance = std::numeric_limits<std::size_t>::max();
   for (const Check& check : all_checks()) {
-    const std::size_t distance = edit_distance(code, check.code);
+    const std::size_t distance = solver::edit_distance(code, check.code);
     if (distance < best_distance) {
       best_distance = distance;
       best = check.code;
