@@ -195,7 +195,7 @@ class Names(CommandTest):
     def test_the_projects_and_commands_that_pages_show_are_taken(self):
         self.write("rigs/spine.toml", "[rig]\nsystem = \"even\"\n")
         self.write("hero.glb", glb.tube())
-        for page in ("docs/project.md", "README.md"):
+        for page in ("docs/project.md", "docs/night.md"):
             text = (SOURCE / page).read_text(encoding="utf-8")
             (shown,) = re.findall(r"^```\n((?:# .*\n)?threads = .*?)^```", text, re.M | re.S)
             self.write("backbend.toml", shown)
