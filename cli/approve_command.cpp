@@ -37,7 +37,7 @@ int approve_run(const Options& options, const Common& common) {
   Approvals approvals = options.file.empty()
                             ? approvals_of_all(report)
                             : parse_approvals(read_text(options.file), options.file);
-  // What is said on the command line counts more than what the page wrote.
+  // The command line overrides what the page wrote.
   if (!options.author.empty()) approvals.author = options.author;
   if (!options.reason.empty()) approvals.reason = options.reason;
   if (!options.until.empty()) approvals.until = options.until;
@@ -72,9 +72,9 @@ std::string today() {
 
 void add_approve(const Registry& registry) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = registry.add(
-      "approve", "accept a run's failures as they are: only new or worse ones fail from then on",
-      [options, &common = registry.common] { return approve_run(*options, common); });
+  CLI::App* command =
+      registry.add("approve", "approve a run's failures: from then on only new or worse ones fail",
+                   [options, &common = registry.common] { return approve_run(*options, common); });
   command->add_option("file", options->file,
                       "approvals written by the report's page [every failure of the run]");
   command->add_option("--run", options->run, "the run's folder or report.json [runs/latest]");

@@ -29,16 +29,16 @@ void add_baked_options(CLI::App* command, BakedOptions& options) {
       "--baked", options.clip,
       "judge YOUR RIG by its motion: .glb, .fbx, .dae, .bvh, backbend.clip/1, .mdd or .pc2");
   command->add_option("--clip", options.animation,
-                      "of a --baked file, only this animation or sweep [all]");
+                      "use only this animation or sweep of the --baked file [all]");
   command
       ->add_option("--joint-map", options.joint_map,
-                   "joints that --baked names otherwise: CHARACTER_JOINT=CLIP_JOINT,...")
+                   "joint names that differ in --baked: CHARACTER_JOINT=CLIP_JOINT,...")
       ->delimiter(',')
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->configurable();
   command
       ->add_option("--clip-fps", options.frames_per_second,
-                   "frames a second of a --baked .pc2, 1 to 1000 [24]")
+                   "frames per second of a --baked .pc2, 1 to 1000 [24]")
       ->check(CLI::Range(1.0, 1000.0))
       ->configurable();
 }

@@ -16,7 +16,7 @@ void add_bench(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "bench", "how close the renderer comes to the ray device's own speed",
+      "bench", "compare the renderer's ray rate with Embree alone",
       [options, &common = registry.common] {
         RenderRequest request = options->request;
         request.rig = read_rig(options->rig);
@@ -52,7 +52,7 @@ void add_bench(const Registry& registry) {
         }
         return 0;
       });
-  command->add_option("what", options->what, "rays: a frame's rays through bare Embree")
+  command->add_option("what", options->what, "rays: trace one frame's rays with Embree alone")
       ->required()
       ->check(CLI::IsMember({"rays"}));
   command->add_option("character", options->request.character, "character file")->required();
@@ -62,7 +62,8 @@ void add_bench(const Registry& registry) {
   command->add_option("--spp", options->request.settings.samples, "samples a pixel, 1 to 256 [16]")
       ->check(CLI::Range(1, 256));
   command
-      ->add_option("--repeat", options->repeats, "measurements to take the median of, 1 to 100 [5]")
+      ->add_option("--repeat", options->repeats,
+                   "measurements, of which the median counts, 1 to 100 [5]")
       ->check(CLI::Range(1, 100));
   add_anatomy_options(command, options->request.hints);
 }

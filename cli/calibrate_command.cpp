@@ -86,8 +86,8 @@ int calibrate_and_print(const CalibrateOptions& options, const Common& common) {
     for (const std::string& line : detector_lines(report))
       std::printf("%s\n", visible(line).c_str());
     std::printf("\n%s; wrote %s and %s\n",
-                report.ok() ? "every detector reached its target without a false alarm"
-                            : "NOT every detector reached its target without a false alarm",
+                report.ok() ? "every detector reached its target with no false alarm"
+                            : "some detectors missed their target or raised a false alarm",
                 (folder.path() / "calibration.json").c_str(),
                 (folder.path() / "calibration.md").c_str());
   }
@@ -99,25 +99,25 @@ int calibrate_and_print(const CalibrateOptions& options, const Common& common) {
 void add_calibrate(const Registry& registry) {
   auto options = std::make_shared<CalibrateOptions>();
   CLI::App* command = registry.add(
-      "calibrate", "the smallest fault each detector finds without a false alarm",
+      "calibrate", "measure the smallest fault that each detector finds with no false alarm",
       [options, &common = registry.common] { return calibrate_and_print(*options, common); });
   command->add_option("characters", options->characters,
-                      "character files to try the mesh detectors on [the bundled human]");
+                      "character files for the mesh detectors [the bundled human]");
   command
       ->add_option("--poses", options->plan.clean_poses,
-                   "clean poses per body, and as many that set the thresholds [2000]")
+                   "clean poses per body, and as many again to set the thresholds [2000]")
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--faults", options->plan.fault_poses, "faulted poses per size and body [200]")
       ->check(CLI::Range(1, 1000000));
   command
       ->add_option("--bones", options->plan.chain_bones,
-                   "bones of the chains to try, separated by commas [6,10,24,33]")
+                   "bone counts of the test chains, separated by commas [6,10,24,33]")
       ->delimiter(',')
       ->check(CLI::Range(3, 64));
   command
       ->add_option("--tubes", options->tubes,
-                   "bones of the round bodies to try, separated by commas; 0: none [8,24]")
+                   "bone counts of the round test bodies, separated by commas; 0: none [8,24]")
       ->delimiter(',')
       ->check(CLI::Range(4, 64) | CLI::IsMember({0}));
   command->add_option("--seed", options->plan.seed, "seed of all poses and faults [20261121]");

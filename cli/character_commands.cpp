@@ -21,7 +21,7 @@ namespace backbend::cli {
 namespace fs = std::filesystem;
 using namespace backbend::validate;
 
-/// A description is made as it says; around a skeleton of any other file goes a proxy body.
+/// A description is built; any other file gets a proxy body around its skeleton.
 skin::Character made_body(const fs::path& source, const skin::AnatomyHints& hints,
                           const skin::BodyOptions& options) {
   if (source.extension() == ".toml")
@@ -61,7 +61,7 @@ void add_body(const Registry& registry) {
                       "[the bundled human]");
   command
       ->add_option("--vertices", options->vertices,
-                   "how many vertices, about [what the description says]")
+                   "approximate number of vertices [the description's]")
       ->check(CLI::Range(1000, 20'000'000));
   command->add_option("-o,--output", options->output, "the .glb to write")->required();
   add_anatomy_options(command, options->hints);
@@ -76,7 +76,7 @@ void add_bake(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "bake", "a rig's sweep as a skinned animation, .glb, that every viewer plays",
+      "bake", "write a rig's sweep as a skinned animation, .glb",
       [options, &common = registry.common] {
         ConfirmedCharacter confirmed = load_confirmed(options->character, options->hints);
         const Stage stage(

@@ -56,7 +56,7 @@ std::pair<int, int> parse_resolution(const std::string& text);
 /// Whether an option's value is such a size.
 CLI::Validator picture_size();
 
-/// An estimate as people are told it: `0.02`, `3.5`, `21`; never 0.
+/// An estimate for people: `0.02`, `3.5`, `21`; never 0.
 std::string minutes_text(double minutes);
 
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.

@@ -44,7 +44,7 @@ fs::path report_of(const fs::path& run) {
   return fs::is_directory(run) ? run / "report.json" : run;
 }
 
-/// What a name on the command line stands for: what is no file is a rig.
+/// What a name on the command line means: what is not a file is a rig.
 SideKind kind_of(const std::string& text, bool baked) {
   if (parse_external(text)) return SideKind::rig;
   const fs::path path(text);
@@ -91,7 +91,7 @@ int compare_rigs(const Options& options, const Common& common) {
 }
 
 int compare_characters(const Options& options, const Common& common) {
-  // Before the first is measured, which takes a while.
+  // Check both before measuring the first, which takes long.
   for (const std::string& file : {options.first, options.second})
     if (!fs::exists(file)) throw skin::CharacterError(file + ": no such file");
   RunRequest request;
@@ -174,7 +174,7 @@ int run_compare(const Options& options, const Common& common) {
                                options.second + "' is " + word_of(other) +
                                ": two of one kind can be compared");
   if (options.dry_run && (kind == SideKind::clip || kind == SideKind::run))
-    throw CLI::ValidationError("--dry-run: two of a kind that is only read have nothing to plan");
+    throw CLI::ValidationError("--dry-run: clips and run folders are only read; nothing to plan");
   switch (kind) {
     case SideKind::rig:
       return compare_rigs(options, common);
@@ -192,7 +192,7 @@ int run_compare(const Options& options, const Common& common) {
 void add_compare(const Registry& registry) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
-      registry.add("compare", "two rigs, characters, clips or run folders, pose by pose",
+      registry.add("compare", "compare two rigs, characters, clips or run folders, pose by pose",
                    [options, &common = registry.common] { return run_compare(*options, common); });
   command
       ->add_option("A", options->first,

@@ -327,17 +327,16 @@ std::string man_text(const std::vector<Command>& commands) {
 
 void add_completions(const Registry& registry) {
   auto shell = std::make_shared<std::string>();
-  CLI::App* command =
-      registry.add("completions", "shell completions, or the manual page, on standard output",
-                   [shell, &app = registry.app] {
-                     const std::vector<Command> commands = commands_of(app);
-                     const std::string text = *shell == "bash"   ? bash_text(commands)
-                                              : *shell == "zsh"  ? zsh_text(commands)
-                                              : *shell == "fish" ? fish_text(commands)
-                                                                 : man_text(commands);
-                     std::fputs(text.c_str(), stdout);
-                     return 0;
-                   });
+  CLI::App* command = registry.add(
+      "completions", "print shell completions or the manual page", [shell, &app = registry.app] {
+        const std::vector<Command> commands = commands_of(app);
+        const std::string text = *shell == "bash"   ? bash_text(commands)
+                                 : *shell == "zsh"  ? zsh_text(commands)
+                                 : *shell == "fish" ? fish_text(commands)
+                                                    : man_text(commands);
+        std::fputs(text.c_str(), stdout);
+        return 0;
+      });
   command->add_option("form", *shell, "bash, zsh, fish or man")
       ->required()
       ->check(CLI::IsMember({"bash", "zsh", "fish", "man"}));

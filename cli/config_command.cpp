@@ -16,7 +16,7 @@ using namespace backbend::validate;
 
 constexpr const char* kShowOrigin = "--show-origin";
 
-/// A setting, and the commands that take it so.
+/// A setting, and the commands that have it with this value.
 struct Row {
   Setting setting;
   std::vector<std::string> commands;
@@ -180,7 +180,7 @@ int print_config(Options options, const Common& common) {
   }
   std::error_code none;
   if (!options.what.empty() && !fs::exists(options.what, none))
-    throw CLI::ValidationError("'" + options.what + "' is no command, and no file that is there");
+    throw CLI::ValidationError("'" + options.what + "': not a command, and no such file");
   return print_all(options);
 }
 
@@ -189,15 +189,15 @@ int print_config(Options options, const Common& common) {
 void add_config(const Registry& registry) {
   auto options = std::make_shared<Options>();
   options->app = &registry.app;
-  CLI::App* command = registry.add(
-      "config", "what the options of commands are here, and where each value comes from",
-      [options, &common = registry.common] { return print_config(*options, common); });
+  CLI::App* command =
+      registry.add("config", "show the value of every option, and where it comes from",
+                   [options, &common = registry.common] { return print_config(*options, common); });
   options->command = command;
   command->add_option("what", options->what,
-                      "a file that is judged; or a whole command line, which is not run [the "
+                      "a file to judge, or a whole command line, which is not run [the "
                       "working folder]");
   command->add_flag(kShowOrigin, options->show_origin,
-                    "say where from: default, project file with line, variable, command line");
+                    "show the origin: default, project file and line, variable, command line");
   // Options of the command line that follows are its own.
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->fallthrough(false)->allow_extras()->prefix_command();

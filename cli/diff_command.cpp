@@ -12,7 +12,7 @@ void add_diff(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "diff", "two EXR pictures, or two folders of them, as a person would see it",
+      "diff", "compare two EXR pictures, or two folders of them, as a person would see them",
       [options, &common = registry.common] {
         validate::Progress progress(common.progress_style());
         const validate::PictureDiff diff =
@@ -24,8 +24,8 @@ void add_diff(const Registry& registry) {
             stdout);
         return diff.exit_code();
       });
-  command->add_option("A", options->a, "EXR file or folder: what it should look like")->required();
-  command->add_option("B", options->b, "EXR file or folder: what it looks like")->required();
+  command->add_option("A", options->a, "EXR file or folder: expected")->required();
+  command->add_option("B", options->b, "EXR file or folder: actual")->required();
   command
       ->add_option("--flip", options->limits.perceptual,
                    "largest mean perceptual difference (FLIP, HDR), 0 to 1 [0.01]")
@@ -38,7 +38,7 @@ void add_diff(const Registry& registry) {
       ->configurable();
   command
       ->add_option("--outline-px", options->limits.outline_px,
-                   "largest distance that 95 % of the outline may keep, pixels [0.5]")
+                   "largest 95 % distance between the outlines, pixels [0.5]")
       ->check(CLI::Range(0.0, 100000.0))
       ->configurable();
   command

@@ -19,15 +19,15 @@ void add_merge(const Registry& registry) {
     std::string output;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      registry.add("merge", "put the shards of a nightly together and write its report",
-                   [options, &common = registry.common] {
-                     return merge_runs(options->runs, options->output, common);
-                   });
-  command->add_option("runs", options->runs, "run folders that shards were written into")
+  CLI::App* command = registry.add("merge", "merge the shards of a night and write its report",
+                                   [options, &common = registry.common] {
+                                     return merge_runs(options->runs, options->output, common);
+                                   });
+  command->add_option("runs", options->runs, "run folders of the shards")
       ->required()
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  command->add_option("-o,--output", options->output, "run folder of the whole [the first one]");
+  command->add_option("-o,--output", options->output,
+                      "run folder of the merged report [the first one]");
 }
 
 void add_farm(const Registry& registry) {
@@ -39,11 +39,12 @@ void add_farm(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command =
-      registry.add("farm", "write the scripts that run a nightly on a farm, in shards", [options] {
+      registry.add("farm", "write scripts that run a night on a farm, in shards", [options] {
         if (options->output.empty())
           throw CLI::RequiredError("-o DIR, the run folder that every shard can reach");
         if (options->submit && options->engine == "openjd")
-          throw CLI::ValidationError("--submit: an Open Job Description is for its own tools");
+          throw CLI::ValidationError(
+              "--submit: not available for openjd; submit the template with the farm's own tools");
         FarmJob job;
         job.program = fs::read_symlink("/proc/self/exe").string();
         job.folder = fs::current_path();
@@ -76,10 +77,10 @@ void add_farm(const Registry& registry) {
       ->required()
       ->check(CLI::IsMember({"slurm", "parallel", "openjd"}));
   options->add_to(command);
-  command->add_option("--shards", options->shards, "into how many shares the job is cut [8]")
+  command->add_option("--shards", options->shards, "number of shards [8]")
       ->check(CLI::Range(1, 100000))
       ->configurable();
-  command->add_flag("--submit", options->submit, "start it, too (slurm and parallel)");
+  command->add_flag("--submit", options->submit, "submit the job, too (slurm and parallel)");
 }
 
 }  // namespace backbend::cli

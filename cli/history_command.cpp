@@ -101,7 +101,7 @@ int print_history(const Options& options, const Common& common, const HistoryInd
 void add_history(const Registry& registry) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
-      registry.add("history", "how every metric went over the nights, and since when a check fails",
+      registry.add("history", "show each metric over the nights, and since when a check fails",
                    [options, &common = registry.common] {
                      if (!options->add.empty()) return add_run(*options, common);
                      const HistoryIndex history(options->file);
@@ -112,13 +112,13 @@ void add_history(const Registry& registry) {
       ->type_name(kFileType)
       ->configurable();
   command->add_option("--add", options->add, "add a run folder or report.json as a night");
-  command->add_option("--date", options->date, "the night of --add, like 2026-11-22 [today]");
-  command->add_option("--label", options->label, "what --add calls this version, like v013");
+  command->add_option("--date", options->date, "date of --add, like 2026-11-22 [today]");
+  command->add_option("--label", options->label, "version label for --add, like v013");
   command->add_option("--suite", options->suite, "suite to show [the last night's]");
-  command->add_option("--character", options->character, "show this character alone");
-  command->add_option("--rig", options->rig, "show this rig alone");
-  command->add_option("--metric", options->metric, "show this metric alone");
-  command->add_option("--nights", options->nights, "how many nights to show [90]")
+  command->add_option("--character", options->character, "show only this character");
+  command->add_option("--rig", options->rig, "show only this rig");
+  command->add_option("--metric", options->metric, "show only this metric");
+  command->add_option("--nights", options->nights, "number of nights to show [90]")
       ->check(CLI::Range(1, 3660))
       ->configurable();
   command

@@ -21,7 +21,7 @@ std::filesystem::path save_sidecar(const std::string& character, const skin::Sid
   const std::filesystem::path path = skin::sidecar_path(character);
   const std::string text = skin::sidecar_text(sidecar);
   if (skin::parse_sidecar(text, path) != sidecar)  // names that TOML cannot hold
-    throw skin::CharacterError(path.string() + ": the character's names cannot be written");
+    throw skin::CharacterError(path.string() + ": the character's names are not writable");
   validate::OutputFolder(path.parent_path()).write(path.filename(), text);
   return path;
 }
@@ -58,7 +58,7 @@ void add_inspect(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "inspect", "a character's skeleton, spine and weights, and what would be driven",
+      "inspect", "show a character's skeleton, spine, weights and driven joints",
       [options, &common = registry.common] {
         const validate::ConfirmedCharacter confirmed =
             load_inspected(options->character, options->hints, options->save);
@@ -85,11 +85,11 @@ void add_inspect(const Registry& registry) {
               options->character,
               skin::sidecar_of(character, anatomy, confirmed.sidecar.value_or(skin::Sidecar{})));
           if (!common.quiet)
-            std::fprintf(stderr, "wrote %s: read it once, and correct what is wrong\n",
+            std::fprintf(stderr, "wrote %s: check it once and correct what is wrong\n",
                          path.c_str());
         }
         std::printf("%s\n", text.c_str());
-        // All is shown; that nothing can be judged of such a file is said as the judges say it.
+        // Everything is shown; then the error of `check` for such a file is reported.
         std::fflush(stdout);
         skin::require_possible_import(character);
         return 0;
@@ -102,10 +102,11 @@ void add_inspect(const Registry& registry) {
   command->add_flag("--save", options->save,
                     "write what was found to NAME.backbend.toml beside the character");
   CLI::Option* suggest = command->add_flag("--suggest", options->suggest,
-                                           "what would make the weights cleaner; changes nothing");
+                                           "suggest how to clean the weights; changes nothing");
   command
-      ->add_flag("--driven", options->driven,
-                 "for every joint whether our rigs drive it, what it follows, or that it is still")
+      ->add_flag(
+          "--driven", options->driven,
+          "show for every joint whether our rigs drive it, what it follows, or that it is still")
       ->excludes(suggest);
   add_anatomy_options(command, options->hints);
 }

@@ -10,7 +10,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Options that say how a job is done, not what it is.
+/// Options that do not affect a job's results.
 constexpr std::array<std::string_view, 8> kHow = {"--output", "--shard",  "--resume", "--dry-run",
                                                   "--shards", "--submit", "--help",   "--fresh"};
 /// Options that the report alone depends on, and those of them that name a file.
@@ -35,7 +35,7 @@ std::vector<std::string> job_arguments(const CLI::App& command, const std::strin
     const std::string name = option->get_name();
     if (option->count() == 0 || option->get_positional() || is_one_of(name, kHow)) continue;
     if (option->get_items_expected_max() == 0) {
-      // `--quick=false` overrules a project, and says no more than silence does without one.
+      // `--quick=false` overrides a project; without one it equals the default.
       if (option->reduced_results().back() != "false") words.push_back(name);
       continue;
     }

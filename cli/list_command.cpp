@@ -142,8 +142,8 @@ int print_checks_json() {
 
 void add_list(const Registry& registry) {
   auto what = std::make_shared<std::string>();
-  CLI::App* command = registry.add(
-      "list", "what there is: rigs, sweeps, checks or views", [what, &common = registry.common] {
+  CLI::App* command =
+      registry.add("list", "list rigs, sweeps, checks or views", [what, &common = registry.common] {
         if (*what == "rigs") return rig_rows().print(common.json);
         if (*what == "sweeps") return sweep_rows().print(common.json);
         if (*what == "checks") return common.json ? print_checks_json() : check_rows().print(false);
@@ -160,7 +160,7 @@ void add_explain(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "explain", "what a code or a word of the report means, how it is measured, what to try",
+      "explain", "explain a code or a word of the report: meaning, measure, what to try",
       [options, &common = registry.common] {
         const std::string* code = &options->code;
         if (const Topic* topic = find_topic(*code)) return print_topic(*topic, common.json);
@@ -229,7 +229,7 @@ void add_explain(const Registry& registry) {
   CLI::Option* suite =
       command
           ->add_option("--suite", options->suite,
-                       "suite file whose limits are in force: shows where the limit comes from")
+                       "suite file whose limits apply: shows where the limit comes from")
           ->type_name(kFileType)
           ->configurable();
   command->add_option("--for", options->character, "with --suite: the character's name")

@@ -27,8 +27,8 @@ using namespace backbend::validate;
 /// is also what the program is compiled for.
 bool machine_is_fit() { return __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"); }
 
-/// A standard stream that the caller closed would lend its number to the next file that is opened,
-/// and what is printed would land in there.
+/// If the caller closed a standard stream, the next opened file would get its number, and output
+/// would go into that file.
 void fill_standard_streams() {
   int number = -1;
   do {
@@ -70,7 +70,7 @@ std::string nearest_command(const CLI::App& app, int count, char** arguments) {
     const std::string word = arguments[i];
     if (word.starts_with('-')) continue;
     if (std::ranges::find(names, word) != names.end()) return "";
-    // The value of a global option stands where a command might.
+    // The value of a global option may come before the command.
     if (const std::string before = arguments[i - 1];
         i > 1 && (before == "--threads" || before == "--project"))
       continue;
@@ -123,11 +123,10 @@ void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
   for (const std::string_view name : skin::template_names())
     templates += (templates.empty() ? "" : ", ") + std::string(name);
   command->add_option("--template", hints.rig_template,
-                      "rig whose names the joints bear: " + templates + " (found by itself)");
-  command->add_option("--hip", hints.hip, "joint at the hips (found by itself)");
-  command->add_option(
-      "--chest", hints.chest,
-      "joint up to which the spine is driven (found by itself: where the arms hang)");
+                      "naming convention of the joints: " + templates + " (automatic)");
+  command->add_option("--hip", hints.hip, "joint at the hips (automatic)");
+  command->add_option("--chest", hints.chest,
+                      "last driven spine joint (automatic: where the arms hang)");
   command->add_option("--spine", hints.spine, "all spine joints, hips first, separated by commas")
       ->delimiter(',')
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
@@ -175,9 +174,9 @@ int main(int argument_count, char** arguments) {
     return program.app.exit(call);
   } catch (const CLI::ParseError& error) {
     const std::string unknown = nearest_command(program.app, argument_count, arguments);
-    return complain((unknown.empty() ? std::string(error.what()) : unknown) +
-                        "; backbend --help shows what there is",
-                    kExitUsage);
+    return complain(
+        (unknown.empty() ? std::string(error.what()) : unknown) + "; see backbend --help",
+        kExitUsage);
   }
   const Common& common = program.common;
   const auto take = [&program] {

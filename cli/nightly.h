@@ -7,7 +7,7 @@
 
 namespace backbend::cli {
 
-/// What nightly, check and compare have in common on the command line.
+/// Options common to nightly, check and compare.
 struct RunOptions {
   std::string output;
   bool quick = false;
@@ -37,10 +37,10 @@ struct NightlyOptions : RunOptions {
 /// history that was asked for; gives the exit code.
 int run_and_print(validate::RunRequest request, const Common& common, const RunOptions& options);
 
-/// `--dry-run`: what a request comes to, and about how long it takes here.
+/// `--dry-run`: prints the plan and the estimated time.
 int print_estimate(const validate::RunRequest& request, const Common& common);
 
-/// The rig of a run that must be caught (specification 8, canaries).
+/// The default canary of a run (specification 8).
 validate::RigPlan isner_canary();
 /// Has the suite sweep as a name says: `standard`, or `stress` with the grid of poses; either with
 /// the corners of the envelope.
@@ -55,7 +55,7 @@ std::vector<std::string> stamped_words(const std::vector<std::string>& arguments
 /// The inverse of job_arguments(). Throws CLI::ParseError.
 NightlyOptions nightly_options(const std::vector<std::string>& arguments);
 
-/// Puts the shards of one job in `runs` together in `output` (empty: the first of them), writes its
+/// Merges the shards of one job in `runs` into `output` (empty: the first of them), writes its
 /// report and prints it. Throws MixedPartsError, IncompleteError, ReadError.
 int merge_runs(const std::vector<std::string>& runs, const std::string& output,
                const Common& common);

@@ -13,8 +13,8 @@ Program::Program()
           "backbend") {
   app.set_version_flag("--version", "backbend " BACKBEND_VERSION);
   app.require_subcommand(1);
-  // Said twice, the last one counts, so that a script's defaults can be overruled. What a project
-  // or the environment may set is said option by option.
+  // The last of repeated options counts, so that a script's defaults can be overridden. Options
+  // that a project or the environment may set are marked one by one.
   app.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::TakeLast)->configurable(false);
   app.fallthrough();
   app.add_flag("-q,--quiet", common.quiet, "no progress on standard error")->configurable();
@@ -22,7 +22,7 @@ Program::Program()
   app.add_option("--threads", common.threads, "threads to use, 0 for all cores [0]")
       ->check(CLI::Range(0, 1024))
       ->configurable();
-  // Asked before a command runs, in settings.cpp.
+  // Evaluated before a command runs, in settings.cpp.
   CLI::Option* project =
       app.add_option("--project",
                      "project file with defaults for options [BACKBEND_PROJECT, or the nearest "
@@ -30,7 +30,7 @@ Program::Program()
           ->type_name(kFileType)
           ->expected(1);
   app.add_flag_function(
-         "--no-project", [](std::int64_t) {}, "take nothing from a project file")
+         "--no-project", [](std::int64_t) {}, "ignore project files")
       ->excludes(project);
 
   const Registry registry{app, common, chosen};

@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// What is large in a run's folder; the report in all its forms is small and stays.
+/// The large files of a run's folder; the report in all its forms is small and is kept.
 constexpr const char* kHeavy[] = {"findings", "frames", "media", "meshes", "review"};
 
 /// A folder that a run named by itself (runs/2026-11-22_031500) and that holds its report. Nothing
@@ -73,14 +73,14 @@ void add_prune(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "prune", "remove the pictures of old runs; reports, history and numbers stay", [options] {
+      "prune", "delete the pictures of old runs; reports, history and numbers are kept", [options] {
         return prune(options->runs, static_cast<std::size_t>(options->keep), options->dry_run);
       });
   command->add_option("runs", options->runs, "folder of runs [runs]");
-  command->add_option("--keep", options->keep, "how many of the newest runs stay whole [14]")
+  command->add_option("--keep", options->keep, "number of newest runs to keep whole [14]")
       ->check(CLI::Range(0, 100000))
       ->configurable();
-  command->add_flag("--dry-run", options->dry_run, "say what would go, remove nothing");
+  command->add_flag("--dry-run", options->dry_run, "list what would be deleted; delete nothing");
 }
 
 }  // namespace backbend::cli

@@ -29,7 +29,7 @@ const std::map<std::string, render::Mode> kModes = {{"beauty", render::Mode::bea
                                                     {"contour", render::Mode::contour},
                                                     {"primary", render::Mode::primary}};
 
-/// How much time a picture is worth; options that are said count before it.
+/// Presets of quality; options on the command line override them.
 struct Preset {
   const char* name;
   int width, height, samples;
@@ -43,7 +43,7 @@ constexpr Preset kPresets[] = {
     {"final", 1920, 1080, 512, 0.01, true, false, 72, 36},
 };
 
-/// What both picture commands take.
+/// Options of both picture commands.
 struct PictureOptions {
   RenderRequest request;
   std::string rig = "even", pose, mapping = "chest", chain, resolution, layers, output = ".";
@@ -84,7 +84,7 @@ struct PictureOptions {
         ->configurable();
     command
         ->add_option("--spp", samples,
-                     "samples a pixel, with --noise the most of them, 1 to 65535 [the preset's]")
+                     "samples per pixel, 1 to 65535; with --noise the maximum [the preset's]")
         ->check(CLI::Range(1, 65535))
         ->configurable();
     command
@@ -100,8 +100,8 @@ struct PictureOptions {
         ->configurable();
     if (render::has_open_image_denoise())
       command->add_flag("--open-image-denoise", request.settings.open_image_denoise,
-                        "have Open Image Denoise make that layer in place of our own denoiser");
-    command->add_option("--seed", request.settings.seed, "seed of the sampling [0]");
+                        "use Open Image Denoise for that layer instead of our own denoiser");
+    command->add_option("--seed", request.settings.seed, "sampling seed [0]");
     command
         ->add_option(
             "--mode", mode,
@@ -127,14 +127,14 @@ struct PictureOptions {
     command
         ->add_flag_callback(
             "--multipart", [this] { request.parts = render::ExrParts::by_layer; },
-            "one EXR part for every layer instead of one for all")
+            "write each layer as its own EXR part")
         ->configurable();
     command
         ->add_flag("--burn-in", request.burn_in,
-                   "name rig, pose and worst metric in PNG and video; EXRs stay clean")
+                   "draw rig, pose and worst metric into PNG and video, not into EXR")
         ->configurable();
     command->add_flag("--resume", request.resume,
-                      "keep frames that are there, whole and of the same inputs");
+                      "keep existing frames that are whole and have the same inputs");
     command->add_flag("--dry-run", dry_run, "print the plan and the estimated time, then exit");
     command->add_option("-o,--output", output, "folder for the files [.]");
     add_anatomy_options(command, request.hints);
@@ -158,7 +158,7 @@ struct PictureOptions {
     if (!resolution.empty())
       std::tie(result.settings.width, result.settings.height) = parse_resolution(resolution);
     result.settings.samples = samples.value_or(base.samples);
-    // A count that was asked for is the count, unless a noise is asked for too.
+    // A given sample count is exact, unless --noise is given as well.
     result.settings.noise = noise.value_or(samples ? 0.0 : base.noise);
     result.settings.denoise = denoise.value_or(base.denoise || request.settings.open_image_denoise);
     result.settings.position_and_albedo = true;
@@ -172,12 +172,12 @@ struct FrameOptions {
   std::string frames, shard;
 
   void add_to(CLI::App* command, CLI::Option* sequence = nullptr) {
-    CLI::Option* of_frames = command->add_option(
-        "--frames", frames,
-        "only these of the sequence: 1001-1010x2,1020; once all are there, --resume without it "
-        "makes contact sheet and video");
+    CLI::Option* of_frames =
+        command->add_option("--frames", frames,
+                            "render only these frames: 1001-1010x2,1020; when all exist, --resume "
+                            "without it makes contact sheet and video");
     CLI::Option* of_shard = command->add_option(
-        "--shard", shard, "only one share of the frames, I/N, or 'auto' in a Slurm array");
+        "--shard", shard, "render only one share of the frames: I/N, or 'auto' in a Slurm array");
     if (sequence == nullptr) return;
     of_frames->needs(sequence);
     of_shard->needs(sequence);
@@ -196,7 +196,7 @@ struct FrameOptions {
   }
 };
 
-/// What a picture is, as a plan says it.
+/// A picture's description in a plan.
 std::string picture_text(const RenderRequest& request) {
   const render::Settings& s = request.settings;
   return std::to_string(s.width) + "x" + std::to_string(s.height) + ", " +
@@ -238,7 +238,7 @@ int print_extreme_plan(const RenderRequest& request, const std::vector<Sweep>& s
     return 0;
   }
   std::printf("poses    %zu to measure, in %zu sweeps\n", poses, sweeps.size());
-  std::printf("frames   of the worst, which measuring finds; %s\n", picture_text(request).c_str());
+  std::printf("frames   the worst ones, found by measuring; %s\n", picture_text(request).c_str());
   std::printf("time     about %s minutes to measure, and %s for each frame, on this machine\n",
               minutes_text(told.minutes).c_str(), minutes_text(told.minutes_a_frame).c_str());
   return 0;
@@ -302,7 +302,7 @@ void add_render(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "render", "one pose, a sweep as a sequence, or a rig's worst poses, to EXR and PNG",
+      "render", "render one pose, a sweep as a sequence, or a rig's worst poses, to EXR and PNG",
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
         Progress progress(common.progress_style());
@@ -355,7 +355,7 @@ void add_turntable(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "turntable", "a pose from all around: EXRs, contact sheet and MP4",
+      "turntable", "render a pose from all around: EXRs, contact sheet and MP4",
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
         Progress progress(common.progress_style());
@@ -375,12 +375,12 @@ void add_turntable(const Registry& registry) {
   options->add_to(command);
   command
       ->add_option("--views", options->views,
-                   "pictures around the character, 1 to 1440 [72, quick 36]")
+                   "views around the character, 1 to 1440 [72, quick 36]")
       ->check(CLI::Range(1, 1440))
       ->configurable();
   command
       ->add_option("--light-views", options->light_views,
-                   "further pictures while the light turns around it, 0 to 1440 [0, final 36]")
+                   "further views while the light turns, 0 to 1440 [0, final 36]")
       ->check(CLI::Range(0, 1440))
       ->configurable();
   options->frames.add_to(command);

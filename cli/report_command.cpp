@@ -15,9 +15,8 @@ void add_report(const Registry& registry) {
     bool single_file = false;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = registry.add(
-      "report", "write a report's page, JUnit, Markdown and CSV again from its report.json",
-      [options] {
+  CLI::App* command =
+      registry.add("report", "rewrite page, JUnit, Markdown and CSV from a report.json", [options] {
         const std::filesystem::path file(options->file);
         const Report report = parse_report(read_text(file), options->file);
         const std::filesystem::path folder =
@@ -28,7 +27,7 @@ void add_report(const Registry& registry) {
       });
   command->add_option("file", options->file, "report.json of a run")->required();
   command->add_option("-o,--output", options->output, "folder for the files [that of report.json]");
-  command->add_flag("--single-file", options->single_file, "every picture inside the page")
+  command->add_flag("--single-file", options->single_file, "embed every picture in the page")
       ->configurable();
 }
 

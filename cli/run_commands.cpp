@@ -39,7 +39,8 @@ void RunOptions::add_to(CLI::App* command) {
   command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
       ->check(CLI::Range(1, 65536))
       ->configurable();
-  command->add_flag("--single-file", single_file, "every picture inside the page")->configurable();
+  command->add_flag("--single-file", single_file, "embed every picture in the page")
+      ->configurable();
   command
       ->add_option("--baseline", baseline,
                    "approved failures (backbend approve): only new or worse ones fail")
@@ -50,7 +51,7 @@ void RunOptions::add_to(CLI::App* command) {
                    "history to add this night to, for trends [nightly: runs/history.jsonl]")
       ->check(named)
       ->type_name(kFileType);
-  command->add_option("--label", label, "what this version is called in the history, like v013");
+  command->add_option("--label", label, "version label in the history, like v013");
   add_anatomy_options(command, hints);
 }
 
@@ -74,7 +75,7 @@ void RunOptions::apply_to(RunRequest& request) const {
   }
   if (!baseline.empty()) {
     if (!fs::exists(baseline))
-      throw NoBaseline(baseline + ": no such baseline; backbend approve makes one");
+      throw NoBaseline(baseline + ": no such baseline; create one with backbend approve");
     request.baseline = parse_baseline(read_text(baseline), baseline);
     if (request.baseline->suite != request.suite.name)
       throw BaselineError(baseline + ": this baseline is of suite '" + request.baseline->suite +
@@ -86,7 +87,7 @@ void NightlyOptions::add_to(CLI::App* command) {
   command->add_option("suite", suite, "suite file [the bundled scenes/nightly.toml]")
       ->type_name(kFileType)
       ->configurable();
-  command->add_option("--character", character, "character file in place of the suite's own")
+  command->add_option("--character", character, "character file instead of the suite's")
       ->type_name(kFileType);
   RunOptions::add_to(command);
   // A night is what a house keeps record of; a check in between is not held to it.
@@ -283,7 +284,7 @@ int run_shard(RunRequest request, const Common& common, const Shard& shard, cons
   if (common.json) {
     std::printf("{\"shard\": \"%s\"}\n", share.c_str());
   } else {
-    std::printf("shard %s is done; when all are: backbend merge %s\n", share.c_str(),
+    std::printf("shard %s is done; when all shards are done: backbend merge %s\n", share.c_str(),
                 visible(request.folder.string()).c_str());
   }
   return kExitOk;
@@ -395,9 +396,9 @@ void add_nightly(const Registry& registry) {
   options->command = command;
   options->add_to(command);
   command->add_option("--shard", options->shard,
-                      "do one share of the job, I/N, or 'auto' in a Slurm array; then: merge");
+                      "run one share of the job: I/N, or 'auto' in a Slurm array; then merge");
   command->add_flag("--resume", options->resume,
-                    "take up what an earlier run left in the folder, verified, and keep it there");
+                    "continue an earlier run in the folder; finished parts are verified and kept");
   command->add_flag("--dry-run", options->dry_run,
                     "print the plan and the estimated time, then exit");
   command->add_flag("--fresh", options->fresh,
@@ -477,7 +478,7 @@ void add_check(const Registry& registry) {
       "check", "judge one character under a rig, or the motion of its own rig",
       [options, &common = registry.common] {
         if (!options->baked.clip.empty() && options->dry_run)
-          throw CLI::ValidationError("--dry-run: a clip is judged as it is read");
+          throw CLI::ValidationError("--dry-run: not available with --baked");
         if (options->watch && (options->dry_run || !options->history.empty()))
           throw CLI::ValidationError("--watch goes with neither --dry-run nor --history");
         if (options->poll && !options->watch) throw CLI::ValidationError("--poll needs --watch");
@@ -533,8 +534,8 @@ void add_check(const Registry& registry) {
       ->configurable();
   command
       ->add_option("--envelope", options->envelope,
-                   "what the character must do: human, animal, long_neck, snake, neck, cartoon, "
-                   "creature, sweep, or auto for that of its kind of body [auto]")
+                   "required range: human, animal, long_neck, snake, neck, cartoon, creature, "
+                   "sweep, or auto for that of the kind of body [auto]")
       ->check(CLI::IsMember(envelope_choices()))
       ->configurable();
   options->external.add_to(command);

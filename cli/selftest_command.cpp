@@ -71,7 +71,7 @@ void add_selftest(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "selftest", "try on this machine what must hold for solver, skinner and renderer",
+      "selftest", "test properties of solver, skinning and renderer on this machine",
       [options, &common = registry.common] {
         SelftestRequest request;
         request.character =
@@ -87,14 +87,12 @@ void add_selftest(const Registry& registry) {
         const bool holds = std::all_of(properties.begin(), properties.end(),
                                        [](const Property& each) { return each.holds(); });
         if (!common.json)
-          std::printf(holds ? "all %zu properties hold\n" : "of %zu properties not all hold\n",
+          std::printf(holds ? "all %zu properties hold\n" : "some of %zu properties do not hold\n",
                       properties.size());
         return holds ? kExitOk : kExitFindings;
       });
   options->rigs = {"three_bone", "curve", "isner", "even", "stretchy", "spline_ik", "matrix_blend"};
-  command
-      ->add_option("--rig", options->rigs,
-                   "rig: a system or a rig file; may be given several times")
+  command->add_option("--rig", options->rigs, "rig: a system or a rig file; repeatable")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--character", options->character, "character file [the bundled human]");
   command->add_flag("--full", options->full, "ten times the cases");

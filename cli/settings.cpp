@@ -12,8 +12,8 @@ namespace {
 namespace fs = std::filesystem;
 using namespace backbend::validate;
 
-/// How a command goes about its work: of no interest to its results.
-constexpr const char* kManners[] = {"threads", "quiet"};
+/// Options that do not affect results.
+constexpr const char* kGlobalOptions[] = {"threads", "quiet"};
 /// Options that name what a command judges, after what stands on its line without a name.
 constexpr const char* kJudged[] = {"--baked", "--character", "--suite", "--run"};
 
@@ -84,7 +84,7 @@ std::string cause(const CLI::Option& option, const std::string& text) {
 }
 
 /// Gives an option its words as if the command line had said them. Throws CLI::ParseError, and
-/// SuiteError for a rig that there is not.
+/// SuiteError for an unknown rig.
 void say(CLI::Option& option, const std::vector<std::string>& words) {
   for (const std::string& word : words) option.add_result(word);
   option.run_callback();
@@ -211,7 +211,7 @@ std::optional<Project> project_at(CLI::App& app, const fs::path& file) {
 std::optional<Project> project_for(CLI::App& app, const CLI::App& command) {
   std::vector<const CLI::Option*> naming;
   for (const CLI::Option* option : command.get_options()) {
-    // A word to choose, like an engine's, is no file, whatever lies beside it.
+    // A word such as an engine's name is not a file, even where one of that name exists.
     const bool is_choice = option->get_type_name().find('{') != std::string::npos;
     if (option->get_positional() && !is_choice) naming.push_back(option);
   }
@@ -237,7 +237,7 @@ std::string note_of(const std::vector<Setting>& settings) {
   std::map<std::string, std::string> names;  // by place
   for (const Setting& each : settings) {
     if (each.origin != Origin::project && each.origin != Origin::environment) continue;
-    if (is_one_of(each.option, kManners)) continue;
+    if (is_one_of(each.option, kGlobalOptions)) continue;
     // All of a project's lines in one.
     const std::string place =
         each.origin == Origin::project ? each.place.substr(0, each.place.rfind(':')) : each.place;

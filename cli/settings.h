@@ -9,9 +9,9 @@
 
 namespace backbend::cli {
 
-// What commands take where their command line is silent: BACKBEND_* variables, then the nearest
-// project file, then the default. An option is one that these may set where its command's table
-// says `configurable()`; its name is the project's key, and with BACKBEND_ the variable's.
+// Where options that the command line does not give come from: BACKBEND_* variables, then the
+// nearest project file, then the default. An option is one that these may set where its command's
+// table says `configurable()`; its name is the project's key, and with BACKBEND_ the variable's.
 
 /// Of an option's value in the project file: FILE is relative to it, RIG where it names a file.
 inline constexpr const char* kFileType = "FILE";
@@ -34,7 +34,7 @@ std::string key_of(const CLI::Option& option);
 std::string variable_of(const CLI::Option& option);
 /// The options that a project or the environment may set.
 std::vector<CLI::Option*> settable_options(CLI::App& app);
-/// Commands that show what is built in take nothing from a project.
+/// Commands that show built-in defaults ignore project files.
 bool takes_settings(const CLI::App& command);
 
 /// The keys that a project file may have for the commands of `app`.
@@ -47,9 +47,9 @@ std::optional<validate::Project> project_for(CLI::App& app, const CLI::App& comm
 /// The same for a file that is not on a command's line; empty: the working folder.
 std::optional<validate::Project> project_at(CLI::App& app, const std::filesystem::path& file);
 
-/// Sets every settable option of `app` and of its `command` that the command line is silent on, as
-/// if it had been said there, and tells what each has. Throws CLI::ParseError naming the variable,
-/// ProjectError naming the line, where a value is not taken.
+/// Sets every settable option of `app` and of its `command` that the command line does not give, as
+/// if it were given there, and returns the value and origin of each. Throws CLI::ParseError naming
+/// the variable, ProjectError naming the line, where a value is not taken.
 std::vector<Setting> take_settings(CLI::App& app, CLI::App& command,
                                    const validate::Project* project);
 

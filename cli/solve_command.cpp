@@ -14,7 +14,7 @@ void add_solve(const Registry& registry) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
-      "solve", "the spine solver by itself: one pose, or a sweep of one control",
+      "solve", "solve the spine alone: one pose, or a sweep of one control",
       [options, &common = registry.common] {
         solver::SolveFile file = solver::read_solve_file(options->file);
         if (options->at) {
@@ -33,7 +33,7 @@ void add_solve(const Registry& registry) {
         return 0;
       });
   command->add_flag("--explain", options->explain,
-                    "inputs, options, order of evaluation, what drifted and why");
+                    "print inputs, options, order of evaluation, what drifted and why");
   command
       ->add_option("file", options->file,
                    "TOML with [rig], [chain] and [pose], or [[key]]s in time")

@@ -47,7 +47,7 @@ bool has_open_image_denoise() { return true; }
 
 Denoised open_image_denoise(const DenoiseInput& in) {
   oidn::DeviceRef device = oidn::newDevice(oidn::DeviceType::CPU);
-  if (!device) throw RenderError("Open Image Denoise: there is no device for this machine's CPU");
+  if (!device) throw RenderError("Open Image Denoise: no device for this CPU");
   if (in.threads > 0) device.set("numThreads", in.threads);
   device.commit();
   expect_no_error(device);

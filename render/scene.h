@@ -33,7 +33,7 @@ struct Material {
   int normal_texture = -1;
 };
 
-/// What of a mesh stays the same over all poses.
+/// The parts of a mesh that stay the same over all poses.
 struct MeshTopology {
   std::vector<glm::uvec3> triangle;              // vertex indices
   std::vector<std::uint16_t> triangle_material;  // one per triangle, into materials

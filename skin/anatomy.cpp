@@ -48,9 +48,9 @@ class Finder {
   }
 
   [[noreturn]] void refuse(const std::string& doubt) const {
-    std::string line = character_.file_name + ": cannot tell the spine: " + doubt;
+    std::string line = character_.file_name + ": uncertain spine: " + doubt;
     for (const std::string& reason : out_.reasons) line += "; " + reason;
-    throw CharacterError(line + "; name it with --hip and --chest (or --spine)");
+    throw CharacterError(line + "; specify --hip and --chest, or --spine");
   }
 
   /// Positions of the first `count` joints of a chain.
@@ -113,7 +113,7 @@ class Finder {
     return path;
   }
 
-  /// The rig whose names the joints bear: the one that was given, else one that fits by itself.
+  /// The naming convention of the joints: the one that was given, else one that fits by itself.
   std::optional<TemplateMatch> template_of_names(const HintedSpine& hinted) const {
     if (!hints_.rig_template.empty()) return require_template(character_, hints_.rig_template);
     if (hinted.hip >= 0 || hinted.chest >= 0) return std::nullopt;
@@ -205,7 +205,7 @@ class Finder {
       const LimbPair*& slot = limb.kind == LimbPair::Kind::arm ? arms : legs;
       if (!slot || limb_reach(limb) > limb_reach(*slot)) slot = &limb;
     }
-    // What names leave open goes by the place along the spine: legs lowest, arms highest.
+    // Limbs without telling names are sorted along the spine: legs lowest, arms highest.
     std::stable_sort(unknown.begin(), unknown.end(), [&](const LimbPair* a, const LimbPair* b) {
       return limb_arc(*a) < limb_arc(*b);
     });
@@ -328,7 +328,7 @@ class Finder {
     return std::find(out_.spine.begin(), out_.spine.end(), node) != out_.spine.end();
   }
 
-  /// Pairs that no name calls left or right are told apart once left is known.
+  /// Pairs without left or right in their names are resolved once left is known.
   void name_sides() {
     const auto straighten = [&](const MirrorPair& pair, std::vector<int>& left,
                                 std::vector<int>& right) {
@@ -411,7 +411,7 @@ class Finder {
         find_arm_attachment(character_, out_.spine, out_.left_arm, out_.right_arm,
                             template_neck_ >= 0 ? static_cast<int>(out_.neck_index) : -1);
     const int hang = arms.lowest();
-    if (hang < 0) return drive_to(out_.neck_index, neck_why_ + "; there are no arms to tell it by");
+    if (hang < 0) return drive_to(out_.neck_index, neck_why_ + "; no arms to infer it from");
     if (hang == 0 ||
         !(arc_length(points(out_.spine, static_cast<Index>(hang) + 1)) > 1e-6 * shape_.size))
       return drive_to(out_.neck_index, neck_why_ +

@@ -48,7 +48,7 @@ struct Anatomy {
 };
 
 /// Finds the anatomy from names, topology, weights and geometry together. Throws CharacterError
-/// where no spine is found, or where the choice is unsure and hints would settle it.
+/// where no spine is found, or where the choice is unsure and hints are needed.
 Anatomy find_anatomy(const Character& character, const AnatomyHints& hints = {});
 
 /// Body parts that mattes and per-region metrics speak of.
@@ -82,8 +82,7 @@ class SpineDriver {
 
   /// World matrices of every node in a pose. Each node goes rigidly with one of these:
   /// - the spine joints below the chest with the posed chain at their arc fraction of the rest
-  /// chain
-  ///   (place between two of the system's joints, turn by the shorter way between theirs);
+  ///   chain (place between two of the system's joints, turn by the shorter way between theirs);
   /// - the chest, neck and head with the chain's last joint;
   /// - hips, tail, and legs that start low on the spine with SpinePose::hip;
   /// - arms, forelegs and fins with the spine joint that they hang from (find_arm_attachment());

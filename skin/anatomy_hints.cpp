@@ -94,7 +94,7 @@ HintedSpine resolve_spine_hints(const Character& character, const AnatomyHints& 
   if (!hints.chest.empty()) out.chest = node_named(character, hints.chest);
   out.chain = chain_of(character, hints.spine, "--spine");
   if (out.chain.size() == 1)
-    throw CharacterError(character.file_name + ": --spine: one joint is no chain");
+    throw CharacterError(character.file_name + ": --spine: expected two joints or more");
   if (!out.chain.empty() && out.chest >= 0 &&
       std::find(out.chain.begin() + 1, out.chain.end(), out.chest) == out.chain.end())
     throw CharacterError(character.file_name + ": --chest: " + in_quotes(hints.chest) +

@@ -50,7 +50,7 @@ double apart(const glm::dmat4& a, const glm::dmat4& b, const BodyBox& box) {
 std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
                                    const std::vector<BoundJoint>& joints, const BodyBox& box) {
   std::vector<BindOff> out;
-  if (joints.size() < 3) return out;  // two that differ: nobody knows which one is right
+  if (joints.size() < 3) return out;  // two that differ: either may be right
   std::vector<int> joint_of(nodes.size(), -1);
   for (Index j = 0; j < joints.size(); ++j)
     joint_of[static_cast<Index>(joints[j].node)] = static_cast<int>(j);

@@ -26,9 +26,10 @@ struct Girth {
 constexpr Girth kArm[] = {{0.0, 0.092}, {0.3, 0.082}, {0.55, 0.066}, {0.7, 0.070}, {1.0, 0.042}};
 constexpr Girth kLeg[] = {{0.0, 0.100}, {0.2, 0.100}, {0.5, 0.063}, {0.65, 0.066}, {1.0, 0.038}};
 
-class Tailor {
+class ProxyFitter {
  public:
-  Tailor(const Character& skeleton, const Anatomy& anatomy) : in_(skeleton), anatomy_(anatomy) {
+  ProxyFitter(const Character& skeleton, const Anatomy& anatomy)
+      : in_(skeleton), anatomy_(anatomy) {
     if (anatomy.spine.size() < 2) {
       throw CharacterError(skeleton.file_name + ": no spine to put a body around");
     }
@@ -90,7 +91,7 @@ class Tailor {
     body_.material.base_color = glm::vec4(0.5f, 0.36f, 0.28f, 1.0f);
     body_.cell = 0.005;
     body_.symmetric = false;
-    body_.tunnels = true;  // a finger that touches the next is no fault of the skeleton's
+    body_.tunnels = true;  // a finger may touch the next one
     body_.core = anatomy_.spine[0];
   }
 
@@ -275,7 +276,7 @@ class Tailor {
     return {nearest, spine_.end()};
   }
 
-  /// Runs the axis of a fish's front on to the tip of its snout, which is no joint that moves
+  /// Extends the axis of a fish's front to the tip of its snout, which is not a joint that moves
   /// anything; its length.
   double fore_axis(BodySolid& fore) const {
     const int head = front_.back();
@@ -522,7 +523,7 @@ class Tailor {
 }  // namespace
 
 BodyDescription describe_body(const Character& skeleton, const Anatomy& anatomy) {
-  return Tailor(skeleton, anatomy).describe();
+  return ProxyFitter(skeleton, anatomy).describe();
 }
 
 Character make_proxy_body(const Character& skeleton, const Anatomy& anatomy,

@@ -17,7 +17,7 @@ namespace {
 
 using nlohmann::json;
 
-// Past these a header is no clip: 32 MB of JSON describe a hundred thousand poses.
+// A larger header is not a clip's: 32 MB of JSON describe a hundred thousand poses.
 constexpr std::size_t kMaxHeader = std::size_t{1} << 25;
 
 /// Reads the members of a header, naming the JSON path of whatever is wrong.

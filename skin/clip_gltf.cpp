@@ -148,7 +148,7 @@ class AnimationReader {
     if (track.path != Path::rotation) return;
     for (std::size_t k = 0; k < keys; ++k)
       if (!(glm::length(load(track.key(k), 4)) > 1e-6))
-        fail(place + "/output", "key " + std::to_string(k) + " is no rotation");
+        fail(place + "/output", "key " + std::to_string(k) + " is not a rotation");
   }
 
   const tinygltf::Model& model_;
@@ -156,7 +156,7 @@ class AnimationReader {
   GltfAccessors accessors_;
 };
 
-/// A name for every animation: its own, told apart where several have it.
+/// A name for every animation: its own, numbered where several share it.
 std::vector<std::string> animation_names(const tinygltf::Model& model) {
   std::map<std::string, int> taken;
   std::vector<std::string> out;

@@ -8,7 +8,7 @@
 namespace backbend::skin {
 namespace {
 
-// An honest file nests about ten deep; readers below this one recurse on what they are given.
+// Real files nest about ten deep; readers below this one recurse on what they are given.
 constexpr int kMaxNesting = 64;
 
 constexpr std::uint32_t kGlbMagic = 0x46546C67;  // "glTF"

@@ -13,7 +13,7 @@ struct GltfContainer {
 };
 
 /// Splits a GLB into its chunks; bytes that do not start as a GLB are JSON text as they stand.
-/// Refuses text whose brackets nest deeper than any honest file's, before a parser sees it. Throws
+/// Refuses text whose brackets nest deeper than any real file's, before a parser sees it. Throws
 /// CharacterError headed by `file`. Source: glTF 2.0 specification, chapter 4.
 GltfContainer open_gltf_container(const std::string& file, const std::vector<std::uint8_t>& bytes);
 

@@ -24,7 +24,7 @@ struct GltfDocument {
 
 /// Reads a .glb or .gltf and what it refers to inside its own folder. Throws CharacterError
 /// (`file: /json/path: cause`) for anything that is not glTF 2.0, needs an extension that we do not
-/// know, nests deeper than any honest file, or lacks a buffer. A missing picture is a warning.
+/// know, nests deeper than any real file, or lacks a buffer. A missing picture is a warning.
 GltfDocument load_gltf(const std::filesystem::path& file);
 
 /// Another program's file that was turned into glTF in memory: its name, its own bytes (which the

@@ -26,7 +26,7 @@ struct GltfGeometry {
 /// `index_of_file_node` leads from file node numbers to character.nodes.
 ///
 /// Throws CharacterError: an index out of range, a value that is not finite, or more vertices and
-/// triangles than any honest character has.
+/// triangles than any real character has.
 GltfGeometry read_geometry(const tinygltf::Model& model, const std::string& file,
                            const std::vector<int>& index_of_file_node, Character& character);
 

@@ -99,7 +99,7 @@ bool has_skin(const GltfGeometry& geometry) {
                      [](int skin) { return skin >= 0; });
 }
 
-/// A bind matrix that flattens the body has no inverse: nobody can say where its joint stood. One
+/// A singular bind matrix has no inverse: the joint's place is unknown. One
 /// of a joint that moves nothing does no harm.
 void check_bind_matrices(const std::string& file, const GltfGeometry& geometry,
                          Character& character) {

@@ -113,7 +113,7 @@ constexpr std::array kWords = {
     Word{"reference", BodyPart::root, false},
     Word{"world", BodyPart::root, false},
     Word{"global", BodyPart::root, false},
-    // Last: `Spine_Middle` is no finger.
+    // Last: `Spine_Middle` is not a finger.
     Word{"index", BodyPart::finger, true},
     Word{"middle", BodyPart::finger, false},
     Word{"ring", BodyPart::finger, false},

@@ -66,13 +66,13 @@ class Reader {
     const toml::node* node = table.get(key);
     if (!node) return out;
     const toml::array* list = node->as_array();
-    if (!list) fail(*node, "`" + std::string(key) + "` is no list [ ... ]");
+    if (!list) fail(*node, "`" + std::string(key) + "`: expected a list [ ... ]");
     for (const toml::node& item : *list) out.push_back(text(item));
     return out;
   }
   const toml::table* table(const toml::table& in, std::string_view key) const {
     const toml::node* node = in.get(key);
-    if (node && !node->is_table()) fail(*node, "`" + std::string(key) + "` is no table");
+    if (node && !node->is_table()) fail(*node, "`" + std::string(key) + "`: expected a table");
     return node ? node->as_table() : nullptr;
   }
 
@@ -90,10 +90,10 @@ std::vector<SidecarControl> read_controls(const Reader& reader, const toml::tabl
   const toml::node* node = root.get("control");
   if (!node) return out;
   const toml::array* list = node->as_array();
-  if (!list) reader.fail(*node, "`control` is no list of tables [[control]]");
+  if (!list) reader.fail(*node, "`control`: expected tables [[control]]");
   for (const toml::node& item : *list) {
     const toml::table* table = item.as_table();
-    if (!table) reader.fail(item, "`control` is no list of tables [[control]]");
+    if (!table) reader.fail(item, "`control`: expected tables [[control]]");
     reader.only(*table, {"channel", "control", "axis", "sign"});
     SidecarControl control;
     control.channel = reader.word(*table, "channel", kChannels);
@@ -271,7 +271,7 @@ Sidecar parse_sidecar(const std::string& text, const fs::path& path) {
     if (const toml::node* unit = space->get("metres_per_unit")) {
       const auto value = unit->value<double>();
       if (!value || !(*value >= 1e-6) || !(*value <= 1e6))
-        reader.fail(*unit, "`metres_per_unit` is no number from 1e-6 to 1e6");
+        reader.fail(*unit, "`metres_per_unit`: expected a number from 1e-6 to 1e6");
       out.metres_per_unit = *value;
     }
   }
@@ -311,14 +311,14 @@ std::string sidecar_text(const Sidecar& sidecar) {
   if (!sidecar.envelope.empty()) out += "envelope = " + quoted(sidecar.envelope) + "\n";
   out += "\n[skeleton]\n";
   if (!sidecar.rig_template.empty())
-    out += "template = " + quoted(sidecar.rig_template) + "  # whose names the joints bear\n";
+    out += "template = " + quoted(sidecar.rig_template) + "  # naming convention of the joints\n";
   if (!sidecar.spine.empty()) out += "spine = " + quoted(sidecar.spine) + "  # hips to head\n";
   if (!sidecar.chest.empty())
     out += "chest = " + quoted(sidecar.chest) + "  # the rig drives the spine up to here\n";
   if (!sidecar.left_arm.empty()) out += "left_arm = " + quoted(sidecar.left_arm) + "\n";
   if (!sidecar.right_arm.empty()) out += "right_arm = " + quoted(sidecar.right_arm) + "\n";
   out += "namespaces = " + quoted(sidecar.namespaces) +
-         "  # beginnings of joint names to take away\n\n[space]\n";
+         "  # prefixes to remove from joint names\n\n[space]\n";
   if (!sidecar.up.empty()) out += "up = " + quoted(sidecar.up) + "\n";
   if (!sidecar.forward.empty()) out += "forward = " + quoted(sidecar.forward) + "\n";
   std::array<char, 40> number;

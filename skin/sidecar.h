@@ -29,7 +29,7 @@ struct Sidecar {
   std::string up, forward;       // of the file: `+Y`
   double metres_per_unit = 1.0;  // what one unit of the file is
   std::vector<std::string> leave_out;   // parts that are not judged: hair, props, proxies
-  std::vector<std::string> namespaces;  // beginnings of joint names to take away: `hero:`
+  std::vector<std::string> namespaces;  // prefixes to remove from joint names: `hero:`
   std::string envelope;                 // human, cartoon, creature, sweep
   std::vector<SidecarControl> controls;
   bool operator==(const Sidecar&) const = default;
@@ -66,8 +66,8 @@ void apply_sidecar(const Sidecar& sidecar, Clip& clip);
 /// What the sidecar says of the skeleton, where `hints` say nothing.
 AnatomyHints hints_with(const Sidecar& sidecar, AnatomyHints hints);
 
-/// What of the anatomy is not as it was confirmed, one line; nothing where all is. A character that
-/// was exported anew with other axes is noticed here.
+/// The first difference from the confirmed anatomy, one line; nothing where all agrees. A character
+/// that was exported anew with other axes is noticed here.
 std::optional<std::string> contradiction(const Sidecar& sidecar, const Anatomy& anatomy);
 
 }  // namespace backbend::skin

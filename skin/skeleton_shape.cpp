@@ -239,7 +239,7 @@ SkeletonShape measure_skeleton(const Character& character) {
   const glm::dvec3 sides = shape.high - shape.low;
   shape.size = std::max({sides.x, sides.y, sides.z});
   measure_weights(character, shape);
-  // What moves a vertex is no end marker: some rigs' wrists are `arm_end`. A tip says what it is.
+  // A joint that moves vertices is not an end marker: some rigs' wrists are `arm_end`.
   for (std::size_t n = 0; n < count; ++n)
     if (shape.weight[n] >= 1.0 && !shape.name[n].tip) shape.name[n].end = false;
   measure_reach(character, shape);

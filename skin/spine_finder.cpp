@@ -145,7 +145,7 @@ class EndFinder {
       if (out_.head >= 0) return;
     }
     if (limbs_.size() < 2 || upper == lower || !shape_.is_ancestor(character_, lower, upper)) {
-      out_.doubt = "no joint is called head, and there are no two pairs of limbs to tell it by";
+      out_.doubt = "no joint is named head, and fewer than two pairs of limbs to infer it from";
       return;
     }
     out_.head = head_by_topology(shape_, upper);

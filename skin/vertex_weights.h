@@ -29,7 +29,7 @@ struct WeightTally {
 /// The canonical form of one vertex's weights: joints merged, largest first (ties by joint number,
 /// so that split vertices of one place stay alike), cut to kMaxInfluences, summing to 1.
 ///
-/// `slack` is how far an honest sum may be from 1. All zero: returns zeros (an unskinned vertex).
+/// `slack` is how far a valid sum may be from 1. All zero: returns zeros (an unskinned vertex).
 /// Negative weights count as zero. `vertex` is its number, for the tally.
 Influences canonical_influences(std::span<const WeightEntry> entries, double slack,
                                 std::size_t vertex, WeightTally& tally);

@@ -142,7 +142,7 @@ Names names_from(const std::string& key, std::string_view text, const Names& nam
         name += padded(i + 1, names.size());
       } else {
         refuse("'" + std::string(rest.substr(0, rest.find('}') + 1)) +
-               "' is no placeholder, expected {name} or {index}");
+               "': unknown placeholder, expected {name} or {index}");
       }
       rest.remove_prefix(rest.find('}') + 1);
     }

@@ -260,7 +260,7 @@ class SceneEncoder {
       const auto node = number_named_.find(bone.mName.C_Str());
       if (node == number_named_.end())
         throw CharacterError("joint " + skin::in_quotes(bone.mName.C_Str()) +
-                             " moves a mesh but is no node");
+                             " moves a mesh but is not a node");
       joints.push_back(node->second);
       glm::dmat4 bind = to_matrix(bone.mOffsetMatrix);
       bind[3] = glm::dvec4(glm::dvec3(bind[3]) * space_.metres, 1.0);

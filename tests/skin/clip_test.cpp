@@ -237,7 +237,7 @@ INSTANTIATE_TEST_SUITE_P(
                [](json& a, GltfFixture& f) {
                  a["samplers"][0]["output"] = f.add(std::vector<float>(8, 0.0f), kFloat, "VEC4", 4);
                },
-               "/animations/0/samplers/0/output", "key 0 is no rotation"},
+               "/animations/0/samplers/0/output", "key 0 is not a rotation"},
         Broken{"TooManyKeys",
                [](json& a, GltfFixture& f) {
                  f.root["accessors"][a["samplers"][0]["input"].get<std::size_t>()]["count"] =

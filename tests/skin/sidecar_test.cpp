@@ -85,8 +85,8 @@ TEST(Sidecar, RefusesWhatItDoesNotKnowNamingFileLineAndKey) {
   says("[space]\nup = \"up\"", "expected one of +X, -X");
   says("[space]\nmetres_per_unit = nan", "metres_per_unit");
   says("[space]\nmetres_per_unit = 0", "metres_per_unit");
-  says("[space]\nmetres_per_unit = 0.99e-6", "is no number from 1e-6 to 1e6");
-  says("[space]\nmetres_per_unit = 1.01e6", "is no number from 1e-6 to 1e6");
+  says("[space]\nmetres_per_unit = 0.99e-6", "expected a number from 1e-6 to 1e6");
+  says("[space]\nmetres_per_unit = 1.01e6", "expected a number from 1e-6 to 1e6");
   EXPECT_EQ(refusal(head + "[space]\nmetres_per_unit = 1e-6\n"), "");
   EXPECT_EQ(refusal(head + "[space]\nmetres_per_unit = 1e6\n"), "");
   says("envelope = \"giant\"", "expected one of human");

@@ -109,7 +109,7 @@ TEST(Naming, RefusesCollisionsNamingBoth) {  // W4
 
 TEST(Naming, RefusesTemplatesThatAreNone) {
   EXPECT_NE(refusal("curve", {{"joint_names", std::string("a_{nam}")}})
-                .find("'{nam}' is no placeholder, expected {name} or {index}"),
+                .find("'{nam}': unknown placeholder, expected {name} or {index}"),
             std::string::npos);
   EXPECT_NE(refusal("curve", {{"joint_names", std::string("a_{name")}}).find("no placeholder"),
             std::string::npos);

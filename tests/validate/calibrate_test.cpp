@@ -259,8 +259,8 @@ TEST_F(LastCalibration, SaysItsDayItsAgeAndWhatItFound) {
   EXPECT_EQ(line("2026-11-21"),
             "whole calibration of 2026-11-20, 1 day ago, on 1 bodies and chains: each detector "
             "found its target, 0 of 500 clean poses flagged");
-  EXPECT_EQ(line("2026-11-27").find("make it anew"), std::string::npos);
-  EXPECT_NE(line("2026-11-28").find("8 days ago (make it anew every week)"), std::string::npos);
+  EXPECT_EQ(line("2026-11-27").find("repeat it"), std::string::npos);
+  EXPECT_NE(line("2026-11-28").find("8 days ago (repeat it every week)"), std::string::npos);
   EXPECT_EQ(line("2026-11-19").rfind("whole calibration of 2026-11-20, on 1 bodies", 0), 0u);
   report_.detectors[0].smallest = kNan;
   write(calibration_json(report_));
@@ -277,7 +277,7 @@ TEST_F(LastCalibration, ThatIsDamagedIsRefusedByName) {
       line("2026-11-22");
       ADD_FAILURE() << text;
     } catch (const CalibrationError& error) {
-      EXPECT_NE(std::string(error.what()).find("calibration.json: this is no calibration"),
+      EXPECT_NE(std::string(error.what()).find("calibration.json: not a calibration"),
                 std::string::npos)
           << error.what();
     }

@@ -59,13 +59,13 @@ TEST(Project, ANameMayBeAnOptionsAndACommands) {
 
 TEST(Project, EveryRefusalNamesFileLineAndCause) {
   EXPECT_EQ(refusal("spp = 4\n\nrigg = \"even\""),
-            "/show/backbend.toml:3: 'rigg' is no option that a project sets, did you mean 'rig'?; "
+            "/show/backbend.toml:3: 'rigg': not a project option, did you mean 'rig'?; "
             "backbend config shows all");
   EXPECT_EQ(refusal("[chek]\nrig = \"even\""),
-            "/show/backbend.toml:1: [chek] is no command that a project sets options of, did you "
+            "/show/backbend.toml:1: [chek]: not a command with project options, did you "
             "mean 'check'?");
   EXPECT_EQ(refusal("[check]\nspp = 4"),
-            "/show/backbend.toml:2: 'spp' is no option that a project sets in [check]; backbend "
+            "/show/backbend.toml:2: 'spp': not a project option in [check]; backbend "
             "config shows all");
   const std::pair<const char*, const char*> kinds[] = {
       {"rig = 4", "'rig' must be text in quotes"},
@@ -76,7 +76,7 @@ TEST(Project, EveryRefusalNamesFileLineAndCause) {
       {"quick = 1", "'quick' must be true or false"},
       {"joint-map = []", "'joint-map' must not be empty"},
       {"joint-map = [1]", "'joint-map' must be text in quotes, or a list of such"},
-      {"[rig]\nsystem = \"even\"", "[rig] is no command that a project sets options of"}};
+      {"[rig]\nsystem = \"even\"", "[rig]: not a command with project options"}};
   for (const auto& [text, cause] : kinds)
     EXPECT_EQ(refusal(text), std::string("/show/backbend.toml:1: ") + cause) << text;
   EXPECT_EQ(refusal("rig = \"even\"\nrig = ").rfind("/show/backbend.toml:2: ", 0), 0u);

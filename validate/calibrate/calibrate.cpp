@@ -177,7 +177,7 @@ std::string last_calibration(const std::filesystem::path& file, const std::strin
   if (!std::filesystem::exists(file))
     return "no whole calibration beside the history yet: 'backbend calibrate' makes one";
   std::size_t clean = 0, alarms = 0;
-  std::string deaf, date;
+  std::string missed, date;
   std::set<std::string> bodies;
   try {
     const nlohmann::json stored = nlohmann::json::parse(read_text(file));
@@ -189,21 +189,22 @@ std::string last_calibration(const std::filesystem::path& file, const std::strin
       clean += row.at("clean_poses").get<std::size_t>();
       alarms += row.at("false_alarms").get<std::size_t>();
       if (!row.at("ok").get<bool>())
-        deaf += (deaf.empty() ? "" : ", ") + row.at("detector").get<std::string>() + " on " + body;
+        missed +=
+            (missed.empty() ? "" : ", ") + row.at("detector").get<std::string>() + " on " + body;
     }
-    if (!is_day(date)) throw CalibrationError("'date' is no day like 2026-11-22");
+    if (!is_day(date)) throw CalibrationError("'date': invalid day; expected one like 2026-11-22");
   } catch (const std::exception& error) {
     throw CalibrationError(visible(file.string()) +
-                           ": this is no calibration: " + visible(error.what()));
+                           ": not a calibration: " + visible(error.what()));
   }
   const int days = days_between(date, today);
   // Another machine's clock may be ahead: of a day to come the date says enough.
   const std::string age =
       days < 0 ? "" : ", " + std::to_string(days) + (days == 1 ? " day ago" : " days ago");
-  return "whole calibration of " + date + age + (days > 7 ? " (make it anew every week)" : "") +
+  return "whole calibration of " + date + age + (days > 7 ? " (repeat it every week)" : "") +
          ", on " + std::to_string(bodies.size()) + " bodies and chains: " +
-         (deaf.empty() ? "each detector found its target"
-                       : "NOT at their target: " + visible(deaf)) +
+         (missed.empty() ? "each detector found its target"
+                         : "NOT at their target: " + visible(missed)) +
          ", " + std::to_string(alarms) + " of " + std::to_string(clean) + " clean poses flagged";
 }
 

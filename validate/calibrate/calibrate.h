@@ -42,7 +42,7 @@ struct CalibrationReport {
   std::vector<Sensitivity> detectors;  // in the order they were tried
   /// Of all cases that pictures were looked at in, clean and faulted.
   Agreement agreement() const;
-  bool ok() const;  // every detector reached its target without a false alarm
+  bool ok() const;  // every detector reached its target with no false alarm
 };
 
 /// Injects faults of rising size into clean poses and finds the smallest that each detector sees

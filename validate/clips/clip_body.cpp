@@ -25,7 +25,7 @@ using skin::CharacterError;
 using skin::in_quotes;
 using skin::origin;
 
-// Joints of one skeleton stand alike in both files but for rounding and units' last digits.
+// Joints of one skeleton agree in both files up to rounding.
 constexpr double kSamePlace = 0.01;  // of the height
 // Points of one body, exported twice, differ by what formats round.
 constexpr double kSamePoint = 2e-3;  // of the height
@@ -95,7 +95,7 @@ class PointGrid {
   std::uint64_t key(const glm::dvec3& p) const {
     std::uint64_t out = 0;
     for (int c = 0; c < 3; ++c) {  // 21 bits a coordinate: a body spans a thousand cells
-      // Whatever is further off than whole numbers reach shares the last cell.
+      // Points beyond the range of integers share the last cell.
       const double cell = std::fmin(std::fmax(std::floor(p[c] / cell_), -1e15), 1e15);
       out = out << 21 | (static_cast<std::uint64_t>(static_cast<std::int64_t>(cell)) & 0x1FFFFF);
     }
@@ -119,7 +119,7 @@ skin::Character bare_skeleton(const skin::Clip& clip) {
                          ": points without joints need the mesh that they move: backbend check "
                          "CHARACTER --baked " +
                          clip.file_name);
-  // Parents first, as a character's nodes stand.
+  // Parents first, in the order of a character's nodes.
   std::vector<int> place(clip.joint_count(), -1);
   for (bool moved = true; moved;) {
     moved = false;
@@ -167,7 +167,7 @@ ClipBody::ClipBody(const skin::Character& character, const skin::Anatomy& anatom
     const double apart = rest_distance(clip, 1.0);
     const double ratio = apart <= kSamePlace ? 1.0 : spine_ratio(clip);
     if (apart <= kSamePlace || rest_distance(clip, ratio) <= kSamePlace) {
-      // The same skeleton in another unit is not turned only: what its joints travel counts.
+      // For the same skeleton in another unit, translations count as well as rotations.
       unit_ = ratio;
       if (apart > kSamePlace)
         notes_.push_back("the clip has another unit than the character: its lengths are taken " +
@@ -176,7 +176,7 @@ ClipBody::ClipBody(const skin::Character& character, const skin::Anatomy& anatom
     } else {
       fit_ = ClipFit::retarget;
       retarget(clip);
-      notes_.push_back("the clip's skeleton stands otherwise at rest (spine joints up to " +
+      notes_.push_back("the clip's skeleton has another rest pose (spine joints up to " +
                        number_text(100.0 * apart, 1) +
                        " % of the height apart): its turns drive this character's bones");
     }
@@ -237,7 +237,7 @@ void ClipBody::match_by_place(const skin::Clip& clip) {
     return;  // names are all there is: check_spine() says what is missing
   }
   if (!theirs.sure) return;
-  // Names of another convention may still meet ours by chance, and mean another joint.
+  // Names of another convention may match ours by chance and mean another joint.
   clip_joint_.assign(character_.nodes.size(), -1);
   const auto join = [&](int ours, int their) {
     clip_joint_[static_cast<Index>(ours)] = skeleton.nodes[static_cast<Index>(their)].file_node;
@@ -299,7 +299,7 @@ void ClipBody::match_by_place(const skin::Clip& clip) {
     pairs += (pairs.empty() ? "" : ", ") + skin::printable(character_.nodes[node].name) + " = " +
              skin::printable(clip.joint[static_cast<Index>(clip_joint_[node])]);
   }
-  notes_.push_back("the clip names its joints otherwise; matched by their place: " + pairs);
+  notes_.push_back("joint names differ in the clip; matched by position: " + pairs);
 }
 
 bool ClipBody::is_same_file(const skin::Clip& clip) const {
@@ -315,7 +315,7 @@ void ClipBody::check_spine(const skin::Clip& clip) const {
     const std::string_view near = solver::nearest_name(name, clip.joint);
     throw CharacterError(clip.file_name + ": no joint for " + in_quotes(name) + " of the spine" +
                          (near.empty() ? "" : ", the nearest is " + in_quotes(near)) +
-                         "; name it with --joint-map CHARACTER_JOINT=CLIP_JOINT");
+                         "; specify --joint-map CHARACTER_JOINT=CLIP_JOINT");
   }
 }
 
@@ -431,7 +431,7 @@ void ClipBody::match_points(const skin::Clip& clip) {
   std::vector<Index> source(vertices);
   const std::span<const glm::vec3> first(clip.point.data(), clip.point_count);
   const double near = kSamePoint * anatomy_.height;
-  // Joints beside the points say what space both are in; a cache says nothing.
+  // Joints beside the points determine the space of both; a cache does not.
   const bool space_is_known = !clip.joint.empty();
   const PointSpace* space = &point_spaces().front();
   // The same vertices in the same order: then edges keep about their length in any pose.
@@ -501,7 +501,7 @@ void ClipBody::fit_joints() {
   std::vector<Carried> carried(character_.nodes.size());
   for (Index v = 0; v < vertices; ++v)
     for (int k = 0; k < skin::kMaxInfluences; ++k) {
-      // Squared: a joint stands where the vertices stand that are mostly its own.
+      // Squared, so that a joint's place follows the vertices with most of its weight.
       const double w = character_.influences[v].weight[k];
       if (w < 0.1) continue;
       Carried& joint =

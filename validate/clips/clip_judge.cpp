@@ -19,7 +19,7 @@ constexpr Index kLeastFrames = 5;
 
 constexpr std::string_view kResponseCode = "BB049";
 
-/// What a baked clip says anything about.
+/// The metrics that apply to a baked clip.
 bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, MetricId metric) {
   switch (metric) {
     case MetricId::gain:
@@ -30,7 +30,7 @@ bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, Metri
     case MetricId::chain_twist_jump:   // nor is a twist known that the chain should carry
     case MetricId::self_intersection:  // limbs pass close by on purpose
     case MetricId::predictability:
-    case MetricId::mirror:  // nobody asks a clip for another pose
+    case MetricId::mirror:  // a clip has no mirrored pose
     case MetricId::return_to_rest:
     case MetricId::range_of_motion:
       return false;
@@ -50,13 +50,13 @@ bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, Metri
   }
 }
 
-/// Stretch may be meant, and no option of a clip says by how much: shown, never deciding.
+/// Stretch may be intended, and a clip has no option for it: shown, never deciding.
 bool decides(MetricId metric, const Check& check) {
   return check.decides && metric != MetricId::length_change;
 }
 
-/// Whose the motion is: a rig's where the clip says what its controls did, or holds nothing but
-/// what a rig's deformers made; else it was captured or keyed.
+/// The owner of the motion: RIG where the clip records controls or holds points only; else MOTION
+/// (captured or keyed).
 Owner owner_of_motion(const skin::Clip& clip) {
   return clip.control.empty() && !clip.joint.empty() ? Owner::motion : Owner::rig;
 }
@@ -177,7 +177,7 @@ std::optional<Index> worst_failing(const ClipSweepRecord& sweep, MetricId metric
     const double value = sweep.poses[i].at(metric).value;
     if (judge(check, value, limit) != Verdict::fail) continue;
     const double here = excess(check, value, limit);
-    // Rounding makes no frame of a plateau the worst: the first one is.
+    // Of equal values up to rounding the first frame is the worst.
     if (!worst || here > most * (1.0 + 1e-3)) {
       worst = i;
       most = here;
@@ -209,7 +209,7 @@ Finding metric_finding(const ClipRecord& record, const ClipContext& context,
                      " mm); " + finding.detail;
   if (metric == MetricId::arm_drift)
     finding.detail = finding.joint + " turns by " + number_text(finding.value, 2) +
-                     " deg against what carries it, and nobody moved an arm; " + finding.detail;
+                     " deg against what carries it, with no arm control moved; " + finding.detail;
   if (metric == MetricId::length_change)
     finding.detail += "; no option says how much stretch is meant";
   return finding;
@@ -372,7 +372,7 @@ void book_clip_owners(const ClipContext& context, const ClipRecord& record,
         facts.value - facts.ideal <= finding.limit)
       booking = {booking.verdict, Owner::weights, false};
     finding.owner = booking.owner == Owner::solver ? owner_of_motion(context.clip) : booking.owner;
-    // What captured or keyed motion does to the skin is what was meant: no even bend is owed.
+    // Captured or keyed motion bends the skin as intended: it is not compared with an even bend.
     if (finding.owner == Owner::motion) booking.decides = false;
     if (!booking.decides) finding.verdict = Verdict::stress;
     finding.geometry["ideal"] = facts.ideal;
@@ -396,7 +396,7 @@ std::vector<Coverage> clip_coverage(const ClipRecord& record) {
       ++flips.not_measured;
     else if (sweep.range.count >= kLeastFrames)
       ++flips.measured;
-    else  // a held pose beside real motion is no gap; nothing but held poses is one
+    else  // a held pose beside real motion is fine; a clip of held poses alone is a gap
       ++(any ? flips.not_applicable : flips.not_measured);
   }
   out.push_back(flips);

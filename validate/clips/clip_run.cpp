@@ -50,7 +50,7 @@ skin::Anatomy skeleton_anatomy(const skin::Character& character, const skin::Ana
     }
   if (out.spine.size() < 2 || (spine.hip >= 0 && out.spine.front() != spine.hip))
     throw CharacterError(character.file_name +
-                         ": cannot tell the spine of a skeleton without a body; name it with "
+                         ": cannot find the spine of a skeleton without a body; specify "
                          "--spine, or --hip and --chest, or in the clip's header");
   const skin::HintedArms arms = skin::resolve_arm_hints(character, hints);
   out.left_arm = arms.left;
@@ -127,7 +127,7 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const skin::Clip
   }
 }
 
-/// Says of every finding where on the body it is.
+/// Fills in the place on the body of every finding.
 void name_places(const Judged& on, const skin::Clip& clip, const ClipBody& body,
                  std::vector<Finding>& findings) {
   const PlaceNames names(on.character, on.anatomy, on.metrics);

@@ -8,7 +8,7 @@
 
 namespace backbend::validate {
 
-/// What of a body channel's angle arrives at the chest, in a sweep that moves this channel alone.
+/// The part of a body channel's angle that arrives at the chest, in a sweep of this channel alone.
 struct ControlResponse {
   std::string channel;       // extension, flexion, side or twist
   std::size_t pose = 0;      // of the sweep: where it was read

@@ -27,14 +27,14 @@ constexpr double kMostOfScene = 0.35;
 constexpr double kWholeTorso = 1.3;
 /// Meshes travel inside the page: so many of each rig.
 constexpr int kMeshesOfRig = 2;
-/// How long a review clip stands still at the worst angle: two seconds.
+/// How long a review clip holds the worst angle: two seconds.
 constexpr std::size_t kHeldFrames = 48;
 
 std::string rig_word(const RigRecord& rig) {
   return file_word(rig.plan.name) + "_" + std::string(mapping_name(rig.mapping));
 }
 
-/// Everything that taking pictures of one character needs.
+/// What rendering pictures of one character needs.
 struct FrameRenderer {
   const Stage& stage;
   const OutputFolder& folder;
@@ -101,13 +101,13 @@ struct FrameRenderer {
     const glm::dvec3 middle = body.spine.position[body.spine.joint_count() / 2];
     const render::Facing facing = view.facing(photographer.facing());
     const glm::dvec3 target = place.value_or(middle);
-    // A pose that is not finite has no middle.
+    // A pose that is not finite has no centre.
     if (!std::isfinite(glm::dot(target, target)))
       return render::view_camera(view.camera, photographer.box(), facing, aspect);
     return render::close_up(view.camera, target, radius, facing, aspect);
   }
 
-  /// What a person takes along from one finding: the posed mesh, coloured by `heat`, for any viewer
+  /// The files of one finding: the posed mesh, coloured by `heat`, for any viewer
   /// (and for the page where `in_page`, with the place marked), and the command that shows it
   /// again.
   void hand_out(const Finding& finding, const PosedCharacter& body, const VertexHeat& heat,
@@ -174,7 +174,7 @@ void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceName
       renderer.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
   const PosedCharacter after = renderer.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
   const FindingView view = view_of(sweep.pose_at(finding.control_deg), finding);
-  // A flip swings the whole body above it: the picture is of all of it.
+  // A flip turns the whole body above it, so the picture shows all of it.
   const render::Camera camera = renderer.camera(view, after, std::nullopt);
   const auto mark = places.point(after.mesh.position, after.world_from_node, finding);
   render::Picture left, right;

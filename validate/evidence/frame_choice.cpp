@@ -14,9 +14,10 @@ struct Range {
 };
 
 [[noreturn]] void refuse(std::string_view range) {
-  throw std::invalid_argument("'" + std::string(range) +
-                              "' are no frames: A, A-B or A-BxSTEP with A <= B and STEP >= 1, "
-                              "separated by commas");
+  throw std::invalid_argument(
+      "'" + std::string(range) +
+      "': invalid frames; expected A, A-B or A-BxSTEP with A <= B and STEP >= 1, "
+      "separated by commas");
 }
 
 Range parse_range(std::string_view text) {

@@ -54,7 +54,7 @@ Environment read_environment(const std::string& file) {
   }
 }
 
-/// A character under a rig, ready to be photographed.
+/// A character under a rig, ready to be rendered.
 struct Studio {
   Environment environment;
   Stage stage;
@@ -75,7 +75,7 @@ struct Studio {
       throw solver::RigError("rig '" + request.rig.name + "' cannot take the pose: " + why);
     const skin::Character& character = stage.character();
     if (request.settings.mode == render::Mode::beauty) {
-      // Clay needs no textures; a beauty picture without them would be another character's.
+      // Clay needs no textures; a beauty picture without them would be wrong.
       for (const skin::Warning& warning : character.warnings)
         if (warning.code == "image_missing") throw render::RenderError(warning.message);
     }
@@ -155,7 +155,7 @@ std::optional<render::Picture> picture_if_current(const std::filesystem::path& f
         return render::picture_from(frame);
     }
   } catch (const std::exception&) {
-    // A damaged frame is made again, like one that is not there.
+    // A damaged frame is rendered again, like a missing one.
   }
   return std::nullopt;
 }
@@ -213,7 +213,7 @@ render::Bounds framing_box(const Studio& studio, const PosedCharacter& posed) {
   return box;
 }
 
-/// Holds a sweep: sixteen of its poses, and a hundredth more for what they do between.
+/// The box of a sweep: of sixteen of its poses, enlarged by 1 % for the poses between.
 render::Bounds framing_box(const Studio& studio, const RenderRequest& request, const Sweep& sweep) {
   constexpr std::size_t kLooks = 16;
   render::Bounds box = render::bounds_of(studio.stage.rest().position);
@@ -233,7 +233,7 @@ std::string title_of(const Studio& studio, const RenderRequest& request) {
   return studio.stage.character().name + "  " + request.rig.name + "  " + request.pose.text();
 }
 
-/// What is burnt into the pictures of one pose.
+/// The text drawn into the pictures of one pose.
 struct BurnIn {
   std::string rig, pose, worst;
 

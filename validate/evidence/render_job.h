@@ -26,7 +26,7 @@ struct RenderRequest {
   // Of a sequence, the places of the frames to make, counted from 0 and ascending. None: all, with
   // the contact sheet and the video, which are made of all.
   std::optional<std::vector<std::size_t>> frames;
-  bool resume = false;               // keep frames that are there, whole and of the same inputs
+  bool resume = false;               // keep existing frames that are whole and have the same inputs
   std::string name;                  // of the sequence; empty: character_rig
   std::filesystem::path export_obj;  // the posed mesh as OBJ; empty: none
   render::ExrParts parts = render::ExrParts::one;

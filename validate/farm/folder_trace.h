@@ -6,7 +6,7 @@
 
 namespace backbend::validate {
 
-/// Takes away, at its end, what of a folder's path was not there at its start and is empty: a job
+/// On destruction, removes the directories that it found missing and that are still empty: a job
 /// that is refused leaves no trace. What another run has locked is that run's, which may not have
 /// written to it yet.
 class FolderTrace {

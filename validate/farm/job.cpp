@@ -74,7 +74,7 @@ JobPlan read_plan(const fs::path& run) {
     text.at("stamp").get_to(plan.stamp);
     return plan;
   } catch (const json::exception&) {
-    throw ReadError(file.string() + ": is no plan of a job");
+    throw ReadError(file.string() + ": not a job plan");
   }
 }
 

@@ -7,15 +7,15 @@
 
 namespace backbend::validate {
 
-/// A job that is done in shards: what its command line said, and which inputs it means.
+/// A job in shards: its command line and its inputs.
 struct JobPlan {
   std::vector<std::string> arguments;  // of `nightly`, the suite's path absolute
   std::filesystem::path folder;        // working folder that relative paths started from
   std::string stamp;
 };
 
-/// Names everything that the results of a run depend on: this very program, the suite, its rigs and
-/// characters as they are now, and the options. Throws ReadError.
+/// Hashes everything that the results of a run depend on: the program, the suite, the contents of
+/// its rigs and characters, and the options. Throws ReadError.
 std::string job_stamp(const RunRequest& request, const std::vector<std::string>& options);
 
 /// Writes the plan below the run folder, or finds the same one there. Throws MixedPartsError where
@@ -24,7 +24,7 @@ void keep_plan(const JobPlan& plan, const std::filesystem::path& run);
 /// Throws ReadError where there is none, or none that can be read.
 JobPlan read_plan(const std::filesystem::path& run);
 
-/// What a job comes to, and how long it would take here, judged by one pose and one picture.
+/// The size of a job and its estimated time on this machine, from one pose and one picture.
 struct JobEstimate {
   std::size_t characters = 0, rigs = 0, mappings = 0, sweeps = 0, canaries = 0;
   std::size_t poses = 0;           // measured, over everything

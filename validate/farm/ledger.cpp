@@ -126,8 +126,9 @@ Shard parse_shard(std::string_view text) {
   const auto count =
       slash == std::string_view::npos ? std::nullopt : number_in(text.substr(slash + 1));
   if (!index || !count || *index < 1 || *count < *index || *count > 100'000)
-    throw std::invalid_argument("'" + std::string(text) +
-                                "' is no share of a job: I/N with 1 <= I <= N <= 100000, or auto");
+    throw std::invalid_argument(
+        "'" + std::string(text) +
+        "': invalid share; expected I/N with 1 <= I <= N <= 100000, or auto");
   return {*index, *count};
 }
 
@@ -175,7 +176,7 @@ void Ledger::keep(const std::string& unit, std::span<const std::uint8_t> result,
   try {
     for (const std::string& name : files)
       part.files.emplace_back(name, content_hash(read_bytes(folder_ / name)));
-  } catch (const ReadError& error) {  // what this run has just written is no input of the user's
+  } catch (const ReadError& error) {  // a file that this run wrote is not the user's input
     throw WriteError(error.what(), EIO);
   }
   OutputFolder(folder_).write(part_name(unit), part_text(part));

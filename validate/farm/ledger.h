@@ -36,8 +36,8 @@ struct Shard {
 /// std::invalid_argument saying what was expected.
 Shard parse_shard(std::string_view text);
 
-/// A run folder that one run at a time writes: shards of one job share it, everything else has it
-/// alone. Held until destroyed, also by a process that is killed. Throws BusyError.
+/// A lock on a run folder: shared by the shards of one job, exclusive for everything else. Released
+/// when destroyed or when the process dies. Throws BusyError.
 class FolderLock {
  public:
   enum class Kind { shared, exclusive };
@@ -50,20 +50,20 @@ class FolderLock {
   int descriptor_ = -1;
 };
 
-/// What is finished of a job, kept in the run folder under `parts/`, so that a job can be cut into
-/// shards, put together again, and taken up where it was stopped.
+/// The finished parts of a job, in the run folder under `parts/`, so that a job can be divided into
+/// shards, merged, and resumed.
 ///
 /// A part holds the result of one unit of work, which depends on nothing but the job's inputs: the
 /// stamp of those inputs, the unit's name, its result and the hashes of files that it made. A part
-/// counts only if its own hash, its stamp and every file that it lists are right; anything else is
-/// as if it were not there. Parts are written whole, and twice the same is once.
+/// counts only if its own hash, its stamp and every file that it lists are right; anything else
+/// counts as missing. Parts are written atomically; writing one twice is harmless.
 class Ledger {
  public:
   enum class Mode {
-    off,    // keeps nothing, finds nothing, does everything
-    alone,  // does everything that it does not find
-    shard,  // does its share, and of the others' what its own cannot do without
-    merge   // does nothing: what it does not find is missing
+    off,    // stores nothing, computes everything
+    alone,  // computes everything that is missing
+    shard,  // computes its share, and what it needs of the others'
+    merge   // computes nothing: reports what is missing
   };
   using Bytes = std::vector<std::uint8_t>;
 
@@ -87,7 +87,7 @@ class Ledger {
   /// Throws WriteError.
   void keep(const std::string& unit, std::span<const std::uint8_t> result,
             const std::vector<std::string>& files = {}) const;
-  /// Notes that a unit was needed and is not there.
+  /// Records a missing unit.
   void miss(const std::string& unit);
   std::vector<std::string> missing() const;
 

@@ -36,10 +36,10 @@ fs::path import_program() {
 
 /// Why the child came back without a file, for a person who has only the file.
 std::string cause_of(const FilteredChild& child) {
-  const std::string other = "; export it as glTF, or anew, and try that";
+  const std::string other = "; export it as glTF, or export it again";
   if (child.too_long || child.exit_code == 128 + SIGPROF || child.exit_code == 128 + SIGXCPU)
-    return "takes longer to read than any honest file of its size" + other;
-  if (child.too_much) return "grows beyond any honest file of its size" + other;
+    return "takes too long to read for its size" + other;
+  if (child.too_much) return "needs too much memory for its size" + other;
   if (child.exit_code > 128)
     return "Assimp crashed reading it (signal " + std::to_string(child.exit_code - 128) +
            "): the file is broken, or of a kind that Assimp does not know" + other;

@@ -12,8 +12,8 @@ bool is_imported(const std::filesystem::path& file);
 /// An FBX, Collada or BVH file as glTF with everything in it: skeleton, skinned meshes, materials,
 /// animations. FBX comes out +Y up in metres; the others keep what their files say.
 ///
-/// Read by a process of its own (`backbend-import`), which may crash, hang or eat memory without
-/// taking us along. Throws skin::CharacterError, one line `file: cause`.
+/// Read by a process of its own (`backbend-import`), so that a crash, a hang or excessive memory
+/// does not end this one. Throws skin::CharacterError, one line `file: cause`.
 skin::GltfDocument import_document(const std::filesystem::path& file);
 
 /// Any file that holds a skeleton: glTF as it is, the others through import_document(). Throws

@@ -111,7 +111,7 @@ void make_folders(const fs::path& folder) {
 }
 
 /// Which folder a path was when this process first wrote to it. They are held open: file systems in
-/// user space may give a folder that nobody holds another number, and automounters another device.
+/// user space may renumber a folder that no process holds open, and automounters its device.
 class KnownFolders {
  public:
   void remember(const fs::path& path, Descriptor folder) {

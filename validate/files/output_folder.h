@@ -36,7 +36,7 @@ class OutputFolder {
   /// Names the folder; nothing is made before prepare() or the first write.
   explicit OutputFolder(std::filesystem::path path);
 
-  /// Makes the folder and tries that it can be written: long jobs fail early. Throws WriteError.
+  /// Makes the folder and tests that it is writable: long jobs fail early. Throws WriteError.
   void prepare() const;
 
   /// Writes one file at `relative`, which has no `..` in it (folders are made as needed). Throws
@@ -70,12 +70,11 @@ class OutputFolder {
   std::filesystem::path path_;
 };
 
-/// A name that is safe in every file system, from a name that anybody may have given. Two names may
-/// give one.
+/// A name that is safe in every file system, from any name. Two names may map to the same one.
 std::string file_word(std::string_view name);
 
-/// Removes what writers that were killed have left in a folder that nobody else writes now: files
-/// that never got their name. With `deep` below it, too. Failing is no error.
+/// Removes the temporary files of killed writers from a folder that no other process writes. With
+/// `deep`, below it as well. Failures are ignored.
 void remove_leftovers(const std::filesystem::path& folder, bool deep = true);
 
 /// All bytes of a regular file of at most `most_bytes`. Never waits on a pipe or device. Throws
@@ -85,8 +84,8 @@ std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path,
 std::string read_text(const std::filesystem::path& path,
                       std::uintmax_t most_bytes = std::uintmax_t{1} << 28);
 
-/// Points `link` at `target` (a name beside it) in one step. Failing is no error: some file systems
-/// have no links.
+/// Points `link` at `target` (a name beside it) in one step. Failures are ignored: some file
+/// systems have no links.
 void point_link(const std::filesystem::path& link, const std::filesystem::path& target);
 
 }  // namespace backbend::validate

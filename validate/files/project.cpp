@@ -48,7 +48,7 @@ class Reader {
       std::vector<std::string> known;
       for (const auto& each : keys_)
         if (!each.first.empty()) known.push_back(each.first);
-      fail(at, "[" + name + "] is no command that a project sets options of" +
+      fail(at, "[" + name + "]: not a command with project options" +
                    solver::did_you_mean(name, known));
     }
     for (const auto& [key, node] : table) read_value(name, std::string(key.str()), node);
@@ -60,7 +60,7 @@ class Reader {
       std::vector<std::string> known;
       if (const auto keys = keys_.find(table); keys != keys_.end())
         for (const auto& each : keys->second) known.push_back(each.first);
-      fail(node, "'" + key + "' is no option that a project sets" +
+      fail(node, "'" + key + "': not a project option" +
                      (table.empty() ? "" : " in [" + table + "]") +
                      solver::did_you_mean(key, known) + "; backbend config shows all");
     }

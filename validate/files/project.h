@@ -32,7 +32,7 @@ struct ProjectValue {
   std::size_t line = 0;
 };
 
-/// A house's defaults for the options of commands.
+/// A project's defaults for the options of commands.
 struct Project {
   std::filesystem::path file;
   bool was_named = false;  // by a person, and not found beside files of others
@@ -49,7 +49,7 @@ struct Project {
 std::optional<std::filesystem::path> find_project(const std::filesystem::path& start);
 
 /// Reads a project file's text. Throws ProjectError naming `file`, line and the nearest key for
-/// every unknown table or key and every value of another kind.
+/// every unknown table or key and every value of the wrong type.
 Project parse_project(std::string_view text, const std::filesystem::path& file,
                       const ProjectKeys& keys);
 /// The same from disk; at most 1 MiB. Throws ReadError, too.

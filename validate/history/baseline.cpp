@@ -153,7 +153,7 @@ Baseline parse_baseline(std::string_view text, std::string_view name) {
       const Approval& a = baseline.approvals.back();
       if (!is_day(a.date) || !(a.until.empty() || is_day(a.until)))
         throw BaselineError(visible(name) + ": approval " + std::to_string(number) +
-                            ": a date is no day like 2026-11-22");
+                            ": invalid date; expected a day like 2026-11-22");
       ++number;
     }
   } catch (const json::exception& error) {
@@ -182,7 +182,7 @@ Approvals parse_approvals(std::string_view text, std::string_view name) {
     approvals.until = document.at("until").get<std::string>();
     for (const json& one : document.at("cases")) {
       if (!one.at("finding").is_number_unsigned())
-        throw BaselineError(visible(name) + ": 'finding' is no index");
+        throw BaselineError(visible(name) + ": 'finding' is not an index");
       approvals.cases.push_back(
           {one.at("finding").get<std::size_t>(), one.at("hash").get<std::string>()});
     }
@@ -220,7 +220,7 @@ Baseline approve(const Baseline& before, const Report& report, const Approvals& 
   if (approvals.author.empty()) refuse("an approval needs an author");
   if (approvals.reason.empty()) refuse("an approval needs a reason");
   if (!approvals.until.empty() && !is_day(approvals.until))
-    refuse("'" + visible(approvals.until) + "' is no day like 2026-12-15");
+    refuse("'" + visible(approvals.until) + "': invalid day; expected one like 2026-12-15");
   if (!approvals.until.empty() && approvals.until < today)
     refuse("the approval would end on " + approvals.until + ", before today");
   const Digest digest(report);

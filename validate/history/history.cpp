@@ -55,7 +55,8 @@ Night night_from(const json& line) {
   if (line.at("schema").get<std::string>() != kNightSchemaName)
     throw std::invalid_argument("expected schema '" + std::string(kNightSchemaName) + "'");
   night.date = line.at("date").get<std::string>();
-  if (!is_day(night.date)) throw std::invalid_argument("'date' is no day like 2026-11-22");
+  if (!is_day(night.date))
+    throw std::invalid_argument("'date': invalid day; expected one like 2026-11-22");
   night.label = line.at("label").get<std::string>();
   night.suite = line.at("suite").get<std::string>();
   night.report = line.at("report").get<std::string>();

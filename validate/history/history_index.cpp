@@ -37,7 +37,7 @@ CREATE TABLE failure(night INTEGER NOT NULL, character TEXT NOT NULL, rig TEXT N
 CREATE INDEX failure_night ON failure(night);
 )";
 
-/// SQLite did not do what was asked: the index is then made anew.
+/// SQLite failed: the index is then rebuilt.
 struct IndexTrouble : HistoryError {
   explicit IndexTrouble(sqlite3* database)
       : HistoryError(std::string("the history's index: ") + sqlite3_errmsg(database)),

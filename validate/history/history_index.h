@@ -13,7 +13,7 @@ namespace backbend::validate {
 
 /// An SQLite index of a history: what is asked of years of nights is answered without reading them
 /// all. The history's own lines stay the truth, and this a cache of them that may be deleted at any
-/// time: it is kept beside the history as `history.jsonl.index`, grows with it, and is made anew
+/// time: it is kept beside the history as `history.jsonl.index`, grows with it, and is rebuilt
 /// where it is absent, damaged, of another version, or of other lines than the history has now.
 /// Where it cannot be kept (a read-only folder, a busy one) it lives in memory.
 class HistoryIndex {

@@ -11,7 +11,7 @@
 
 namespace backbend::validate {
 
-/// What of a mesh at rest is needed for every pose: made once, read by any number of threads.
+/// The rest quantities of a mesh that every pose needs: made once, read by any number of threads.
 ///
 /// Triangles lie in blocks of eight, to be measured side by side; those that stand on the spine
 /// come first, slice by slice. A block that is not full repeats its last triangle. A slot is a

@@ -203,7 +203,7 @@ Slice finish(const RestMesh& mesh, Piece ring, double s, const Across& across) {
   double length = 0.0;
   for (std::size_t i = 0; i < n; ++i) {
     if (!ring.gap_after.empty() && ring.gap_after[i])
-      continue;  // a straight line across a gap is no surface
+      continue;  // a straight line across a gap is not part of the surface
     const std::size_t next = (i + 1) % n;
     const double half = 0.5 * glm::distance(ring.at[i], ring.at[next]);
     slice.weight[i] += half * spine_share(mesh, slice.ring[i]);

@@ -7,7 +7,7 @@ namespace backbend::validate {
 namespace {
 
 constexpr double kStrayWeight = 0.5;
-// A trace on a joint is no membership: 8-bit weights leave such crumbs everywhere.
+// A tiny weight does not count as membership: rounding to 8 bits leaves many.
 constexpr float kTrace = 0.004f;  // one step of 8 bits
 
 bool knows(const skin::Influences& influences, std::uint16_t joint) {

@@ -31,7 +31,7 @@ template <class Table, class E>
 std::string_view word_of(const Table& table, E value) {
   for (const auto& [key, word] : table)
     if (key == value) return word;
-  return "not_measured";  // a value outside the enumeration is nobody's pass
+  return "not_measured";  // a value outside the enumeration is not a pass
 }
 
 template <class E, class Table>

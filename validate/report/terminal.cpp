@@ -364,7 +364,7 @@ void comparison(Page& page, const Comparison& c) {
     if (m.a_better + m.b_better == 0) continue;
     std::string name = m.metric;
     std::replace(name.begin(), name.end(), '_', ' ');
-    // Rounding is no difference.
+    // A difference by rounding is not shown.
     const double gain = std::abs(m.median_gain) < 1e-6 * m.tolerance ? 0.0 : m.median_gain;
     page.line("    " + visible(m.code) + ' ' + padded(visible(name), 20),
               "better " + padded(std::to_string(m.a_better), 6) + "worse " +

@@ -15,7 +15,8 @@ std::vector<Finding> findings_of(const RigPlan& plan, const CanaryDuty& duty,
   return findings;
 }
 
-/// The angle that a duty speaks of: where a flip is, where anything else begins.
+/// The angle to compare with the declared one: of a flip where it is, of anything else where it
+/// begins.
 double angle_of(const Finding& finding) {
   const auto first = finding.geometry.find("first_deg");
   return first == finding.geometry.end() ? finding.control_deg : first->second;

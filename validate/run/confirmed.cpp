@@ -16,7 +16,7 @@ ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::Anato
   if (const auto difference =
           skin::contradiction(*out.sidecar, skin::find_anatomy(out.character, out.hints)))
     throw skin::CharacterError(skin::sidecar_path(file).string() + ": " + *difference +
-                               "; backbend inspect --save confirms it anew");
+                               "; run backbend inspect --save again");
   return out;
 }
 

@@ -11,12 +11,12 @@ namespace backbend::validate {
 struct ConfirmedCharacter {
   skin::Character character;
   skin::AnatomyHints hints;              // from the command line first, then the sidecar
-  std::optional<skin::Sidecar> sidecar;  // where one stands beside the file
+  std::optional<skin::Sidecar> sidecar;  // if the file has one
 };
 
 /// load_character() with the sidecar beside it, if there is one: it counts as part of the content.
-/// Throws skin::CharacterError also for a broken sidecar, and, unless it is about to be confirmed
-/// anew, where the character is not any more as it was confirmed.
+/// Throws skin::CharacterError also for a broken sidecar, and where the character no longer matches
+/// what was confirmed (unless it is being confirmed again).
 ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::AnatomyHints hints,
                                   bool about_to_confirm = false);
 

@@ -109,7 +109,7 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
   InputJudge input(rig, context, judges_weights);
   const skin::Character& character = input.character();
   const auto count = [](std::size_t n) { return static_cast<double>(n); };
-  // The reader has made all sums 1 and kept the worst of those that storage does not explain.
+  // The reader normalised all sums and kept the largest error beyond the storage's rounding.
   input.ask("BB060",
             {{100.0 * std::abs(1.0 - character.worst_weight_sum), character.worst_weight_vertex, -1,
               0.0, 0,

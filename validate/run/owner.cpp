@@ -22,13 +22,13 @@ PoseDegrees pose_of(const RigRecord& rig, const Finding& finding) {
   return sweep->sweep.pose_at(finding.control_deg);
 }
 
-/// Solves and measures single poses again, by other means than the run did.
+/// Solves and measures single poses again with other rigs, weights or skinning.
 class SecondOpinions {
  public:
   SecondOpinions(const Stage& stage, const BodyMetrics& body, const RigRecord& rig)
       : stage_(stage), body_(body), rig_(rig), even_(stage.build({"even", {}})) {}
 
-  /// Before the first proxy() or ideal_proxy(), which are nothing without.
+  /// Must be called before proxy() or ideal_proxy().
   void make_proxy() {
     const auto weights =
         proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
@@ -118,7 +118,7 @@ double rows_per_bone(const Stage& stage) {
   return skin::arc_length(chain) / static_cast<double>(chain.size() - 1) / *middle;
 }
 
-/// `0.94, which passes`: a value that somebody else would give, and what it would mean.
+/// `0.94, which passes`: a value of another rig or method, and its verdict.
 std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
 }

@@ -12,7 +12,7 @@ using Index = std::size_t;
 
 enum Side { kLeft, kRight, kFront, kBack, kSides };
 constexpr std::array<const char*, kSides> kSideName = {"left", "right", "front", "back"};
-/// One side stands out where it has this much more than the others.
+/// A side is named where its value exceeds the others' by this factor.
 constexpr double kStandsOut = 1.25;
 
 /// The side that a region of the body has in its name; empty for torso, head and tail.
@@ -50,7 +50,7 @@ void PlaceNames::name(std::span<const glm::vec3> posed, Finding& finding) const 
   } else if (finding.vertex >= 0) {
     name_vertex(finding);
   } else if (finding.joint.empty() && (finding.code == "BB020" || finding.code == "BB021")) {
-    // Both arms drift as one: the left one's root stands for them.
+    // Both arms drift together: the place is the left one's root.
     const std::vector<int>& arm =
         anatomy_.left_arm.empty() ? anatomy_.right_arm : anatomy_.left_arm;
     if (!arm.empty()) finding.joint = character_.nodes[static_cast<Index>(arm.front())].name;

@@ -12,7 +12,7 @@
 namespace backbend::validate {
 namespace {
 
-/// Images that were not found leave the material's plain values; reading the file has said so.
+/// Missing images leave the material's plain values; the reader has warned about them.
 render::Material render_material(const skin::Character& character, const skin::Material& material) {
   const auto found = [&](int image) {
     return image >= 0 && !character.images[static_cast<std::size_t>(image)].bytes.empty() ? image

@@ -66,7 +66,8 @@ class Stage {
   PosedCharacter pose(const solver::SpineSystem& system, solver::SpinePose spine,
                       skin::SkinningMethod method = skin::SkinningMethod::linear) const;
 
-  /// What of the mesh the renderer needs once. Throws render::RenderError for a broken texture.
+  /// The parts of the mesh that the renderer needs once. Throws render::RenderError for a broken
+  /// texture.
   std::shared_ptr<const render::MeshTopology> topology() const;
 
  private:

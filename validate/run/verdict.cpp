@@ -16,7 +16,7 @@ bool belongs(const Finding& finding, const RigResult& rig) {
          finding.mapping == rig.mapping;
 }
 
-/// What the envelope needs of a rig and no pose has shown: `side to 60, measured to 45`.
+/// The parts of the envelope that no pose has measured: `side to 60, measured to 45`.
 std::string envelope_gaps(const RigResult& rig) {
   std::string text;
   const auto add = [&](const std::string& gap) { text += (text.empty() ? "" : "; ") + gap; };

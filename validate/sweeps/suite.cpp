@@ -388,7 +388,7 @@ void read_inline_options(const std::string& whole, std::string_view text,
       spec.options[key] =
           option_value(TableReader(table, "rig '" + whole + "'", "rig"), *table.get("value"), key);
     } catch (const toml::parse_error&) {
-      throw SuiteError("rig '" + whole + "': '" + value + "' is no value for '" + key + "'");
+      throw SuiteError("rig '" + whole + "': '" + value + "' is not a value of '" + key + "'");
     }
   }
 }

@@ -35,8 +35,8 @@ struct PoseDegrees {
 PoseDegrees parse_pose(std::string_view text);
 inline constexpr double kLeastStretch = -95.0;  // per cent
 
-/// What of a pose a rig has no control for: `stretch: its controls turn and do not move`. Empty
-/// where it can take all of it.
+/// The part of a pose that a rig has no control for: `stretch: its controls turn and do not move`.
+/// Empty where it can take all of it.
 std::string why_not_taken(const solver::SpineSystem& system, const PoseDegrees& pose);
 
 /// A pose that a path goes through, and how many degrees of control lead there.

@@ -9,21 +9,21 @@ namespace {
 constexpr std::array kTopics = {
     Topic{"SOLVER", "the chain of one of our own rig systems has to change",
           "the same pose under `even` does not show the fault, with the same weights",
-          "use another system or other options: backbend list rigs, backbend tune"},
+          "use another system or other options: backbend list rigs"},
     Topic{"RIG", "a rig that is evaluated live, or that made a clip, has to change",
           "the motion follows from recorded controls and shows what they did not ask for",
-          "look at the joint and frame that are named, in the program that the rig lives in"},
+          "look at the joint and frame of the finding in the rig's own program"},
     Topic{"MOTION", "the keys or the capture have to change",
           "a clip without recorded controls: nothing says that the rig is to blame",
-          "look at the curves of the joint at the frame that is named"},
+          "look at the joint's animation curves at the frame of the finding"},
     Topic{"WEIGHTS", "the skin weights of the mesh have to change",
-          "the ideal bend of the same pose shows the fault, and clean proxy weights do not",
-          "backbend repair; or smooth the weights at the place that is named"},
+          "the ideal bend of the same pose shows the fault, and automatic test weights do not",
+          "smooth the weights at the place in the finding"},
     Topic{"SKELETON", "the skeleton has too few joints for the range (advisory: it never decides)",
-          "the ideal bend with clean proxy weights shows the fault as well, so that neither a "
+          "the ideal bend with automatic test weights shows the fault as well, so that neither a "
           "better rig nor better weights would cure it",
           "add spine joints, about as many as the finding says; or accept a smaller envelope"},
-    Topic{"POSE", "the body is too thick for the pose, and nobody is at fault",
+    Topic{"POSE", "the body is too thick for the pose; no fault of rig or weights",
           "curvature times half depth is 1 or more: the inner surface has no length left",
           "lower the angle, or accept the fold"},
     Topic{"INPUT", "the file has to change",
@@ -41,7 +41,7 @@ constexpr std::array kTopics = {
           "chosen by the kind of body that was found (human, animal, long_neck, snake; neck where "
           "the neck is driven); the sidecar and --envelope overrule it. Inside it a finding "
           "decides, outside it is shown. What it needs and nothing measured is never a pass",
-          "--envelope NAME for one run, envelope = \"NAME\" in the sidecar for good"},
+          "--envelope NAME for one run, envelope = \"NAME\" in the sidecar to keep it"},
     Topic{
         "headroom", "how far a channel is clean, less what the envelope needs of it",
         "clean: no deciding check is over its limit in any pose up to there, on the sweep of that "
@@ -57,7 +57,7 @@ constexpr std::array kTopics = {
           "allows",
           "what a vertex of the torso holds on spine joints goes to the two joints that it stands "
           "between, in proportion to its distance from them",
-          "they tell WEIGHTS from SKELETON; nobody has to use them"},
+          "they distinguish WEIGHTS from SKELETON; they are for testing only"},
 };
 
 bool same_letter(char a, char b) {
