@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # fresh_system.sh RELEASE [OPTIONS]: what a newcomer would see. Makes a minimal Debian of RELEASE
-# (bookworm, trixie) in a folder, clones HEAD into it and runs the README's two commands there,
-# ./backbend nightly and ./backbend test: as root, and as a user with sudo in a second such system.
+# (bookworm, trixie) in a folder, clones HEAD into it and runs
+# ./backbend nightly and ./backbend test there: as root, and as a user with sudo in a second such system.
 #
 #   --as root|user     only one of the two (both)
 #   --command WORDS    only this instead of the two commands, e.g. --command "nightly --quiet"

@@ -90,7 +90,7 @@ TEST(Sidecar, RefusesWhatItDoesNotKnowNamingFileLineAndKey) {
   EXPECT_EQ(refusal(head + "[space]\nmetres_per_unit = 1e-6\n"), "");
   EXPECT_EQ(refusal(head + "[space]\nmetres_per_unit = 1e6\n"), "");
   says("envelope = \"giant\"", "expected one of human");
-  says("skeleton = 3", "no table");
+  says("skeleton = 3", "expected a table");
   says("[[control]]\nchannel = \"twist\"", "needs");
   says("[[control]]\nchannel = \"twist\"\ncontrol = \"c\"\naxis = \"X\"\nsign = 2", "`sign`");
   says("[skeleton", "hero.backbend.toml:2:");

@@ -111,9 +111,9 @@ TEST(Naming, RefusesTemplatesThatAreNone) {
   EXPECT_NE(refusal("curve", {{"joint_names", std::string("a_{nam}")}})
                 .find("'{nam}': unknown placeholder, expected {name} or {index}"),
             std::string::npos);
-  EXPECT_NE(refusal("curve", {{"joint_names", std::string("a_{name")}}).find("no placeholder"),
+  EXPECT_NE(refusal("curve", {{"joint_names", std::string("a_{name")}}).find("unknown placeholder"),
             std::string::npos);
-  EXPECT_NE(refusal("curve", {{"joint_names", std::string("a}_{name}")}}).find("no placeholder"),
+  EXPECT_NE(refusal("curve", {{"joint_names", std::string("a}_{name}")}}).find("unknown placeholder"),
             std::string::npos);
   EXPECT_NE(refusal("curve", {{"control_names", std::string("a.{name}")}}).find("no '.'"),
             std::string::npos);
