@@ -62,7 +62,7 @@ struct Channel {
   double rest = 0.0;
 };
 
-/// A body pose in the names that riggers use, radians; the signs are ours (README, Conventions).
+/// A body pose in the names that riggers use, radians; the signs are ours (docs/conventions.md).
 /// Extension is a backbend, side bends to the character's left, twist turns it to its left.
 ///
 /// Two channels need controls that not every system has (SpineSystem::why_without): `hip` tips the

@@ -12,8 +12,8 @@ enum class Sense { at_most, at_least };
 /// What a check looks at, and so what it needs in order to run.
 enum class Subject { chain, mesh, input, tool };
 
-/// A row of the one table of checks. `list checks`, `explain`, --help, the report's legend and the
-/// README are all printed from it, so that none of them can disagree.
+/// A row of the one table of checks. `list checks`, `explain`, the report's legend and
+/// docs/checks/README.md show it; a test compares the last row by row.
 struct Check {
   std::string_view code;  // stable: BB001
   std::string_view name;  // short, lower case: `flip`

@@ -3,7 +3,7 @@
 
 namespace backbend::validate {
 
-/// What the process tells its caller; the README's table, in the specification's numbers.
+/// What the process tells its caller: the table of docs/exit_codes.md.
 enum ExitCode : int {
   kExitOk = 0,
   kExitFindings = 1,
