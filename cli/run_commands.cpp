@@ -20,6 +20,7 @@
 #include "validate/report/report_json.h"
 #include "validate/report/terminal.h"
 #include "validate/run/run.h"
+#include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/suite.h"
 #include "validate/verdicts/exit_code.h"
 #include "validate/watch/input_files.h"
@@ -425,6 +426,9 @@ WatchedRun watched_check(RunRequest request, const std::string& rig, const RunOp
   for (fs::path& file : input_files(request.suite.characters.front()))
     run.inputs.push_back(std::move(file));
   if (fs::path(rig).extension() == ".toml") run.inputs.emplace_back(rig);
+  for (const RigPlan& plan : request.suite.rigs)
+    if (is_external(plan.spec))
+      for (const std::string& file : external_files(plan.spec)) run.inputs.emplace_back(file);
   run.judge = [request = std::move(request)](const fs::path& folder, bool pictures,
                                              Progress& progress) {
     RunRequest each = request;

@@ -16,6 +16,7 @@
 #include "validate/files/project.h"
 #include "validate/report/libraries.h"
 #include "validate/report/report_json.h"
+#include "validate/sweeps/external_spec.h"
 #include "validate/verdicts/waivers.h"
 #include "validate/watch/input_files.h"
 
@@ -151,6 +152,7 @@ std::string night_inputs(const Suite& suite, const std::vector<std::string>& opt
   for (const RigPlan& rig : suite.rigs) {
     facts["rigs"].push_back({rig.name, rig_text(rig.spec)});
     if (rig.duty) facts["rigs"].back().push_back(rig_text(rig.duty->twin));
+    if (is_external(rig.spec)) facts["rigs"].back().push_back(external_inputs(rig.spec));
   }
   if (!suite.file.empty()) {
     try {

@@ -50,12 +50,6 @@ void check_options(const solver::SystemSpec& spec, const ExternalSpec& out) {
                    (own == "command" ? "the program and its arguments" : "the scene with the rig"));
 }
 
-std::string hash_of(const std::string& file) {
-  std::error_code none;
-  if (file.empty() || !fs::is_regular_file(file, none)) return "none";
-  return content_hash(read_bytes(file));
-}
-
 }  // namespace
 
 bool is_external(const solver::SystemSpec& spec) { return spec.system == kExternal; }
@@ -139,11 +133,21 @@ std::vector<std::string> split_command(const std::string& command) {
   return words;
 }
 
-std::string external_inputs(const solver::SystemSpec& spec) {
+std::vector<std::string> external_files(const solver::SystemSpec& spec) {
   const ExternalSpec external = external_spec(spec);
-  std::string text = hash_of(external.file) + " " + hash_of(external.map);
+  std::vector<std::string> files = {external.file, external.map};
   if (external.program == "command")
-    for (const std::string& word : split_command(external.command)) text += " " + hash_of(word);
+    for (std::string& word : split_command(external.command)) files.push_back(std::move(word));
+  std::erase_if(files, [](const std::string& file) {
+    std::error_code none;
+    return file.empty() || !fs::is_regular_file(file, none);
+  });
+  return files;
+}
+
+std::string external_inputs(const solver::SystemSpec& spec) {
+  std::string text;
+  for (const std::string& file : external_files(spec)) text += content_hash(read_bytes(file)) + " ";
   return text;
 }
 

@@ -41,8 +41,10 @@ ExternalSpec external_spec(const solver::SystemSpec& spec);
 /// takes the next character as it is. Nothing else is special. Throws RigError for an open quote.
 std::vector<std::string> split_command(const std::string& command);
 
-/// Hashes of what a rig's poses depend on beside its text: its file, its mapping, and files that
-/// its command names.
+/// The files that a rig's poses depend on beside its text, as it names them, where they are there:
+/// its file, its mapping, and those that its command names.
+std::vector<std::string> external_files(const solver::SystemSpec& spec);
+/// Hashes of those.
 std::string external_inputs(const solver::SystemSpec& spec);
 
 }  // namespace backbend::validate
