@@ -660,7 +660,8 @@ TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
         << slip.wrong << ": " << refusal(character, between(slip.wrong, ""));
   EXPECT_NE(refusal(character, along({"hips", "foot.L", "hand.L"})).find("does not hang from"),
             std::string::npos);
-  EXPECT_NE(refusal(character, along({"neck"})).find("expected two joints or more"), std::string::npos);
+  EXPECT_NE(refusal(character, along({"neck"})).find("expected two joints or more"),
+            std::string::npos);
   EXPECT_NE(refusal(character, between("spine_2", "hips")).find("is not above"), std::string::npos);
   EXPECT_NE(refusal(character, between("foot.L", "")).find("does not hang from the hips"),
             std::string::npos);

@@ -113,8 +113,9 @@ TEST(Naming, RefusesTemplatesThatAreNone) {
             std::string::npos);
   EXPECT_NE(refusal("curve", {{"joint_names", std::string("a_{name")}}).find("unknown placeholder"),
             std::string::npos);
-  EXPECT_NE(refusal("curve", {{"joint_names", std::string("a}_{name}")}}).find("unknown placeholder"),
-            std::string::npos);
+  EXPECT_NE(
+      refusal("curve", {{"joint_names", std::string("a}_{name}")}}).find("unknown placeholder"),
+      std::string::npos);
   EXPECT_NE(refusal("curve", {{"control_names", std::string("a.{name}")}}).find("no '.'"),
             std::string::npos);
   EXPECT_NE(refusal("curve", {{"control_names", std::string("a\n{name}")}}).find("no '.'"),
