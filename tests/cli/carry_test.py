@@ -132,6 +132,14 @@ class CarryingOver(Nights, unittest.TestCase):
         self.night("tuesday")
         self.assert_as_fresh("tuesday", ["one"])
 
+    def test_a_character_that_is_gone_is_an_entry_as_ever(self):
+        (self.folder / "scenes/two.glb").unlink()
+        done = self.night_in(self.folder, "tuesday")
+        self.assertIn("two.glb", done.stderr)
+        report = json.loads((self.folder / "runs/tuesday/report.json").read_text())
+        self.assertIn("BB050", {finding["code"] for finding in report["findings"]}, done.stderr)
+        self.assertEqual(self.carried("tuesday"), {"one"})
+
     def test_a_sidecar_that_comes_changes_its_character(self):
         saved = harness.run_backbend(["inspect", "scenes/one.glb", "--save"], self.folder)
         self.assertEqual(saved.returncode, 0, saved.stderr)

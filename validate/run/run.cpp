@@ -642,7 +642,7 @@ std::string carried_note(const std::string& night) {
 
 /// One unit of work: an earlier night's result where that holds, else `work`, and either noted for
 /// the nights to come. `fits`: whether the report can take a result; `work` returns whether another
-/// night could take what it adds.
+/// night could take what it adds. Without a `stamp` nothing is taken or noted.
 class Carried {
  public:
   Carried(const RunRequest& request, Progress& progress, Report& report)
@@ -655,7 +655,7 @@ class Carried {
   template <class Fits, class Work>
   std::string take_or_do(const std::string& unit, const std::string& stamp, int most_days,
                          const Fits& fits, const Work& work) {
-    if (carry_ == nullptr) {
+    if (carry_ == nullptr || stamp.empty()) {
       work();
       return "";
     }
@@ -724,9 +724,14 @@ Report run_suite(const RunRequest& request, Progress& progress) {
                                  &CharacterFacts::name) == report.characters.end();
       };
       std::string stamp;
-      if (carried.store() != nullptr && std::filesystem::exists(file))
-        stamp = content_hash(carried.store()->place().inputs + " " + character_content(file) + " " +
-                             request.character_words(file));
+      if (carried.store() != nullptr) {
+        try {
+          stamp = content_hash(carried.store()->place().inputs + " " + character_content(file) +
+                               " " + request.character_words(file));
+        } catch (const ReadError&) {
+          // Reading it says why, as an entry of the report.
+        }
+      }
       const std::string night =
           carried.take_or_do("character " + request.character_text(file) + " of " + suite.name,
                              stamp, 0, fits, measure);
