@@ -18,6 +18,7 @@ import sys
 import bpy
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.dont_write_bytecode = True  # nothing is left beside this file, which may be installed
 import backbend_clip  # noqa: E402  (beside this file)
 import backbend_rig  # noqa: E402
 

@@ -1,21 +1,22 @@
-"""A rig of a hundred lines, served to backbend: what a server of one's own looks like.
+"""A whole rig, served to backbend: what a server of one's own looks like.
 
     backbend check hero.glb --rig command:"python3 example_rig.py skeleton.json"
 
-skeleton.json holds the character's joints, {"joints": [{"name", "parent", "position"}], "spine": [names, hips
-first]}: `backbend inspect --json` shows names; docs/rig_protocol.md has a script that writes it. Every channel
-is shared equally by the spine's joints; all other joints go with their parents.
+skeleton.json holds the character's joints and their places at rest: {"joints": [{"name", "parent", "position"}],
+"spine": [names, hips first]}. Every channel is shared equally by the spine's joints; all other joints go with their
+parents.
 
 Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SIZE degrees more from AT on,
-`--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel from
-the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
+`--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel
+from the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
 """
 
 import json
 import math
 import sys
 
-import backbend_rig
+sys.dont_write_bytecode = True  # nothing is left beside this file, which may be installed
+import backbend_rig  # noqa: E402  (beside this file)
 
 CHANNELS = ("extension", "flexion", "side", "twist")
 # Y is up, X the character's left: a positive angle about it bends forward.
@@ -74,13 +75,13 @@ class Rig:
             degrees = {name: value + 0.1 * (last or degrees)[name] for name, value in degrees.items()}
         vector = [sum(degrees[name] * AXES[name][axis] for name in CHANNELS) for axis in range(3)]
         turn = {joint: [math.radians(v) / len(self.bends) for v in vector] for joint in self.bends}
-        for name, at, size in self.faults["flip"]:
-            if degrees[name] >= at:
-                turn[self.bends[-1]][1] += math.radians(size)
         for name, size in self.faults["kink"]:
             if degrees[name]:
                 turn[self.bends[len(self.bends) // 2]][0] += math.radians(size)
         own = {joint: rotation(vector) for joint, vector in turn.items()}
+        for name, at, size in self.faults["flip"]:
+            if degrees[name] >= at:
+                own[self.bends[-1]] = times(own[self.bends[-1]], rotation((0.0, math.radians(size), 0.0)))
         turns, places = [], []
         for k, joint in enumerate(self.joints):
             parent = joint["parent"]

@@ -3,6 +3,7 @@
 import json
 import math
 import os
+import random
 import re
 import shlex
 import shutil
@@ -187,6 +188,39 @@ class Live(RigTest):
         self.backbend("compare", rig, "even", "--character", self.body, "--chest", "neck", "--quick", "--sweeps", "standard", "-o", "c")
         report = json.loads((self.folder / "c/report.json").read_text())
         self.assertEqual({rig["system"] for rig in report["rigs"]}, {"external", "even"})
+
+
+class Proof(RigTest):
+    def test_planted_steps_are_all_found_at_their_angle_and_size_and_none_elsewhere(self):
+        chance = random.Random(20261124)
+        planted, words = {}, []
+        ends = {"extension": 120, "flexion": 90, "side": 45, "twist": 90}
+        for channel, end in ends.items():
+            places = [3 + (end - 6) * (k + 0.8 * chance.random()) / 10 for k in range(10)]
+            planted[channel] = [(at, math.exp(chance.uniform(math.log(1.2), math.log(180)))) for at in places]
+            for at, size in planted[channel]:
+                words += ["--flip", f"{channel}={at!r}:{size!r}"]
+        command = self.rig(*words)[len("command:"):]
+        self.write("night.toml", f"""
+[suite]
+name = "proof"
+title = "Proof"
+characters = ["tube.glb"]
+mappings = ["chest"]
+envelope = "sweep"
+corners = false
+[[rig]]
+name = "hero"
+solver = {{ system = "external", program = "command", command = {json.dumps(command)}, servers = 2 }}
+""" + "".join(f'[[sweep]]\nchannel = "{channel}"\nto = {end}\nstep = 2\n' for channel, end in ends.items()))
+        self.assert_runs("nightly", "night.toml", "--chest", "neck", "--quick", "-o", "night", code=1)
+        flips = self.findings(json.loads((self.folder / "night/report.json").read_text()), "BB001")
+        for channel, end in ends.items():
+            found = sorted((finding["control_deg"], finding["value"]) for finding in flips if finding["sweep"] == channel)
+            self.assertEqual(len(found), len(planted[channel]), channel)
+            for (at, size), (angle, value) in zip(planted[channel], found):
+                self.assertAlmostEqual(angle, at, delta=1e-4 * end)
+                self.assertAlmostEqual(value, size, delta=0.01 * size)
 
 
 class Suites(RigTest):
