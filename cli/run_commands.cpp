@@ -198,7 +198,8 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   if (!common.json) {
     request.on_character = [&request](const CharacterFacts& facts) {
       const std::string& title = request.title.empty() ? request.suite.title : request.title;
-      const bool one_rig = request.suite.name == "check";
+      const bool one_rig =
+          request.suite.name == "check" && !is_external(request.suite.rigs.front().spec);
       print_character(one_rig ? title + ". Your own rig: --baked CLIP" : title, facts,
                       request.baseline.has_value());
     };
@@ -512,11 +513,12 @@ void add_check(const Registry& registry) {
         request.chain = driven_chain(options->chain, suite.rigs.front(), options->hints);
         // Under the ideal bend what is wrong is the weights'; under any other rig it may be
         // either's.
+        const bool external = is_external(suite.rigs.front().spec);
         request.title =
             (suite.rigs.front().spec.system == "even" ? "Judging the WEIGHTS of "
                                                       : "Judging the RIG and the WEIGHTS of ") +
-            fs::path(options->character).filename().string() + " with our rig '" +
-            suite.rigs.front().name + "'";
+            fs::path(options->character).filename().string() +
+            (external ? " with your rig '" : " with our rig '") + suite.rigs.front().name + "'";
         request.character = options->character;
         suite.judges_weights = true;
         if (options->dry_run) return print_estimate(request, common);

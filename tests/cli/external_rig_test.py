@@ -156,6 +156,7 @@ class Live(RigTest):
         self.assertEqual(len(flips), 1)
         self.assertAlmostEqual(flips[0]["control_deg"], 41.2345, delta=180 * 2 ** -19)
         self.assertAlmostEqual(flips[0]["value"], 30, delta=0.01)
+        self.assertEqual(flips[0]["owner"].upper(), "RIG")
         self.assertIn("--rig", flips[0]["reproduce"])
 
     def test_the_line_that_shows_a_finding_again_works(self):

@@ -404,6 +404,10 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     ExternalJudgement external = judge_external(record, context);
     findings.back().insert(findings.back().begin(), external.findings.begin(),
                            external.findings.end());
+    // What a rig of the studio's does is for its rigger, not for who wrote ours.
+    if (is_external(record.plan.spec))
+      for (Finding& finding : findings.back())
+        if (finding.owner == Owner::solver) finding.owner = Owner::rig;
     name_places(stage, places, record, findings.back());
     say_to_artist(confirmed.sidecar, record, findings.back());
     if (request.image_pass) pictures.look(record, findings.back(), progress);
