@@ -127,7 +127,7 @@ class SpineSystem {
   virtual std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const = 0;
   /// Why controls_for() leaves a channel out; empty where the system has a control for it.
   virtual std::string_view why_without(BodyChannel) const { return {}; }
-  /// What of a body pose's bends no control stands for: `twist: the mapping names no control for
+  /// The bends of a body pose that no control moves: `twist: the mapping names no control for
   /// it`. Empty where all reach the rig, which is so for every rig but a studio's own.
   virtual std::string why_not_mapped(const BodyPose&) const { return {}; }
 

@@ -137,7 +137,7 @@ class CarryingOver(Nights, unittest.TestCase):
         done = self.night_in(self.folder, "tuesday")
         self.assertIn("two.glb", done.stderr)
         report = json.loads((self.folder / "runs/tuesday/report.json").read_text())
-        self.assertIn("BB050", {finding["code"] for finding in report["findings"]}, done.stderr)
+        self.assertIn("BB051", {finding["code"] for finding in report["findings"]}, done.stderr)
         self.assertEqual(self.carried("tuesday"), {"one"})
 
     def test_a_sidecar_that_comes_changes_its_character(self):

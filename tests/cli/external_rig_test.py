@@ -109,7 +109,7 @@ def skeleton_of(path, spine):
     return {"joints": joints, "spine": spine}
 
 
-class RigTest(CommandTest):
+class RigTest:
     """A tube with a spine of four joints, and servers for it."""
 
     SPINE = ["hips", "spine", "chest", "neck"]
@@ -138,7 +138,7 @@ class RigTest(CommandTest):
         return "command:" + " ".join(shlex.quote(str(word)) for word in words)
 
 
-class Live(RigTest):
+class Live(RigTest, CommandTest):
     def test_an_even_rig_is_judged_as_even_is(self):
         self.backbend("check", self.body, "--chest", "neck", "--envelope", "human", "--quick", "-o", "ours")
         ours = json.loads((self.folder / "ours/report.json").read_text())
@@ -191,7 +191,7 @@ class Live(RigTest):
         self.assertEqual({rig["system"] for rig in report["rigs"]}, {"external", "even"})
 
 
-class Proof(RigTest):
+class Proof(RigTest, CommandTest):
     def test_planted_steps_are_all_found_at_their_angle_and_size_and_none_elsewhere(self):
         chance = random.Random(20261124)
         planted, words = {}, []
@@ -224,7 +224,7 @@ solver = {{ system = "external", program = "command", command = {json.dumps(comm
                 self.assertAlmostEqual(value, size, delta=0.01 * size)
 
 
-class Suites(RigTest):
+class Suites(RigTest, CommandTest):
     def test_a_suite_names_a_rig_of_ones_own(self):
         command = self.rig()[len("command:"):]
         self.write("night.toml", f"""
@@ -252,7 +252,7 @@ step = 10
             self.assert_refused("nightly", "wrong.toml", names=["wrong.toml:9", "external"])
 
 
-class Mappings(RigTest):
+class Mappings(RigTest, CommandTest):
     def test_a_twist_that_is_lost_fails_by_name(self):
         found = self.findings(self.check(self.rig("--lose", "twist"), code=1), "BB049")
         self.assertEqual([finding["sweep"] for finding in found], ["twist"])
@@ -303,7 +303,7 @@ class Mappings(RigTest):
         self.assert_refused("check", self.body, "--map", mapping, code=USAGE, names=["--map"])
 
 
-class Memory(RigTest):
+class Memory(RigTest, CommandTest):
     def test_a_rig_with_a_memory_is_a_finding_that_names_the_pose(self):
         found = self.findings(self.check(self.rig("--memory"), code=1), "BB044")
         asked_again = [finding for finding in found if "asked for again" in finding["detail"]]
@@ -311,7 +311,7 @@ class Memory(RigTest):
         self.assertNotEqual(asked_again[0]["pose"], "")
 
 
-class BadServers(RigTest):
+class BadServers(RigTest, CommandTest):
     def assert_one_line(self, rig, *names, timeout=None):
         before = time.monotonic()
         text = rig
@@ -540,7 +540,7 @@ text.use_module = True
         self.assertTrue(any("segments" in note for note in report["characters"][0]["notes"]))
 
 
-class Page(RigTest):
+class Page(RigTest, CommandTest):
     def test_the_server_on_the_protocols_page_works(self):
         page = (SOURCE / "docs/rig_protocol.md").read_text()
         code = re.search(r"```python\n(.*?)```", page, re.S).group(1)

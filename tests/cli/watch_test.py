@@ -122,7 +122,7 @@ class Saving(Watcher, CommandTest):
 
     def test_looking_twice_a_second_says_so_and_finds_the_same(self):
         with self.watching("--quick", "-o", "out", "--poll") as run:
-            self.assertIn("looking at 3 files twice a second (as asked for)", self.wait_for(r"Ctrl-C ends"))
+            self.assertIn("looking at 3 files twice a second (requested)", self.wait_for(r"Ctrl-C ends"))
             self.hero.write_bytes(self.two)
             self.wait_for(r"save 2: hero.glb")
             self.wait_for_files()

@@ -123,7 +123,7 @@ TEST(FileWatch, SaysWhyAFolderThatIsNotToldOfIsLookedAt) {
   watch.look_at({"/proc/self/status"});  // a file system that tells nothing is no reason by itself
   FileWatch asked(true);
   asked.look_at({"/tmp/hero.glb"});
-  EXPECT_EQ(asked.why_polled(), "as asked for");
+  EXPECT_EQ(asked.why_polled(), "requested");
 }
 
 TEST(InputFiles, AreTheCharacterItsSidecarItsProjectAndWhatAGltfNames) {

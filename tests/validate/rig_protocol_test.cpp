@@ -57,7 +57,7 @@ TEST(RigHello, IsRefusedNamingThePlace) {
   EXPECT_EQ(why_refused(hello_with(channel + "," + channel, hips)),
             "hello: channels/1/name: 'a' is there twice");
   EXPECT_EQ(why_refused(hello_with(channel, hips + "," + joint("chest", 1))),
-            "hello: joints/1/parent: 1 is no joint before this one (-1: none)");
+            "hello: joints/1/parent: 1 is not a joint before this one (-1: none)");
   EXPECT_EQ(why_refused(hello_with(channel, "{\"name\": \"hips\"}")),
             "hello: joints/0/rest: missing");
   EXPECT_NE(why_refused(hello_with("", hips)).find("channels: missing, empty"), std::string::npos);

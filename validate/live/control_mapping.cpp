@@ -64,7 +64,7 @@ ControlMapping read_mapping(const std::filesystem::path& file) {
 ControlMapping parse_mapping(const std::string& text, const std::string& file) {
   const auto fail = [&](const std::string& what) { throw solver::RigError(file + ": " + what); };
   const json object = json::parse(text, nullptr, false);
-  if (!object.is_object()) fail("is no mapping: JSON with \"channels\" expected");
+  if (!object.is_object()) fail("is not a mapping: JSON with \"channels\" expected");
   const auto channels = object.find("channels");
   if (channels == object.end() || !channels->is_object() || channels->empty())
     fail("channels: missing or empty");

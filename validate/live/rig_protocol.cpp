@@ -161,7 +161,7 @@ RigHello parse_hello(const std::string& line) {
     const double parent = number_of(joints[i], "parent", where, -1.0);
     if (parent != std::floor(parent) || parent < -1.0 || parent >= static_cast<double>(i))
       fail("hello: " + where + "parent: " + fixed(parent, 0) +
-           " is no joint before this one (-1: none)");
+           " is not a joint before this one (-1: none)");
     joint.parent = static_cast<int>(parent);
     joint.rest = rest_of(joints[i], where);
     hello.joints.push_back(std::move(joint));

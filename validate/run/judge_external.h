@@ -6,7 +6,7 @@
 
 namespace backbend::validate {
 
-/// What of a body channel's angle arrives at the chest of a rig.
+/// The part of a body channel's angle that arrives at the chest of a rig.
 struct ChannelResponse {
   std::string channel;
   double asked_deg = 0.0;

@@ -66,7 +66,7 @@ std::int64_t nanoseconds(const timespec& time) {
 }  // namespace
 
 FileWatch::FileWatch(bool poll) : poll_(poll) {
-  if (poll_) why_polled_ = "as asked for";
+  if (poll_) why_polled_ = "requested";
   if (poll_) return;
   descriptor_ = ::inotify_init1(IN_NONBLOCK | IN_CLOEXEC);
   if (descriptor_ < 0)
