@@ -13,6 +13,8 @@ using Index = std::size_t;
 
 constexpr double kSmallestDeg = 7.0;
 constexpr double kOutlier = 6.0;
+constexpr double kLeastTurnDeg = 10.0;
+constexpr double kCoupled = 0.45;
 constexpr double kOnTheLineDeg = 0.5;
 // Lines are drawn through pairs of these many frames, and judged on so many.
 constexpr Index kDrawn = 32, kJudged = 240;
@@ -120,6 +122,57 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
         out[f] = {deg, limit, static_cast<int>(k), excess[f]};
     }
   }
+  return out;
+}
+
+std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::size_t joints,
+                                       const glm::dmat3& axes) {
+  const Index frames = joints == 0 ? 0 : turn.size() / joints;
+  std::vector<ShareExcess> out(frames);
+  if (joints < 3 || frames < 5) return out;
+  const glm::dmat3 to_body = glm::transpose(axes);
+  std::vector<glm::dvec3> local(turn.size()), sum(frames, glm::dvec3(0.0));
+  std::vector<double> size(frames, 0.0);  // squared, over all joints
+  for (Index f = 0; f < frames; ++f)
+    for (Index k = 0; k < joints; ++k) {
+      const glm::dvec3 here = to_body * turn[f * joints + k];
+      local[f * joints + k] = here;
+      sum[f] += here;
+      size[f] += glm::dot(here, here);
+    }
+  const auto widest = static_cast<Index>(std::max_element(size.begin(), size.end()) - size.begin());
+  if (!(size[widest] > 0.0)) return out;
+  // How far along the widest frame's proportions each frame is.
+  std::vector<double> along(frames, 0.0);
+  for (Index f = 0; f < frames; ++f)
+    for (Index k = 0; k < joints; ++k)
+      along[f] += glm::dot(local[f * joints + k], local[widest * joints + k]) / size[widest];
+  const double coupled = kCoupled * degrees(glm::length(sum[widest]));
+  for (Index k = 0; k < joints; ++k) {
+    std::vector<double> distance(frames);
+    for (Index f = 0; f < frames; ++f)
+      distance[f] = glm::distance(local[f * joints + k], along[f] * local[widest * joints + k]);
+    const double limit = std::max(kSmallestDeg, coupled) + kOutlier * degrees(median(distance));
+    for (Index f = 0; f < frames; ++f) {
+      if (degrees(glm::length(sum[f])) < kLeastTurnDeg) continue;
+      const glm::dvec3 here = local[f * joints + k];
+      const glm::dvec3 within =
+          glm::clamp(here, glm::min(sum[f], glm::dvec3(0.0)), glm::max(sum[f], glm::dvec3(0.0)));
+      const double deg = degrees(glm::length(here - within));
+      if (out[f].joint < 0 || deg - limit > out[f].deg - out[f].limit_deg)
+        out[f] = {deg, limit, static_cast<int>(k), axes * (here - within), true};
+    }
+  }
+  return out;
+}
+
+std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
+                                      const glm::dmat3& axes, bool of_controls) {
+  std::vector<ShareExcess> out = counter_turns(turn, joints, axes);
+  if (!of_controls) return out;
+  const std::vector<ShareExcess> shares = share_excess(turn, joints, true);
+  for (Index f = 0; f < out.size(); ++f)
+    if (shares[f].deg - shares[f].limit_deg >= out[f].deg - out[f].limit_deg) out[f] = shares[f];
   return out;
 }
 

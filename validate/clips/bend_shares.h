@@ -1,4 +1,5 @@
 #pragma once
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <vector>
@@ -7,10 +8,11 @@ namespace backbend::validate {
 
 /// How far one joint of a frame turns away from its usual share of the spine's bend.
 struct ShareExcess {
-  double deg = 0.0;        // 0: nothing beyond
-  double limit_deg = 0.0;  // of that joint
-  int joint = -1;          // of the joints given
-  glm::dvec3 turn{0.0};    // the excess as a rotation vector, radians
+  double deg = 0.0;         // 0: nothing beyond
+  double limit_deg = 0.0;   // of that joint
+  int joint = -1;           // of the joints given
+  glm::dvec3 turn{0.0};     // the excess as a rotation vector, radians
+  bool taken_back = false;  // counter_turns(): other joints turn back what this one turns too far
 };
 
 /// Kinks and rolls that are held: one joint turned against its neighbours while the spine bends.
@@ -34,5 +36,26 @@ struct ShareExcess {
 /// frames give zeros.
 std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
                                       bool from_rest);
+
+/// Kinks and rolls that grow with the motion, so that share_excess() takes them for the joint's
+/// share: one joint turns about an axis about which the spine as a whole does not turn, or against
+/// it, or by more than all of it, and its neighbours turn back.
+///
+/// `turn` as for share_excess(). Columns of `axes`: the body's left, up and forward, unit length,
+/// in the axes of the turns. About each of them, what lies outside of 0 and the sum over all joints
+/// is excess.
+///
+/// The limit is 7 degrees or, where it is more, 0.45 of what all joints turn in the widest frame,
+/// for along a curved rest pose one axis brings another with it (splines reach 0.44); and six times
+/// the median distance of the joint's frames from motion in which all joints keep one proportion
+/// (captured spines do not, and nobody can tell a kink there). Frames in which the joints together
+/// turn by less than 10 degrees are zeros, as are fewer than three joints or five frames.
+std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::size_t joints,
+                                       const glm::dmat3& axes);
+
+/// counter_turns() and, where the motion is a sweep of controls, share_excess(), too: each frame's
+/// joint that is further over its limit.
+std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
+                                      const glm::dmat3& axes, bool of_controls);
 
 }  // namespace backbend::validate

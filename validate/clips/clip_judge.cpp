@@ -215,8 +215,8 @@ Finding metric_finding(const ClipRecord& record, const ClipContext& context,
   return finding;
 }
 
-/// A joint that leaves its share of the bend over some frames of a sweep: kink, or roll where it
-/// turns about its own bone.
+/// A joint that leaves its share of the bend over some frames of a sweep, or turns too far and
+/// other joints turn back: kink, or roll where it turns about its own bone.
 std::optional<Finding> share_finding(const ClipRecord& record, const ClipContext& context,
                                      const ClipSweepRecord& sweep) {
   const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
@@ -242,10 +242,11 @@ std::optional<Finding> share_finding(const ClipRecord& record, const ClipContext
       std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
   const auto frames = std::count_if(sweep.shares.begin(), sweep.shares.end(),
                                     [&](const ShareExcess& each) { return over(each) > 0.0; });
-  finding.detail = finding.joint + (rolls ? " rolls by " : " is bent by ") +
-                   number_text(finding.value, 2) + " deg beyond its share of the spine's " +
-                   "turn, in " + std::to_string(frames) + " of " +
-                   std::to_string(sweep.shares.size()) + " frames";
+  finding.detail =
+      finding.joint + (rolls ? " rolls by " : " is bent by ") + number_text(finding.value, 2) +
+      (excess.taken_back ? " deg that other joints turn back, in "
+                         : " deg beyond its share of the spine's turn, in ") +
+      std::to_string(frames) + " of " + std::to_string(sweep.shares.size()) + " frames";
   finding.geometry["frames"] = static_cast<double>(frames);
   return finding;
 }

@@ -326,8 +326,9 @@ std::vector<int> joints_with_shares(const skin::Character& character,
   return out;
 }
 
-std::vector<ShareExcess> shares_of(const ClipBody& body, const ClipRecord& record,
-                                   const skin::ClipSweep& range) {
+std::vector<ShareExcess> shares_of(const ClipBody& body, const skin::Anatomy& anatomy,
+                                   const ClipRecord& record, const ClipSweepRecord& sweep) {
+  const skin::ClipSweep& range = sweep.range;
   std::vector<glm::dvec3> turn;
   for (Index f = range.first; f < range.first + range.count; ++f)
     for (const int w : record.share_joint) {
@@ -335,7 +336,9 @@ std::vector<ShareExcess> shares_of(const ClipBody& body, const ClipRecord& recor
       turn.push_back(
           rotation_vector(glm::conjugate(body.turn(f, joint.base)) * body.turn(f, joint.node)));
     }
-  return share_excess(turn, record.share_joint.size(), true);
+  // Without controls, how the joints share the motion is up to the animator.
+  return joint_excess(turn, record.share_joint.size(), {anatomy.left, anatomy.up, anatomy.forward},
+                      !sweep.control.empty());
 }
 
 void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
@@ -526,7 +529,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
       joints.measure_drift(range, sweep.poses);
     }
     if (record.has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
-    if (!sweep.control.empty()) sweep.shares = shares_of(body, record, range);
+    sweep.shares = shares_of(body, anatomy, record, sweep);
     sweep.response = control_response(clip, range, anatomy, character, body);
     sweep.rest_lead = rest_lead(anatomy, body, range);
     sweep.flips = find_flips(body, record.watched, range, time, sweep.rest_lead);

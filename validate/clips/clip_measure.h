@@ -18,7 +18,7 @@ struct ClipSweepRecord {
   // controls moved and none of them is an arm's.
   bool drift_applies = false;
   std::string no_drift_reason;              // why not
-  std::vector<ShareExcess> shares;          // one per frame where controls are recorded, else empty
+  std::vector<ShareExcess> shares;          // one per frame; share_excess() where controls are kept
   std::optional<ControlResponse> response;  // of the one channel that the sweep moves
 };
 

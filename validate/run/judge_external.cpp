@@ -93,8 +93,9 @@ void judge_memory(const RigRecord& rig, const JudgeContext& context, const Exter
   out.findings.push_back(std::move(finding));
 }
 
-/// A joint that leaves its share of the bend over some poses of a sweep: kink, or roll where it
-/// turns about its own bone. Where the sweep has a jump, that tells of it.
+/// A joint that leaves its share of the bend over some poses of a sweep, or turns too far and other
+/// joints turn back: kink, or roll where it turns about its own bone. Where the sweep has a jump,
+/// that tells of it.
 std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& context,
                                      const SweepRecord& sweep) {
   if (!sweep.flips.jumps.empty()) return std::nullopt;
@@ -105,7 +106,9 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
     for (Index k = 1; k <= joints; ++k)
       turn.push_back(rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]));
   }
-  const std::vector<ShareExcess> shares = share_excess(turn, joints, true);
+  const skin::Anatomy& anatomy = context.stage.anatomy();
+  const std::vector<ShareExcess> shares =
+      joint_excess(turn, joints, {anatomy.left, anatomy.up, anatomy.forward}, true);
   const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
   Index worst = 0, poses = 0;
   for (Index i = 0; i < shares.size(); ++i) {
@@ -126,7 +129,9 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
   const bool rolls =
       std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
   finding.detail = finding.joint + (rolls ? " rolls by " : " is bent by ") +
-                   number_text(excess.deg, 2) + " deg beyond its share of the spine's turn, in " +
+                   number_text(excess.deg, 2) +
+                   (excess.taken_back ? " deg that other joints turn back, in "
+                                      : " deg beyond its share of the spine's turn, in ") +
                    std::to_string(poses) + " of " + std::to_string(shares.size()) + " poses";
   return finding;
 }
