@@ -54,6 +54,10 @@ constexpr double kPatch = 0.005;        // of the places, and ...
 constexpr double kPatchPlaces = 6.0;    // ... this many: fewer are single slips
 constexpr double kPlacesBehind = 24.0;  // of a joint above the hips: low bodies leave it a few
 constexpr double kShareBehind = 0.02;   // ... and of all places
+constexpr double kPlacesUneven = 12.0;  // ... where both sides do not have it alike
+constexpr double kUneven = 0.25;        // of its places
+constexpr double kOneSided = 0.8;       // of the weight, at most, at the place's mirror image
+constexpr double kFollows = 0.25;       // of its weight, where a joint leads
 constexpr double kLeastArea = 0.002;    // of all weight: less has no middle to speak of
 
 /// The weights of one place on nodes.
@@ -455,8 +459,12 @@ class FaultFinder {
     return false;
   }
 
-  bool leads_nowhere(int node) const {
-    return std::find(main_.begin(), main_.end(), node) == main_.end();
+  /// Whether a joint has weight, and hardly anywhere the most.
+  bool follows(int node) const {
+    double leads = 0.0;
+    for (Index p = 0; p < main_.size(); ++p)
+      if (main_[p] == node) leads += weight_at(p, node);
+    return leads < kFollows * total_[static_cast<Index>(node)];
   }
 
   /// Whether a joint is a vertebra above the hips, up to the chest.
@@ -465,8 +473,44 @@ class FaultFinder {
     return on > 0 && on <= static_cast<int>(anatomy_.chest_index);
   }
 
+  /// What vertebrae move and a joint above the hips keeps; on few places only where both sides do
+  /// not have it alike (a belly that was left to the whole body's joint has it on both).
+  /// Which joints are meant.
+  std::vector<bool> find_behind(WeightAnswer& out) {
+    std::vector<bool> meant(total_.size(), false);
+    for (Index n = 0; n < total_.size(); ++n)
+      meant[n] = total_[n] > 0.0 && above_hips(static_cast<int>(n)) && follows(static_cast<int>(n));
+    std::map<int, WeightFault> all, one_sided;
+    std::vector<PlaceWeights> image;
+    for (Index p = 0; p < weights_.size(); ++p)
+      for (const NodeWeight& w : weights_[p]) {
+        if (w.weight < kCounts || !meant[static_cast<Index>(w.node)]) continue;
+        const int rival = heaviest_but(p, w.node);
+        if (rival < 0 || !on_torso(rival)) continue;
+        const double distance = glm::distance(at(w.node), point_[p]);
+        add(all, w.node, rival, w.weight, distance, p);
+        Index by_place = 0;
+        if (image.empty()) image = weights_of_images(by_place);
+        double there = 0.0;
+        for (const NodeWeight& other : image[p])
+          if (other.node == w.node) there += other.weight;
+        if (there <= kOneSided * w.weight) add(one_sided, w.node, rival, w.weight, distance, p);
+      }
+    std::map<int, WeightFault> uneven;
+    for (const auto& [node, fault] : all)
+      if (const auto side = one_sided.find(node);
+          side != one_sided.end() && side->second.places >= kUneven * fault.places)
+        uneven.insert({node, fault});
+    keep_patches(uneven, kPlacesUneven);
+    keep_patches(all, kPlacesBehind, kShareBehind);
+    uneven.insert(all.begin(), all.end());
+    take(uneven, out);
+    return meant;
+  }
+
   void find_distant(WeightFaults& out) {
-    std::map<int, WeightFault> wrong, far, behind;
+    std::map<int, WeightFault> wrong, far;
+    const std::vector<bool> stays_behind = find_behind(out.far);
     const double far_away = kFar * size_;
     bool sided = false;
     for (Index n = 0; n < image_.size(); ++n)
@@ -483,10 +527,7 @@ class FaultFinder {
         const double off_middle = std::min(kOffMiddle * size_, kAsFarOut * std::abs(joint_aside));
         const bool other_side =
             image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
-        if (above_hips(w.node) && leads_nowhere(w.node) && on_torso(rival)) {
-          add(behind, w.node, rival, w.weight, glm::distance(at(w.node), point_[p]), p);
-          continue;
-        }
+        if (stays_behind[static_cast<Index>(w.node)] && on_torso(rival)) continue;
         const double steps = steps_between(rival, w.node);
         const bool distant = steps >= kFarJoints;
         if (!other_side && steps < kHumpJoints) continue;
@@ -517,8 +558,6 @@ class FaultFinder {
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
     keep_patches(wrong);
     keep_patches(far);
-    keep_patches(behind, kPlacesBehind, kShareBehind);
-    take(behind, out.far);
     take(wrong, out.wrong_side);
     take(far, out.far);
   }

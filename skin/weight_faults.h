@@ -44,8 +44,9 @@ struct WeightFaults {
   /// with twice the weight is 0.2 away). Of joints that are no vertebra, or on another vertebra's
   /// area, also 0.08 away where no edges lead from there to its area, or the weight rises again by
   /// 0.04 of a vertex's weight on its way there over the mesh (two joints along the skeleton do).
-  /// And any weight of a joint above the hips that weighs most nowhere on what vertebrae move, on
-  /// 24 places and 2 % of all: it stays behind.
+  /// And any weight of a joint above the hips that leads with less than a quarter of it, on what
+  /// vertebrae move: it stays behind. On 24 places and 2 % of all, or on 12 and 0.5 %
+  /// where the mirror images of a quarter of them have less than 0.8 of it.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
   /// (a middle joint: one side of the other's), over places with a mirror image: a place there, or

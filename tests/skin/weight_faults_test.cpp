@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
@@ -12,6 +13,7 @@
 #include "skin/body_kind.h"
 #include "skin/gltf_reader.h"
 #include "skin/import_checks.h"
+#include "skin/skinning.h"
 #include "tests/skin/planted_weights.h"
 #include "tests/skin/shared_characters.h"
 
@@ -19,7 +21,7 @@ namespace backbend::skin {
 namespace {
 
 // As the table of checks has them: BB063 to BB068, as shares.
-constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.03, kSeam = 0.2,
+constexpr double kWrongSide = 0.07, kFar = 0.06, kAsymmetry = 0.2, kOrder = 0.03, kSeam = 0.2,
                  kBindOff = 0.001;
 
 bool is_clean(const Character& character) {
@@ -262,6 +264,58 @@ TEST_P(PlantedWeights, WeightLeftToAJointAboveTheHipsIsNamed) {
   if (character.place_count < 1500 || static_cast<double>(places) < 0.05 * character.place_count)
     GTEST_SKIP() << "a vertebra of " << places << " places";
   EXPECT_TRUE(names(find_weight_faults(character, anatomy).far, kFar, above));
+}
+
+TEST(WeightLeftToAJointAboveTheHips, IsNamedOnAFewPlacesWhereBothSidesDoNotHaveItAlike) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character character = decimated(read_character(shared_character("mh_male_13k.glb")), 2000);
+  const Anatomy anatomy = find_anatomy(character);
+  const int hips = anatomy.spine[0], vertebra = anatomy.spine[3];
+  const int above = character.nodes[static_cast<std::size_t>(hips)].parent;
+  ASSERT_GE(above, 0);
+  if (std::none_of(character.joints.begin(), character.joints.end(),
+                   [&](const SkinJoint& joint) { return joint.node == above; }))
+    character.joints.push_back({above, {}});
+  const auto root = static_cast<std::uint16_t>(
+      std::find_if(character.joints.begin(), character.joints.end(),
+                   [&](const SkinJoint& joint) { return joint.node == above; }) -
+      character.joints.begin());
+  const auto give_a_fifth = [&](Influences& in) {
+    for (float& weight : in.weight) weight *= 0.8F;
+    // Largest first, and the first unused place ends the list.
+    std::size_t k = 0;
+    while (k + 1 < in.weight.size() && in.weight[k] >= 0.2F) ++k;
+    std::copy_backward(in.weight.begin() + static_cast<std::ptrdiff_t>(k), in.weight.end() - 1,
+                       in.weight.end());
+    std::copy_backward(in.joint.begin() + static_cast<std::ptrdiff_t>(k), in.joint.end() - 1,
+                       in.joint.end());
+    in.joint[k] = root;
+    in.weight[k] = 0.2F;
+  };
+  // A patch on the left of a vertebra's area, and one on both sides alike; the body faces +Z.
+  const std::vector<glm::vec3> place = rest_mesh(character).position;
+  const auto top = std::max_element(place.begin(), place.end(),
+                                    [](const auto& a, const auto& b) { return a.y < b.y; });
+  const float reach = 0.042F * top->y;
+  std::size_t middle = place.size();
+  for (std::size_t v = 0; v < place.size(); ++v)
+    if (character.joints[character.influences[v].joint[0]].node == vertebra &&
+        (middle == place.size() || place[v].x > place[middle].x))
+      middle = v;
+  ASSERT_LT(middle, place.size());
+  for (const bool both : {false, true}) {
+    Character spoiled = character;
+    std::size_t places = 0;
+    for (std::size_t v = 0; v < place.size(); ++v) {
+      const glm::vec3 at(both ? std::abs(place[v].x) : place[v].x, place[v].y, place[v].z);
+      if (glm::distance(at, place[middle]) > reach) continue;
+      give_a_fifth(spoiled.influences[v]);
+      ++places;
+    }
+    ASSERT_GE(places, 12u);
+    ASSERT_LT(static_cast<double>(places), 0.02 * character.place_count);
+    EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, above), !both) << places;
+  }
 }
 
 TEST(PlantedOnUnlikeSides, HalfATorsoOneVertebraUpIsFoundThoughNoVertexHasAMirrorImage) {
