@@ -228,14 +228,15 @@ class FaultFinder {
     return std::numeric_limits<double>::infinity();  // of another root
   }
 
-  /// The area of a joint: places where it weighs most, of one that never does those where it weighs
-  /// at least half as much as anywhere; and its bone.
+  /// The area of a joint: places where it weighs most, of one that hardly does those where it
+  /// weighs at least half as much as anywhere; and its bone.
   double distance_to_area(int node, const glm::dvec3& point, double enough) {
     auto& cells = area_[node];
     if (!cells) {
       std::vector<glm::dvec3> points;
-      const bool leads = std::find(main_.begin(), main_.end(), node) != main_.end();
       const double half = 0.5 * largest_weight(node);
+      const bool leads =
+          half >= 0.5 * kMostly && std::find(main_.begin(), main_.end(), node) != main_.end();
       for (Index p = 0; p < main_.size(); ++p)
         if (leads ? main_[p] == node && hump_at(node, p) != Hump::leads
                   : half > 0.0 && weight_at(p, node) >= half)

@@ -289,9 +289,9 @@ constexpr std::array kChecks = {
         "the largest weight of a joint far from its own area that does not fade towards it: more "
         "than 15 % of the body's size away and three joints or more along the skeleton, or more "
         "than 8 % and two joints where the weight rises again",
-        "% of weight", 6.0, Sense::at_most, true,
-        "healthy bodies have none that does not fade, smoothed and cut down up to 5.02 %; 6 % of a "
-        "hand that moves by 1 m draw the skin out by 6 cm",
+        "% of weight", 5.0, Sense::at_most, true,
+        "healthy bodies have none that does not fade, smoothed and cut down up to 4.4 %; 5 % of a "
+        "hand that moves by 1 m draw the skin out by 5 cm",
         Owner::weights, "bleed of automatic weights, a flood that reached too far",
         "take that joint off the named part, and give its weight to the joints there", "",
         "distance to the area and along the skeleton"},
