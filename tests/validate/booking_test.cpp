@@ -162,6 +162,10 @@ TEST(BookMeshFinding, SlicesOfASpineOfTwoBonesAreItsOwn) {
   }
   facts.bones = kLeastBonesForSlices;
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
+  facts.longest_bone = 0.56;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::skeleton) << "one bone is the most";
+  facts.longest_bone = 0.4;
+  EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
   // Another check is asked of any spine, and a rig that is worse than the ideal bend stays to
   // blame.
   facts.bones = 2;

@@ -280,6 +280,20 @@ TEST(Mesh, RigidWeightsAmplifyStrainAtSmallAnglesAsAtLarge) {
   EXPECT_LT(largest, 2.5 * smallest);
 }
 
+TEST(Mesh, AStepAroundABrowAtRestIsNoFoldWhereItTips) {
+  Tube tube(10);
+  constexpr double kBrow = 0.6, kTip = 0.15;  // where the body widens, and how far that tips
+  for (glm::vec3& p : tube.position)
+    if (p.y > kBrow) p = {3.0f * p.x, p.y, 3.0f * p.z};
+  const SlicedTube t(std::move(tube));
+  std::vector<glm::vec3> tipped = t.tube.position;
+  const glm::dmat3 turn(rotation(glm::dvec3(kTip, 0, 0)));
+  const glm::dvec3 about(0, kBrow, 0);
+  for (glm::vec3& p : tipped)
+    if (p.y > kBrow) p = glm::vec3(about + turn * (glm::dvec3(p) - about));
+  EXPECT_EQ(t.measure(tipped, no_intent(t.slices, t.rest_slices)).folded, 0.0);
+}
+
 TEST(Mesh, MoreBendThanTheBodyIsThickIsInfeasibleAndFolds) {
   const SlicedTube t(Tube(24, 0.14));
   // The whole bend in the middle third: curvature 8 per unit, times 0.14 is 1.12.

@@ -86,6 +86,8 @@ std::vector<double> twists(const SlicePose& pose, const std::vector<glm::dvec3>&
   return out;
 }
 
+constexpr double kLeastAlong = 0.25;  // cosine of a step to its slices' normal at rest
+
 void measure_folds(const SpineSlices& slices, const SlicePose& rest, const SlicePose& pose,
                    SliceMeasures& out) {
   const int n = static_cast<int>(slices.slice.size());
@@ -98,12 +100,15 @@ void measure_folds(const SpineSlices& slices, const SlicePose& rest, const Slice
       const bool material = !slices.slice[r].ring.empty() && !slices.slice[r + 1].ring.empty() &&
                             slices.slice[r].line[k].surface && slices.slice[r + 1].line[k].surface;
       const glm::dvec3 rest_step = rest.line[high] - rest.line[low];
-      const bool forward = material && glm::dot(rest_step, rest.area[r] + rest.area[r + 1]) > 0.0;
+      const double length = glm::length(rest_step);
+      const glm::dvec3 across = rest.area[r] + rest.area[r + 1];
+      // A step that runs around the body at rest (a brow, a jaw) turns about in any bend.
+      const bool forward =
+          material && glm::dot(rest_step, across) > kLeastAlong * length * glm::length(across);
       if (!forward) {
         run = 0.0;
         continue;
       }
-      const double length = glm::length(rest_step);
       whole += length;
       const glm::dvec3 along = pose.centre[r + 1] - pose.centre[r];
       const glm::dvec3 normal = pose.area[r] + pose.area[r + 1];

@@ -81,6 +81,22 @@ class SecondOpinions {
   std::optional<skin::Character> proxy_;
 };
 
+/// The longest bone of the spine up to the chest, as a share of that spine's length.
+double longest_bone(const Stage& stage) {
+  const skin::Anatomy& anatomy = stage.anatomy();
+  double longest = 0.0, whole = 0.0;
+  for (std::size_t k = 0; k < anatomy.chest_index; ++k) {
+    const auto joint = [&](std::size_t i) {
+      return glm::dvec3(
+          stage.character().nodes[static_cast<std::size_t>(anatomy.spine[i])].world_from_node[3]);
+    };
+    const double length = glm::distance(joint(k), joint(k + 1));
+    longest = std::max(longest, length);
+    whole += length;
+  }
+  return whole > 0.0 ? longest / whole : 0.0;
+}
+
 /// Vertices along each bone of the spine up to the chest: a bone's length over the usual edge's
 /// that runs along the spine, of the surface that it moves.
 double rows_per_bone(const Stage& stage) {
@@ -171,6 +187,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   const double rows = any_on_mesh && stage.anatomy().chest_index > 0
                           ? rows_per_bone(stage)
                           : std::numeric_limits<double>::infinity();
+  const double longest = longest_bone(stage);
   std::vector<Opinions*> todo;
   for (auto& [place, each] : by_pose) todo.push_back(&each);
   oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
@@ -206,6 +223,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     facts.bones = static_cast<int>(stage.anatomy().chest_index);
+    facts.longest_bone = longest;
     facts.rows_per_bone = rows;
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
     finding.owner = booking.owner;

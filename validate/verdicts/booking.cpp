@@ -36,7 +36,8 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
                                    : context.ideal * kWorseThanClean < context.ideal_proxy;
     if (as_bad || !far_worse) return {Verdict::fail, Owner::skeleton, false};
   }
-  const bool short_spine = context.bones > 0 && context.bones < kLeastBonesForSlices;
+  const bool short_spine = (context.bones > 0 && context.bones < kLeastBonesForSlices) ||
+                           context.longest_bone > kLongestBoneForSlices;
   const bool coarse = context.rows_per_bone < kLeastRowsForSlices;
   if (ideal_is_as_bad && compares_slices(check) && (short_spine || coarse))
     return {Verdict::fail, Owner::skeleton, false};

@@ -15,6 +15,7 @@ struct MeshContext {
       0.0;  // curvature times depth at the place; 1 and above: the surface must fold
   bool judging_weights = false;  // the character is on trial: what the ideal shows too decides
   int bones = 0;                 // of the character's driven spine; 0: not known
+  double longest_bone = 0.0;     // ... and its longest one, as a share of that spine's length
   double rows_per_bone = std::numeric_limits<double>::infinity();  // vertices along the torso
 };
 
@@ -42,6 +43,10 @@ double weights_factor(const Check& check);
 /// two joints share a twist so that no slice collapses and no triangle turns over.
 inline constexpr int kLeastBonesForSlices = 3;
 
+/// ... and so is a spine of which one bone is more than this share: the joint at its end turns by
+/// as much of the bend.
+inline constexpr double kLongestBoneForSlices = 0.5;
+
 /// ... and a surface with fewer vertices along each bone shows its own facets, not the bend.
 inline constexpr double kLeastRowsForSlices = 2.5;
 
@@ -55,8 +60,8 @@ bool is_rest_shape(const Check& check, double limit, double value, double ideal)
 /// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), and clean proxy
 ///   weights under the ideal bend are nearly as bad (by a tenth of the limit, or by less than
 ///   kWorseThanClean), the skeleton's: it has too few joints for the range. So are slices of a
-///   spine of fewer than kLeastBonesForSlices bones, or of a surface of fewer than
-///   kLeastRowsForSlices rows a bone. That never decides;
+///   spine of fewer than kLeastBonesForSlices bones or with a bone above kLongestBoneForSlices, or
+///   of a surface of fewer than kLeastRowsForSlices rows a bone. That never decides;
 /// - where the ideal bend is as bad and clean weights are far better, the weights'; that decides
 ///   only where weights are what is judged, and beyond weights_factor() times the limit;
 /// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
