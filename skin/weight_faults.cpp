@@ -804,13 +804,90 @@ class FaultFinder {
                      [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });
   }
 
+  /// The places of a part at which its surface ends: on an edge of one triangle alone.
+  std::vector<bool> ends_of(const Part& part) const {
+    std::vector<std::pair<Index, Index>> edges;
+    for (Index t = part.first_triangle; t < part.first_triangle + part.triangle_count; ++t)
+      for (int k = 0; k < 3; ++k) {
+        const Index a = character_.place[character_.triangles[t][k]];
+        const Index b = character_.place[character_.triangles[t][(k + 1) % 3]];
+        edges.emplace_back(std::min(a, b), std::max(a, b));
+      }
+    std::sort(edges.begin(), edges.end());
+    std::vector<bool> out(weights_.size(), false);
+    for (std::size_t i = 0, next = 0; i < edges.size(); i = next) {
+      for (next = i; next < edges.size() && edges[next] == edges[i];) ++next;
+      if (next - i == 1) out[edges[i].first] = out[edges[i].second] = true;
+    }
+    return out;
+  }
+
+  /// Whether a part is a prop: moved by one joint off the spine that moves nothing else and has no
+  /// joint with weight below it.
+  bool is_prop(const Part& part) const {
+    const Index end = part.first_vertex + part.vertex_count;
+    int node = -1;
+    for (Index v = part.first_vertex; v < end; ++v) {
+      const Influences& influences = character_.influences[v];
+      const int own = character_.joints[influences.joint[0]].node;
+      if (influences.weight[1] > 0.0f || (node >= 0 && own != node)) return false;
+      node = own;
+    }
+    if (node < 0 || place_on_spine_[static_cast<Index>(node)] >= 0) return false;
+    for (Index n = 0; n < character_.nodes.size(); ++n)
+      if (character_.nodes[n].parent == node && total_[n] > 0.0) return false;
+    for (Index v = 0; v < character_.vertex_count(); ++v) {
+      if (v >= part.first_vertex && v < end) continue;
+      const Influences& influences = character_.influences[v];
+      for (Index k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+        if (character_.joints[influences.joint[k]].node == node) return false;
+    }
+    return true;
+  }
+
+  /// Whether vertices at one place belong to one surface: to one part of the mesh, or to two that
+  /// both end there and of which none is a prop. A shield that touches another goes its own way.
+  bool is_joined(Index a, Index b) {
+    const auto part_of = [&](Index v) {
+      Index k = 0;
+      while (k + 1 < character_.parts.size() &&
+             v >= character_.parts[k].first_vertex + character_.parts[k].vertex_count)
+        ++k;
+      return k;
+    };
+    const Index first = part_of(a), second = part_of(b);
+    if (first == second) return true;
+    if (ends_.empty()) ends_.resize(character_.parts.size());
+    for (const Index part : {first, second}) {
+      if (ends_[part].empty()) {
+        ends_[part] = is_prop(character_.parts[part]) ? std::vector<bool>(weights_.size(), false)
+                                                      : ends_of(character_.parts[part]);
+      }
+      if (!ends_[part][character_.place[a]]) return false;
+    }
+    return true;
+  }
+
   void find_seams(WeightAnswer& out) {
     std::map<int, WeightFault> faults;
+    // Of each place with several surfaces, the first vertex of each after the first surface's.
+    std::map<Index, std::vector<Index>> others;
     for (Index v = 0; v < character_.vertex_count(); ++v) {
       const Index p = character_.place[v];
       if (vertex_[p] == v || weights_[p].empty()) continue;
-      const Difference apart = difference(weights_[p], weights_of(character_, v), nullptr);
+      const PlaceWeights own = weights_of(character_, v);
+      Difference apart = difference(weights_[p], own, nullptr);
       if (apart.share < kCounts) continue;
+      if (!is_joined(vertex_[p], v)) {
+        std::vector<Index>& first = others[p];
+        const auto joined = std::ranges::find_if(first, [&](Index u) { return is_joined(u, v); });
+        if (joined == first.end()) {
+          first.push_back(v);
+          continue;
+        }
+        apart = difference(weights_of(character_, *joined), own, nullptr);
+        if (apart.share < kCounts) continue;
+      }
       add(faults, apart.most, apart.least, apart.share, 0.0, p);
     }
     take(faults, out);
@@ -831,6 +908,8 @@ class FaultFinder {
   std::vector<double> arc_;                // ... and their places along it
   std::vector<double> along_, beside_;     // of each place that the spine moves: along it, off it
   std::vector<Index> edges_, first_edge_;  // neighbours of each place, one after another
+  std::vector<std::vector<bool>>
+      ends_;  // of each part, by place: where its surface ends; a prop's: nowhere
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::vector<Hump>> hump_;
   std::map<int, std::unique_ptr<PointCells>> area_;

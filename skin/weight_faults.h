@@ -61,7 +61,8 @@ struct WeightFaults {
   /// between was smeared wholly into its neighbour: by how much of the spine's length.
   WeightAnswer order;
   /// Vertices at one place with different weights, half the sum of the differences: they come apart
-  /// in motion.
+  /// in motion. Asked of one part of the mesh, and of two parts whose surfaces both end there
+  /// and of which none is a prop on a joint of its own.
   WeightAnswer seams;
 };
 

@@ -318,6 +318,50 @@ TEST(WeightLeftToAJointAboveTheHips, IsNamedOnAFewPlacesWhereBothSidesDoNotHaveI
   }
 }
 
+/// The first triangle once more, as a part of its own that one joint moves.
+void add_patch(Character& character, int node) {
+  character.parts.push_back({"patch", 0, static_cast<std::uint32_t>(character.triangles.size()), 1,
+                             static_cast<std::uint32_t>(character.vertex_count()), 3});
+  const glm::uvec3 corners = character.triangles.front();
+  const auto first = static_cast<std::uint32_t>(character.vertex_count());
+  character.triangles.emplace_back(first, first + 1, first + 2);
+  Influences whole;
+  whole.joint[0] = static_cast<std::uint16_t>(character.joints.size());
+  whole.weight[0] = 1.0F;
+  character.joints.push_back({node, {}});
+  for (int k = 0; k < 3; ++k) {
+    character.bind_position.push_back(character.bind_position[corners[k]]);
+    character.bind_normal.push_back(character.bind_normal[corners[k]]);
+    if (!character.uv.empty()) character.uv.push_back(character.uv[corners[k]]);
+    character.influences.push_back(whole);
+    character.place.push_back(character.place[corners[k]]);
+  }
+}
+
+TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  const auto worst = [&](bool props) {
+    Character patched = character;
+    for (int k = 1; k <= 2; ++k) {
+      int node = anatomy.spine[static_cast<std::size_t>(k)];
+      if (props) {
+        node = static_cast<int>(patched.nodes.size());
+        Node prop = patched.nodes[static_cast<std::size_t>(anatomy.spine[0])];
+        prop.name = "prop" + std::to_string(k);
+        prop.parent = anatomy.spine[0];
+        patched.nodes.push_back(prop);
+      }
+      add_patch(patched, node);
+    }
+    return find_weight_faults(patched, find_anatomy(patched)).seams.worst();
+  };
+  const double before = find_weight_faults(character, anatomy).seams.worst();
+  EXPECT_GT(worst(false), 0.99);
+  EXPECT_EQ(worst(true), before);
+}
+
 TEST(PlantedOnUnlikeSides, HalfATorsoOneVertebraUpIsFoundThoughNoVertexHasAMirrorImage) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   const Character character = decimated(read_character(shared_character("mh_male_13k.glb")), 1500);

@@ -169,6 +169,7 @@ TEST(BookMeshFinding, SlicesOfASpineOfTwoBonesAreItsOwn) {
   // Another check is asked of any spine, and a rig that is worse than the ideal bend stays to
   // blame.
   facts.bones = 2;
+  facts.ideal_proxy = 1.0;
   EXPECT_EQ(book_mesh_finding(*find_check("BB034"), 2.0, facts).owner, Owner::weights);
   facts.ideal = facts.ideal_proxy = 12.0;
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::solver);
@@ -189,6 +190,17 @@ TEST(BookMeshFinding, AWeakSkeletonDoesNotExcuseWeightsThatAreFarWorseThanCleanO
       {.value = 63.0, .ideal = 63.0, .proxy = 30.0, .ideal_proxy = 30.0, .judging_weights = true});
   EXPECT_EQ(b.owner, Owner::weights);
   EXPECT_TRUE(b.decides);
+}
+
+TEST(BookMeshFinding, ABodyThatIsInItsOwnWayWithCleanWeightsTooIsThePoses) {
+  const Check& crossing = *find_check("BB034");
+  MeshContext facts{
+      .value = 9.0, .ideal = 9.0, .proxy = 3.0, .ideal_proxy = 3.0, .judging_weights = true};
+  EXPECT_EQ(book_mesh_finding(crossing, 2.0, facts).owner, Owner::pose);
+  EXPECT_FALSE(book_mesh_finding(crossing, 2.0, facts).decides);
+  facts.proxy = facts.ideal_proxy = 1.0;
+  EXPECT_EQ(book_mesh_finding(crossing, 2.0, facts).owner, Owner::weights);
+  EXPECT_TRUE(book_mesh_finding(crossing, 2.0, facts).decides);
 }
 
 TEST(BookMeshFinding, AWeakSkeletonDoesNotExcuseARigThatIsWorseThanTheIdeal) {

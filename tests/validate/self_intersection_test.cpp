@@ -212,6 +212,27 @@ TEST(SelfIntersection, CountsOnlyWhatIsNewAgainstRest) {
   EXPECT_LT(mesh.new_pairs(further).size(), mesh.pairs(further).size());
 }
 
+TEST(SelfIntersection, OfShellsThatAreInEachOtherAtRestIsNeverNew) {
+  const Tube tube(40, 12);
+  const auto with_second = [&](float across, float along) {
+    std::vector<glm::vec3> out = tube.position;
+    for (const glm::vec3& p : tube.position) out.emplace_back(across + p.y, 0.5f + along, p.z);
+    return out;
+  };
+  std::vector<glm::uvec3> triangle = tube.triangle;
+  std::vector<std::uint32_t> place = tube.place;
+  const auto count = static_cast<std::uint32_t>(tube.position.size());
+  for (const glm::uvec3& t : tube.triangle) triangle.push_back(t + count);
+  for (const std::uint32_t p : tube.place) place.push_back(p + count);
+  for (std::size_t v = 0; v < tube.position.size(); ++v) ASSERT_LT(tube.place[v], count);
+  const auto crossed = with_second(-0.5f, 0.0f), deeper = with_second(-0.5f, 0.02f);
+  const auto apart = with_second(0.5f, 0.0f);
+  const SelfIntersection layered(crossed, triangle, place), separate(apart, triangle, place);
+  EXPECT_GT(layered.pairs(deeper).size(), 0u);
+  EXPECT_EQ(layered.new_pairs(deeper).size(), 0u);
+  EXPECT_GT(separate.new_pairs(deeper).size(), 0u);
+}
+
 TEST(SelfIntersection, WithinRigidGroupsIsNeverNewAndAcrossThemStillFound) {
   const Tube tube(60, 12);
   std::vector<int> group;

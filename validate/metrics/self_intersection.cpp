@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <numeric>
 
 namespace backbend::validate {
 namespace {
@@ -271,6 +272,31 @@ SelfIntersection::SelfIntersection(std::span<const glm::vec3> rest_position,
   std::ranges::stable_sort(order_, {}, [&](std::uint32_t t) { return group_[t]; });
   build(0, static_cast<std::uint32_t>(order_.size()), middle);
   rest_pairs_ = pairs(rest_position);
+  find_shells();
+}
+
+void SelfIntersection::find_shells() {
+  std::uint32_t places = 0;
+  for (const glm::uvec3& t : places_) places = std::max({places, t.x + 1, t.y + 1, t.z + 1});
+  std::vector<std::uint32_t> root(places);
+  std::iota(root.begin(), root.end(), 0u);
+  const auto find = [&](std::uint32_t p) {
+    while (root[p] != p) p = root[p] = root[root[p]];
+    return p;
+  };
+  for (const glm::uvec3& t : places_)
+    for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
+  for (const glm::uvec3& t : places_) shell_.push_back(find(t[0]));
+  for (const Pair& pair : rest_pairs_)
+    if (shell_[pair.first] != shell_[pair.second]) joined_shells_.push_back(shells_of(pair));
+  std::ranges::sort(joined_shells_);
+  joined_shells_.erase(std::unique(joined_shells_.begin(), joined_shells_.end()),
+                       joined_shells_.end());
+}
+
+SelfIntersection::Pair SelfIntersection::shells_of(const Pair& pair) const {
+  const auto [low, high] = std::minmax(shell_[pair.first], shell_[pair.second]);
+  return {low, high};
 }
 
 void SelfIntersection::build(std::uint32_t first, std::uint32_t count,
@@ -322,6 +348,9 @@ std::vector<SelfIntersection::Pair> SelfIntersection::new_pairs(
   const std::vector<Pair> now = pairs(position);
   std::vector<Pair> out;
   std::ranges::set_difference(now, rest_pairs_, std::back_inserter(out));
+  std::erase_if(out, [&](const Pair& pair) {
+    return std::ranges::binary_search(joined_shells_, shells_of(pair));
+  });
   return out;
 }
 

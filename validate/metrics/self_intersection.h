@@ -30,7 +30,8 @@ class SelfIntersection {
   };
   /// All pairs of a pose but those inside one group, ascending. Finite positions, one per vertex.
   std::vector<Pair> pairs(std::span<const glm::vec3> position) const;
-  /// Those that are not there at rest.
+  /// Those that are not there at rest, but for pairs of two shells that run through each other at
+  /// rest already: a collar in a neck, a helmet on a head. A shell is what edges join.
   std::vector<Pair> new_pairs(std::span<const glm::vec3> position) const;
 
   struct Measures {
@@ -48,6 +49,8 @@ class SelfIntersection {
   };
   struct Search;
   void build(std::uint32_t first, std::uint32_t count, const std::vector<glm::vec3>& middle);
+  void find_shells();
+  Pair shells_of(const Pair& pair) const;
 
   std::vector<glm::uvec3> triangle_, places_;  // corners by vertex, and by place
   std::vector<float> area_;                    // at rest
@@ -56,6 +59,8 @@ class SelfIntersection {
   std::vector<std::uint32_t> order_;  // triangles as the leaves hold them
   std::vector<Node> node_;            // a tree over order_, parents before children
   std::vector<Pair> rest_pairs_;
+  std::vector<std::uint32_t> shell_;  // of each triangle
+  std::vector<Pair> joined_shells_;   // that meet at rest, ascending
 };
 
 }  // namespace backbend::validate

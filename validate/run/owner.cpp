@@ -139,13 +139,17 @@ std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
 }
 
+constexpr int kMostSpineJoints = 33;  // a human's vertebrae: more is no advice
+
 /// `5 joints cannot carry this pose within the limit: about 9 would`
 std::string skeleton_text(const Stage& stage, const Check& check, const Finding& finding,
                           double clean) {
   const int joints = static_cast<int>(stage.anatomy().chest_index) + 1;
   const int needed = joints_needed(check, finding.limit, clean, joints);
   return std::to_string(joints) + " joints cannot carry " + finding.pose + " here" +
-         (needed > joints ? ": about " + std::to_string(needed) + " would" : "") +
+         (needed > joints && needed <= kMostSpineJoints
+              ? ": about " + std::to_string(needed) + " would"
+              : "") +
          "; advisory: clean weights and the ideal bend show it, too";
 }
 

@@ -43,6 +43,11 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
     return {Verdict::fail, Owner::skeleton, false};
   if (ideal_is_as_bad && short_spine && (check.code == "BB030" || check.code == "BB033"))
     return {Verdict::fail, Owner::skeleton, false};
+  // Skin that runs through skin with clean weights and the ideal bend, too: a head that is too big
+  // for its neck, a cape against the legs.
+  if (ideal_is_as_bad && check.code == "BB034" &&
+      judge(check, context.ideal_proxy, limit) == Verdict::fail)
+    return {Verdict::fail, Owner::pose, false};
   if (ideal_is_as_bad) {
     const bool plain = judge(check, context.value, limit * weights_factor(check)) == Verdict::fail;
     return {Verdict::fail, Owner::weights, check.decides && context.judging_weights && plain};

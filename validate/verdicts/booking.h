@@ -62,6 +62,8 @@ bool is_rest_shape(const Check& check, double limit, double value, double ideal)
 ///   kWorseThanClean), the skeleton's: it has too few joints for the range. So are slices of a
 ///   spine of fewer than kLeastBonesForSlices bones or with a bone above kLongestBoneForSlices, or
 ///   of a surface of fewer than kLeastRowsForSlices rows a bone. That never decides;
+/// - self-intersection that clean proxy weights under the ideal bend show beyond the limit, too, is
+///   the pose's: this body is in its own way;
 /// - where the ideal bend is as bad and clean weights are far better, the weights'; that decides
 ///   only where weights are what is judged, and beyond weights_factor() times the limit;
 /// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
