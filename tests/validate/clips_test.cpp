@@ -77,6 +77,18 @@ TEST(PathPops, AStepIsFoundWhereItEndsByItsSize) {
   EXPECT_EQ(std::max_element(pops.begin(), pops.end()) - pops.begin(), 17);
 }
 
+TEST(PathPops, AThrustHasNoneAndAPopOfOneFrameIsAsLargeAsItIs) {
+  std::vector<double> time;
+  for (int f = 0; f < 40; ++f) time.push_back(f / 24.0);
+  std::vector<glm::dvec3> thrust(40, glm::dvec3(0.0)), pop(40, glm::dvec3(0.0));
+  // Out in four frames, back in eight.
+  const double out[] = {0.0, 0.1, 0.45, 0.85, 1.0, 0.98, 0.9, 0.75, 0.55, 0.35, 0.18, 0.06};
+  for (int f = 0; f < 12; ++f) thrust[static_cast<std::size_t>(17 + f)].x = out[f];
+  for (const double each : path_pops(thrust, time)) EXPECT_LT(each, 0.1);
+  pop[17].y = 0.3;
+  EXPECT_NEAR(path_pops(pop, time)[17], 0.3, kTolerance);
+}
+
 TEST(PathPops, FourFramesTellNothing) {
   for (const double pop : path_pops(std::vector<glm::dvec3>(4), {0, 1, 2, 3}))
     EXPECT_TRUE(std::isnan(pop));

@@ -475,13 +475,22 @@ std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::ve
   }
   out[0] = 0.0;
   for (Index f = 0; f <= last; ++f) {
-    std::vector<double> around;
+    std::vector<double> around, coordinate[3];
     for (std::ptrdiff_t k = static_cast<std::ptrdiff_t>(f) - settings.reach;
-         k <= static_cast<std::ptrdiff_t>(f) + settings.reach; ++k)
-      if (k >= 0 && k <= static_cast<std::ptrdiff_t>(last) &&
-          std::abs(k - static_cast<std::ptrdiff_t>(f)) > 1)
+         k <= static_cast<std::ptrdiff_t>(f) + settings.reach; ++k) {
+      if (k < 0 || k > static_cast<std::ptrdiff_t>(last)) continue;
+      for (int c = 0; c < 3; ++c) coordinate[c].push_back(pace(static_cast<Index>(k))[c]);
+      if (std::abs(k - static_cast<std::ptrdiff_t>(f)) > 1)
         around.push_back(change[static_cast<Index>(k)]);
-    out[f + 1] = std::max(0.0, change[f] - settings.outlier * upper_median(around));
+    }
+    // A thrust has one fastest step between two fast ones; a pop that goes back at once, too, is
+    // then as large as it is, not half as large again.
+    const glm::dvec3 usual(upper_median(coordinate[0]), upper_median(coordinate[1]),
+                           upper_median(coordinate[2]));
+    double beside = 0.0;
+    for (const Index k : {f == 0 ? f + 1 : f - 1, f == last ? f - 1 : f + 1})
+      beside = std::max(beside, glm::length(step[k] - usual * duration[k]));
+    out[f + 1] = std::max(0.0, change[f] - settings.outlier * upper_median(around) - 0.5 * beside);
   }
   return out;
 }

@@ -66,7 +66,8 @@ std::vector<glm::dquat> watched_turns(const ClipBody& body,
 
 /// By how much the steps of a point's path jump, beyond what the steps around explain: one value
 /// per frame (of the step that ends there), in the path's unit. The same rule as for turns, with no
-/// smallest size. Fewer than five frames tell nothing: NaN.
+/// smallest size, and half of what the steps beside it differ from the usual pace taken off. Fewer
+/// than five frames tell nothing: NaN.
 std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::vector<double>& time,
                               const ClipSettings& settings = {});
 
