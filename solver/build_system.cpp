@@ -35,10 +35,10 @@ constexpr Row kSystems[] = {
     {{"stretchy", "a Bezier between hip and chest that blends its length"}, build_stretchy},
     {{"neck", "one controller for a long neck's vertebrae"}, build_neck},
     {{"snake", "a body that slithers along a path by one channel"}, build_snake},
-    {{"spline_ik", "bones marched along a spline, as in Blender or Maya (an emulation)"},
+    {{"spline_ik", "bones laid along a spline, as in Blender or Maya (an emulation)"},
      build_spline_ik},
     {{"matrix_blend",
-      "fractions of the turn from hip to chest, as in Rigify or mGear (an emulation)"},
+      "fractions of a control's turn for each joint, as in Rigify or mGear (an emulation)"},
      build_matrix_blend},
 };
 

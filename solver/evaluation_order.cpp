@@ -120,11 +120,27 @@ std::vector<std::string> evaluation_order(const SpineSystem& system) {
   }
   if (name == "spline_ik") {
     return {"draw the cubic Bezier between hip and chest",
-            "march: each joint where a sphere of its bone's length meets the curve",
+            word(system, "y_scale_mode") == "fit_curve"
+                ? "fit: the joints at equal arc steps of all of the curve"
+                : "march: each joint where a sphere of its bone's length meets the curve",
             "roll: " + word(system, "twist")};
   }
-  return {"place hip and chest",
-          "each joint takes its fraction of the turn from hip to chest, the shortest way"};
+  if (word(system, "style") == "mgear") {
+    return {
+        "place hip and chest, draw the cubic Bezier between them",
+        "place the joints at equal arc steps of it",
+        "up of each: its fraction of the turn from hip to chest, the shortest way; aim it along "
+        "the curve"};
+  }
+  if (number(system, "pivot_pos") == 0.0) {
+    return {"place hip and chest",
+            "each bone takes its fraction of the turn from hip to chest, the shortest way"};
+  }
+  return {
+      "from the pivot up: each joint takes one more part of chest's turn and move, the shortest "
+      "way",
+      "from the pivot down: the same of hip's", "the pivot: half-way between the two",
+      "each deform bone: the turn of the joint at its foot, swung to point to the next"};
 }
 
 }  // namespace backbend::solver

@@ -31,8 +31,10 @@ HipChest::Ends HipChest::ends(std::span<const double> c) const {
   e.chest_turn = euler_turn(axes_, from_euler_xyz(c[kChest], c[kChest + 1], c[kChest + 2]));
   e.hip = e.hip_turn * frame_;
   e.chest = e.chest_turn * frame_;
-  e.cv[0] = rest_cv_[0] + glm::dvec3(c[kHipMove], c[kHipMove + 1], c[kHipMove + 2]);
-  e.cv[3] = rest_cv_[3] + glm::dvec3(c[kChestMove], c[kChestMove + 1], c[kChestMove + 2]);
+  e.hip_move = {c[kHipMove], c[kHipMove + 1], c[kHipMove + 2]};
+  e.chest_move = {c[kChestMove], c[kChestMove + 1], c[kChestMove + 2]};
+  e.cv[0] = rest_cv_[0] + e.hip_move;
+  e.cv[3] = rest_cv_[3] + e.chest_move;
   e.cv[1] = e.cv[0] + (depth_[0] * length_) * (e.hip_turn * axes_[0]);
   e.cv[2] = e.cv[3] - (depth_[1] * length_) * (e.chest_turn * axes_[0]);
   e.twist = c[kChest] - c[kHip];

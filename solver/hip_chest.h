@@ -29,6 +29,7 @@ class HipChest {
     std::array<glm::dvec3, 4> cv;
     glm::dquat hip, chest;            // frames
     glm::dquat hip_turn, chest_turn;  // from rest
+    glm::dvec3 hip_move, chest_move;  // from rest
     double twist;                     // chest RX less hip RX: never wrapped
   };
   Ends ends(std::span<const double> control) const;

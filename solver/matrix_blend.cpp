@@ -4,11 +4,13 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "solver/chain_measures.h"
 #include "solver/curve.h"
 #include "solver/hip_chest.h"
 #include "solver/option_reader.h"
+#include "solver/rigify_spine.h"
 #include "solver/rotation.h"
 #include "solver/system_base.h"
 
@@ -55,9 +57,11 @@ class MatrixBlend final : public SystemBase {
                                     std::size_t count) const override {
     const HipChest::Ends ends = hip_chest_.ends(control);
     if (style_ == Style::mgear) return equal_arc_points(Curve::bezier(ends.cv), count);
+    if (halves_) return halves_->fine_chain(hips_of(ends), chest_of(ends), count);
     // The chain with its bones cut ever finer: the turn grows evenly along it.
+    const Curve path = Curve::polyline(drawn_);
     std::vector<dvec3> point;
-    bend(ends, int(count) - 1, point, nullptr);
+    bend(ends, equal_arc_points(path, count), point, nullptr);
     return point;
   }
 
@@ -65,9 +69,12 @@ class MatrixBlend final : public SystemBase {
   MatrixBlend(const SystemSpec& spec, const RestChain& chain, OptionReader read)
       : bones_(read.integer("bones", 10, 1, 200)),
         style_(read.choice<Style>("style", {"rigify", "mgear"})),
+        pivot_(pivot_of(read, bones_, style_)),
         hip_chest_(chain, spec.system, {1.0 / 3.0, 1.0 / 3.0}) {
     name_ = spec.system;
     options_ = read.finish();
+    draw(chain);
+    if (pivot_ > 0) halves_.emplace(drawn_, pivot_, z_axis(hip_chest_.rest_frame()));
     add_rotation("hip");
     add_rotation("chest");
     add_translation("hip_move");
@@ -79,17 +86,50 @@ class MatrixBlend final : public SystemBase {
     build_rest();
   }
 
-  /// Rigify's chain of `bones` bones: bone k has (k + 1) / bones of the turn, and of chest's move.
-  void bend(const HipChest::Ends& ends, int bones, std::vector<dvec3>& joint,
-            std::vector<dquat>* turn) const {
-    const std::array<dvec3, 4>& rest = hip_chest_.rest_cv();
-    const dvec3 bone = (rest[3] - rest[0]) / double(bones);
-    const dvec3 move = (ends.cv[3] - rest[3]) - (ends.cv[0] - rest[0]);
+  /// Rigify refuses a spine of fewer than three bones, or a pivot at an end of it.
+  static std::size_t pivot_of(OptionReader& read, int bones, Style style) {
+    if (style == Style::mgear) {
+      if (read.find("pivot_pos")) read.refuse("pivot_pos", "is only of style = \"rigify\"");
+      return 0;
+    }
+    return std::size_t(
+        read.integer("pivot_pos", bones < 3 ? 0 : bones / 2, 0, bones < 3 ? 0 : bones - 1));
+  }
+
+  /// The rest joints: the drawn ones where there are as many, else cut from them at equal steps.
+  /// mGear's are on the straight line of its handles.
+  void draw(const RestChain& chain) {
+    const dvec3 hip = hip_chest_.rest_cv()[0], chest = hip_chest_.rest_cv()[3];
+    const bool own = style_ == Style::rigify && int(chain.joint.size()) == bones_ + 1;
+    const Curve path =
+        Curve::polyline(style_ == Style::rigify ? chain.joint : std::vector<dvec3>{hip, chest});
+    drawn_ = own ? chain.joint : equal_arc_points(path, std::size_t(bones_) + 1);
+    drawn_.front() = hip;
+    drawn_.back() = chest;
+    const std::vector<double> arc = polyline_arcs(drawn_);
+    for (int k = 0; k <= bones_; ++k)
+      arc_fraction_.push_back(own ? arc[k] / arc.back() : double(k) / bones_);
+  }
+
+  static RigifySpine::Control hips_of(const HipChest::Ends& ends) {
+    return {ends.hip_turn, ends.hip_move};
+  }
+  static RigifySpine::Control chest_of(const HipChest::Ends& ends) {
+    return {ends.chest_turn, ends.chest_move};
+  }
+
+  /// One chain from the hips: of n bones, bone k has (k + 1) / n of the turn from hip to chest, and
+  /// an n-th of what chest moves more than hip.
+  static void bend(const HipChest::Ends& ends, std::span<const dvec3> rest,
+                   std::vector<dvec3>& joint, std::vector<dquat>* turn) {
+    const std::size_t bones = rest.size() - 1;
+    const dvec3 step = (ends.chest_move - ends.hip_move) / double(bones);
     joint.resize(bones + 1);
     joint[0] = ends.cv[0];
-    for (int k = 0; k < bones; ++k) {
-      const dquat q = slerp_short(ends.hip_turn, ends.chest_turn, (k + 1.0) / bones);
-      joint[k + 1] = joint[k] + q * bone + move / double(bones);
+    for (std::size_t k = 0; k < bones; ++k) {
+      const dquat q =
+          slerp_short(ends.hip_turn, ends.chest_turn, (double(k) + 1.0) / double(bones));
+      joint[k + 1] = joint[k] + q * (rest[k + 1] - rest[k]) + step;
       if (turn) (*turn)[k] = q;
     }
   }
@@ -98,11 +138,8 @@ class MatrixBlend final : public SystemBase {
     const dvec3 hip = hip_chest_.rest_cv()[0], chest = hip_chest_.rest_cv()[3];
     SpinePose rest;
     fill(std::vector<double>(channels_.size(), 0.0), Detail::all, rest);
-    for (int k = 0; k <= bones_; ++k) {
-      arc_fraction_.push_back(double(k) / bones_);
-      rest.position[k] = k == bones_ ? chest : hip + arc_fraction_[k] * (chest - hip);
-      rest.turn[k] = kNoTurn;
-    }
+    rest.position = drawn_;
+    std::fill(rest.turn.begin(), rest.turn.end(), kNoTurn);
     rest.hip = {kNoTurn, hip, hip};
     rest.chest = rest.arms = {kNoTurn, chest, chest};
     rest_ = std::move(rest);
@@ -112,10 +149,15 @@ class MatrixBlend final : public SystemBase {
     const HipChest::Ends ends = hip_chest_.ends(control);
     pose.turn.resize(bones_ + 1);
     pose.flip_margin.resize(bones_ + 1);
-    const double to_half_turn = kPi - angle_between(ends.hip_turn, ends.chest_turn);
+    double to_half_turn = kPi - angle_between(ends.hip_turn, ends.chest_turn);
     bool upless = false;
-    if (style_ == Style::rigify) {
-      bend(ends, bones_, pose.position, &pose.turn);
+    if (halves_) {
+      // Each control's turn is shared out from rest: neither knows of the other.
+      to_half_turn = kPi - std::max(angle_between(kNoTurn, ends.hip_turn),
+                                    angle_between(kNoTurn, ends.chest_turn));
+      halves_->lay(hips_of(ends), chest_of(ends), pose);
+    } else if (style_ == Style::rigify) {
+      bend(ends, drawn_, pose.position, &pose.turn);
       for (int k = 0; k < bones_; ++k) {
         pose.turn[k] = glm::normalize(pose.turn[k]);
         pose.flip_margin[k] = k + 1 < bones_ ? to_half_turn : kPi;
@@ -127,7 +169,7 @@ class MatrixBlend final : public SystemBase {
     }
 
     const dvec3 hip = hip_chest_.rest_cv()[0], chest = hip_chest_.rest_cv()[3];
-    pose.hip = {ends.hip_turn, hip, ends.cv[0]};
+    pose.hip = {ends.hip_turn, hip, halves_ ? pose.position.front() : ends.cv[0]};
     pose.chest = {ends.chest_turn, chest,
                   style_ == Style::rigify ? pose.position.back() : ends.cv[3]};
     pose.arms = {pose.turn.back(), chest, pose.position.back()};
@@ -135,8 +177,11 @@ class MatrixBlend final : public SystemBase {
     if (upless)
       pose.flags.emplace_back(
           "an up vector lies along the curve: the shortest arc takes its place");
-    if (to_half_turn < 1e-9)
-      pose.flags.emplace_back("hip and chest are half a turn apart: either way round is as short");
+    if (to_half_turn < 1e-9) {
+      pose.flags.emplace_back(
+          halves_ ? "a control is half a turn from rest: either way round is as short"
+                  : "hip and chest are half a turn apart: either way round is as short");
+    }
     MeasureWriter measures(pose);
     if (detail == Detail::joints) return;
     add_chain_measures(pose.position, measures);
@@ -177,7 +222,10 @@ class MatrixBlend final : public SystemBase {
 
   int bones_;
   Style style_;
+  std::size_t pivot_;  // 0: one chain from the hips
   HipChest hip_chest_;
+  std::vector<dvec3> drawn_;
+  std::optional<RigifySpine> halves_;
 };
 
 }  // namespace

@@ -19,6 +19,7 @@ using glm::dquat;
 using glm::dvec3;
 
 enum class Twist { fk_roll, spread };
+enum class YScale { fit_curve, none };
 
 class SplineIk final : public SystemBase {
  public:
@@ -50,6 +51,7 @@ class SplineIk final : public SystemBase {
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {
     const Curve curve = Curve::bezier(hip_chest_.ends(control).cv);
+    if (y_scale_ == YScale::fit_curve) return equal_arc_points(curve, count);
     std::vector<dvec3> joint, point(count);
     const double used = walk_from(curve, bone_, 0.0, joint).to_arc;
     for (std::size_t i = 0; i < count; ++i) {
@@ -62,6 +64,8 @@ class SplineIk final : public SystemBase {
   SplineIk(const SystemSpec& spec, const RestChain& chain, OptionReader read)
       : bones_(read.integer("bones", 10, 1, 200)),
         twist_(read.choice<Twist>("twist", {"fk_roll", "spread"})),
+        y_scale_(y_scale_of(read, twist_)),
+        resolution_(read.integer("resolution_u", 0, 0, 1024)),
         hip_chest_(chain, spec.system, depth_of(read)) {
     name_ = spec.system;
     options_ = read.finish();
@@ -76,6 +80,13 @@ class SplineIk final : public SystemBase {
     build_rest();
   }
 
+  /// The default is that of the package whose twist it is: Blender's constraint scales the bones to
+  /// fit the curve, Maya's handle leaves them as long as they are.
+  static YScale y_scale_of(OptionReader& read, Twist twist) {
+    if (twist == Twist::fk_roll) return read.choice<YScale>("y_scale_mode", {"fit_curve", "none"});
+    return read.word("y_scale_mode", {"none", "fit_curve"}) == 0 ? YScale::none : YScale::fit_curve;
+  }
+
   static std::array<double, 2> depth_of(OptionReader& read) {
     const auto depth = read.numbers("depth", {0.4, 0.4}, 2, 0.0, 10.0);
     return {depth[0], depth[1]};
@@ -84,10 +95,10 @@ class SplineIk final : public SystemBase {
   void build_rest() {
     const dvec3 hip = hip_chest_.rest_cv()[0], chest = hip_chest_.rest_cv()[3];
     bone_.assign(bones_, hip_chest_.rest_length() / bones_);
+    for (int k = 0; k <= bones_; ++k) arc_fraction_.push_back(double(k) / bones_);
     SpinePose rest;
     fill(std::vector<double>(channels_.size(), 0.0), Detail::all, rest);
     for (int k = 0; k <= bones_; ++k) {
-      arc_fraction_.push_back(double(k) / bones_);
       rest.position[k] = k == bones_ ? chest : hip + arc_fraction_[k] * (chest - hip);
       rest.turn[k] = kNoTurn;
     }
@@ -96,11 +107,45 @@ class SplineIk final : public SystemBase {
     rest_ = std::move(rest);
   }
 
+  /// What the bones are laid on: the Bezier, or the straight pieces between points at equal steps
+  /// of its parameter that Blender draws of it.
+  Curve drawn(const std::array<dvec3, 4>& cv) const {
+    const Curve curve = Curve::bezier(cv);
+    if (resolution_ == 0) return curve;
+    std::vector<dvec3> point;
+    for (int i = 0; i <= resolution_; ++i) point.push_back(curve.point(double(i) / resolution_));
+    return Curve::polyline(point);
+  }
+
+  /// Places the joints; `margin` gets what each bone's end lacks to a jump, radians. Returns the
+  /// length of curve that the chain takes.
+  double place(const Curve& curve, std::vector<dvec3>& joint, std::vector<double>& margin) const {
+    if (y_scale_ == YScale::none) {
+      WalkDetail walked_at;
+      const double used = walk_from(curve, bone_, 0.0, joint, &walked_at).to_arc;
+      margin = std::move(walked_at.margin);
+      return used;
+    }
+    joint.resize(bones_ + 1);
+    margin.assign(bones_ + 1, kPi);
+    std::vector<double> arc(arc_fraction_);
+    for (double& a : arc) a *= curve.length();
+    curve.points_at_arcs(arc, joint);
+    for (int k = 0; k < bones_; ++k) {
+      // A bone whose piece of curve folds back on itself shrinks, and at nothing may point
+      // anywhere.
+      const double piece = arc[k + 1] - arc[k];
+      const double left = piece > 0.0 ? 2.0 * glm::distance(joint[k], joint[k + 1]) / piece : 0.0;
+      margin[k + 1] = std::min(margin[k], kPi * std::min(1.0, left * left));
+    }
+    return curve.length();
+  }
+
   void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
     const HipChest::Ends ends = hip_chest_.ends(control);
-    const Curve curve = Curve::bezier(ends.cv);
-    WalkDetail walked_at;
-    const double used = walk_from(curve, bone_, 0.0, pose.position, &walked_at).to_arc;
+    const Curve curve = drawn(ends.cv);
+    std::vector<double> place_margin;
+    const double used = place(curve, pose.position, place_margin);
 
     std::vector<dvec3> direction(bones_);
     for (int k = 0; k < bones_; ++k) {
@@ -115,7 +160,7 @@ class SplineIk final : public SystemBase {
     const double fold_margin = pose.flip_margin[bones_ - 1];
     for (int k = 0; k < bones_; ++k) {
       // A bone turns with the joint at its far end.
-      pose.flip_margin[k] = std::min(pose.flip_margin[k], walked_at.margin[k + 1]);
+      pose.flip_margin[k] = std::min(pose.flip_margin[k], place_margin[k + 1]);
     }
     double residual = 0.0;
     if (twist_ == Twist::spread) {
@@ -160,6 +205,8 @@ class SplineIk final : public SystemBase {
 
   int bones_;
   Twist twist_;
+  YScale y_scale_;
+  int resolution_;  // 0: the curve itself
   HipChest hip_chest_;
   std::vector<double> bone_;
 };

@@ -49,9 +49,15 @@ std::vector<Rig> all_rigs() {
   rigs.push_back({"neck", {}});
   rigs.push_back({"neck", {{"gains", "normalised"}}});
   rigs.push_back({"snake", {{"joints", 20.0}, {"controls", 6.0}}});
-  for (const char* twist : {"fk_roll", "spread"}) rigs.push_back({"spline_ik", {{"twist", twist}}});
+  for (const char* twist : {"fk_roll", "spread"}) {
+    for (const char* mode : {"fit_curve", "none"})
+      rigs.push_back({"spline_ik", {{"twist", twist}, {"y_scale_mode", mode}}});
+  }
   for (const char* style : {"rigify", "mgear"}) {
     rigs.push_back({"matrix_blend", {{"style", style}}});
+  }
+  for (const double pivot : {0.0, 1.0, 3.0}) {
+    rigs.push_back({"matrix_blend", {{"style", "rigify"}, {"bones", 4.0}, {"pivot_pos", pivot}}});
   }
   return rigs;
 }
