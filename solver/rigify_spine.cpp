@@ -31,25 +31,25 @@ void RigifySpine::lay_joints(const Control& hips, const Control& chest, SpinePos
   const dvec3 chest_step = chest.move / double(above), hips_step = hips.move / double(below);
 
   // Each joint is carried by the one before, and the first of each half by nothing: it only moves.
-  dvec3 at = rest_[pivot_] + chest_step;
-  dquat turn = slerp_short(kNoTurn, chest.turn, 1.0 / double(above));
-  const dvec3 above_pivot = at;
-  const dquat above_turn = turn;
+  const dquat above_turn = slerp_short(kNoTurn, chest.turn, 1.0 / double(above));
+  const dvec3 above_pivot = rest_[pivot_] + chest_step;
+  dvec3 at = above_pivot;
+  dquat turn = above_turn;
   for (std::size_t k = pivot_ + 1; k < bones; ++k) {
     at += turn * (rest_[k] - rest_[k - 1] + chest_step);
-    turn = slerp_short(kNoTurn, chest.turn, double(k - pivot_ + 1) / double(above));
+    turn = k + 1 < bones ? turn * above_turn : chest.turn;
     pose.position[k] = at;
     pose.turn[k] = turn;
   }
   pose.position[bones] = at + turn * (rest_[bones] - rest_[bones - 1]);
 
-  at = rest_[pivot_] + hips_step;
-  turn = slerp_short(kNoTurn, hips.turn, 1.0 / double(below));
-  const dvec3 below_pivot = at;
-  const dquat below_turn = turn;
+  const dquat below_turn = slerp_short(kNoTurn, hips.turn, 1.0 / double(below));
+  const dvec3 below_pivot = rest_[pivot_] + hips_step;
+  at = below_pivot;
+  turn = below_turn;
   for (std::size_t k = pivot_ - 1; k > 0; --k) {
     at += turn * (rest_[k] - rest_[k + 1] + hips_step);
-    turn = slerp_short(kNoTurn, hips.turn, double(pivot_ - k + 1) / double(below));
+    turn = k > 1 ? turn * below_turn : hips.turn;
     pose.position[k] = at;
     pose.turn[k] = turn;
   }
@@ -93,8 +93,10 @@ void RigifySpine::lay(const Control& hips, const Control& chest, SpinePose& pose
   pose.flip_margin.resize(bones + 1);
   lay_joints(hips, chest, pose);
   for (std::size_t k = 0; k < bones; ++k) {
-    // Both ends of the outermost bones hang from one joint: they have its turn, to the last bit.
-    const bool rigid = k == 0 ? pivot_ > 1 : k + 1 == bones && k > pivot_;
+    // Both ends of the outermost bones hang from one joint, and have its turn to the last bit; so
+    // has what is above the pivot while nothing moves it.
+    const bool rigid =
+        k == 0 ? pivot_ > 1 : k > pivot_ && (k + 1 == bones || chest.move == dvec3(0.0));
     if (!rigid) swing_to_next(k, pose);
     pose.turn[k] = glm::normalize(pose.turn[k]);
   }
