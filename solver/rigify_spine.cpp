@@ -22,6 +22,8 @@ RigifySpine::RigifySpine(std::vector<dvec3> rest, std::size_t pivot, const dvec3
   assert(pivot_ > 0 && pivot_ + 1 < rest_.size());
   const std::vector<double> arc = polyline_arcs(rest_);
   pivot_fraction_ = arc[pivot_] / arc.back();
+  for (std::size_t k = 0; k + 1 < arc.size(); ++k)
+    middle_.push_back(0.5 * (arc[k] + arc[k + 1]) / arc.back());
 }
 
 /// Where the joints stand, and their turns before any bone is swung to the next.
@@ -104,21 +106,34 @@ void RigifySpine::lay(const Control& hips, const Control& chest, SpinePose& pose
   pose.flip_margin[bones] = pose.flip_margin[bones - 1];
 }
 
+/// The turn at an arc fraction: a bone's own at its middle, between two middles in proportion, and
+/// past the outermost so on, so that over a whole bone it is the bone's.
+dquat RigifySpine::fine_turn(const Control& hips, const Control& chest, double fraction) const {
+  const auto inner = std::upper_bound(middle_.begin() + 1, middle_.end() - 1, fraction);
+  const double apart = *inner - *(inner - 1);
+  const double part = apart > 0.0 ? (fraction - *(inner - 1)) / apart : 0.0;
+  const double bone = double(inner - middle_.begin()) - 1.0 + part;
+  const double pivot = double(pivot_), bones = double(middle_.size());
+  const double of_hips = std::max(0.0, (pivot - bone) / pivot);
+  const double of_chest = std::max(0.0, (bone - pivot + 1.0) / (bones - pivot));
+  return slerp_short(kNoTurn, hips.turn, of_hips) * slerp_short(kNoTurn, chest.turn, of_chest);
+}
+
 std::vector<dvec3> RigifySpine::fine_chain(const Control& hips, const Control& chest,
                                            std::size_t count) const {
   std::vector<dvec3> point(count);
   const auto fraction = [&](std::size_t i) { return double(i) / double(count - 1); };
   // From the pivot outward: the turn of each step is that of its middle.
-  const auto walk = [&](const Control& control, double whole, std::size_t from, auto next,
+  const auto walk = [&](const dvec3& move, double whole, std::size_t from, int direction,
                         std::size_t steps) {
     double before = pivot_fraction_;
     dvec3 rest_before = path_.at_fraction(before).position, at = rest_before;
-    for (std::size_t n = 0, i = from; n < steps; ++n, i = next(i)) {
+    for (std::size_t n = 0; n < steps; ++n) {
+      const std::size_t i = direction > 0 ? from + n : from - n;
       const double now = fraction(i);
       const dvec3 rest_now = path_.at_fraction(now).position;
-      const double share = (0.5 * (before + now) - pivot_fraction_) / whole;
-      const dquat turn = slerp_short(kNoTurn, control.turn, share);
-      at += turn * (rest_now - rest_before + ((now - before) / whole) * control.move);
+      const dquat turn = fine_turn(hips, chest, 0.5 * (before + now));
+      at += turn * (rest_now - rest_before + ((now - before) / whole) * move);
       point[i] = at;
       before = now;
       rest_before = rest_now;
@@ -126,10 +141,8 @@ std::vector<dvec3> RigifySpine::fine_chain(const Control& hips, const Control& c
   };
   std::size_t above = 0;  // the first point past the pivot
   while (fraction(above) <= pivot_fraction_) ++above;
-  walk(
-      chest, 1.0 - pivot_fraction_, above, [](std::size_t i) { return i + 1; }, count - above);
-  walk(
-      hips, -pivot_fraction_, above - 1, [](std::size_t i) { return i - 1; }, above);
+  walk(chest.move, 1.0 - pivot_fraction_, above, 1, count - above);
+  walk(hips.move, -pivot_fraction_, above - 1, -1, above);
   return point;
 }
 

@@ -37,19 +37,23 @@ class RigifySpine {
   /// takes a fraction of it; what the two lack at the pivot; what a bone's swing lacks.
   void lay(const Control& hips, const Control& chest, SpinePose& pose) const;
 
-  /// `count` points of the chain cut into ever finer bones, at equal steps of the rest's length.
+  /// The chain without its corners: every joint's part of the turn is spread from the middle of the
+  /// bone before it to that of the bone after it. `count` points at equal steps of the rest's
+  /// length.
   std::vector<glm::dvec3> fine_chain(const Control& hips, const Control& chest,
                                      std::size_t count) const;
 
  private:
   void lay_joints(const Control& hips, const Control& chest, SpinePose& pose) const;
   void swing_to_next(std::size_t bone, SpinePose& pose) const;
+  glm::dquat fine_turn(const Control& hips, const Control& chest, double fraction) const;
 
   std::vector<glm::dvec3> rest_;
   std::size_t pivot_;
   glm::dvec3 side_;
   Curve path_;  // through rest_
   double pivot_fraction_;
+  std::vector<double> middle_;  // arc fraction of each bone's
 };
 
 }  // namespace backbend::solver
