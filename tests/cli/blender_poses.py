@@ -31,6 +31,8 @@ CURVED = [(0, 0, 0), (0, 0.7, 0.35), (0, 1.5, 0.55), (0, 2.3, 0.5), (0, 3.0, 0.2
           (0, 4.6, -0.2), (0, 5.4, -0.1), (0, 6.0, 0.1)]
 # Leaves every plane.
 LEANING = [(0, 0, 0), (0.1, 1.2, 0.3), (0.3, 2.4, 0.4), (0.2, 3.7, 0.0), (0.0, 4.5, -0.2), (-0.1, 4.9, -0.3)]
+# The least that Rigify takes.
+SHORT = [(0, 0, 0), (0, 2, 0.4), (0, 4, 0.3), (0, 6, 0)]
 
 
 def rest_axes(chain):
@@ -219,7 +221,8 @@ def main():
     meta, chain = human()
     matrix_blend("human metarig, pivot 2 of 4", meta, chain, 2)
     for name, chain, pivot in (("straight, pivot 5 of 10", STRAIGHT, 5), ("straight, pivot 3 of 10", STRAIGHT, 3),
-                               ("curved, pivot 4 of 8", CURVED, 4), ("leaning, pivot 2 of 5", LEANING, 2)):
+                               ("curved, pivot 4 of 8", CURVED, 4), ("leaning, pivot 2 of 5", LEANING, 2),
+                               ("short, pivot 1 of 3", SHORT, 1)):
         matrix_blend(name, drawn(chain, pivot), chain, pivot)
     # A finely cut curve stands for the curve itself.
     for mode in ("FIT_CURVE", "NONE"):

@@ -275,6 +275,27 @@ TEST(MatrixBlend, TheFineChainBendsAsTheJointsDoButBeginsSmoothly) {
   }
 }
 
+TEST(MatrixBlend, TheFineChainGoesOnPastItsOutermostMiddles) {
+  // Bones of 1, 3, 1 and 1; from the middle of the first to that of the second is 2, so at the
+  // hips, half a length before, a quarter of a third more than hip's own turn is meant.
+  const RestChain drawn{.joint = {{0, 0, 0}, {0, 1, 0}, {0, 4, 0}, {0, 5, 0}, {0, 6, 0}}};
+  const auto blend = build("matrix_blend", {{"bones", 4.0}, {"pivot_pos", 3.0}}, drawn);
+  std::vector<double> control = rest_controls(*blend);
+  control[channel(*blend, "hip.rz")] = radians(90.0);
+  const auto fine = blend->intended_curve(control, 6001);
+  EXPECT_NEAR(degrees(angle_between(fine[1] - fine[0], dvec3(0, 1, 0))), 97.5, 0.1);
+}
+
+TEST(MatrixBlend, HalvesThatAreHalfATurnApartAtThePivotDeclareIt) {
+  // Of three bones: below the pivot all of hip's turn, above it half of chest's.
+  const auto blend = build("matrix_blend", {{"bones", 3.0}, {"pivot_pos", 1.0}});
+  std::vector<double> control = chest(*blend, "rz", -100.0);
+  control[channel(*blend, "hip.rz")] = radians(120.0);
+  const SpinePose pose = blend->solve(control);
+  ASSERT_EQ(pose.flip_margin.size(), 4u);
+  EXPECT_NEAR(degrees(pose.flip_margin[1]), 10.0, 1e-9);
+}
+
 TEST(MatrixBlend, EveryFractionJumpsAtHalfATurnOfAnyAxis) {
   for (const char* axis : {"rx", "ry", "rz"}) {
     const auto blend = build("matrix_blend", kOneChain);
