@@ -42,7 +42,10 @@ skin::Influences influences_of(const JointWeights& weights, Index most) {
   return out;
 }
 
-void renew_normals(Character& body) {
+void renew_surface(Character& body) {
+  body.place.resize(body.vertex_count());
+  std::iota(body.place.begin(), body.place.end(), 0u);
+  body.place_count = static_cast<std::uint32_t>(body.vertex_count());
   std::vector<glm::dvec3> sum(body.vertex_count(), glm::dvec3(0.0));
   for (const glm::uvec3& t : body.triangles) {
     const glm::dvec3 a(body.bind_position[t.x]), b(body.bind_position[t.y]),
@@ -94,7 +97,7 @@ Character welded(const Character& in) {
   }
   out.bind_position = std::move(position);
   out.influences = std::move(influences);
-  renew_normals(out);
+  renew_surface(out);
   return out;
 }
 
@@ -174,7 +177,7 @@ void subdivide(Character& body) {
     fine.insert(fine.end(), {{t.x, a, c}, {a, t.y, b}, {c, b, t.z}, {a, b, c}});
   }
   body.triangles = std::move(fine);
-  renew_normals(body);
+  renew_surface(body);
 }
 
 void renew_world(Character& body) {
@@ -256,7 +259,7 @@ void change_bind_space(Character& body, const glm::dmat4& bind_from_world) {
   for (skin::SkinJoint& joint : body.joints) joint.joint_from_mesh = joint.joint_from_mesh * back;
   for (glm::vec3& p : body.bind_position)
     p = glm::vec3(bind_from_world * glm::dvec4(glm::dvec3(p), 1.0));
-  renew_normals(body);
+  renew_surface(body);
 }
 
 void shuffle_vertices(Character& body, validate::Draw& draw) {

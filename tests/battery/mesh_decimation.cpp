@@ -146,7 +146,7 @@ class CollapsingMesh {
 
 void decimate(skin::Character& body, std::size_t wanted) {
   CollapsingMesh(body).collapse_to(wanted);
-  renew_normals(body);
+  renew_surface(body);
 }
 
 }  // namespace backbend::battery

@@ -60,6 +60,7 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
 double weights_factor(const Check& check) {
   if (check.code == "BB012" || check.code == "BB034") return 3.0;
   if (check.code == "BB030") return 0.8;
+  if (check.code == "BB011") return 2.4;
   return compares_slices(check) || check.code == "BB033" ? 2.0 : 1.0;
 }
 
