@@ -252,6 +252,61 @@ step = 10
             self.assert_refused("nightly", "wrong.toml", names=["wrong.toml:9", "external"])
 
 
+    def night_of(self, commands, characters=("tube.glb",)):
+        """A night of rigs by name: the commands that serve them."""
+        rigs = "".join(f'[[rig]]\nname = "{name}"\nsolver = {{ system = "external", program = "command", '
+                       f'command = {json.dumps(command[len("command:"):])} }}\n' for name, command in commands.items())
+        self.write("night.toml", f"""
+[suite]
+name = "own"
+title = "Own"
+characters = {json.dumps(list(characters))}
+mappings = ["chest"]
+{rigs}
+[[sweep]]
+channel = "extension"
+to = 30
+step = 10
+""")
+
+    def test_a_rig_that_dies_is_not_measured_and_the_others_are_judged(self):
+        good = self.rig("--flip", "extension=20.5:30")
+        self.night_of({"good": good})
+        self.assert_runs("nightly", "night.toml", "--chest", "neck", "--quick", "-o", "alone", code=1)
+        alone = json.loads((self.folder / "alone/report.json").read_text())
+        self.night_of({"dying": self.bad("dies"), "good": good})
+        result = self.assert_runs("nightly", "night.toml", "--chest", "neck", "--quick", "-o", "night", code=1)
+        self.assertIn("signal 9", result.stderr)
+        report = json.loads((self.folder / "night/report.json").read_text())
+        self.assertEqual({rig["rig"]: rig["verdict"] for rig in report["rigs"]}, {"good": "fail", "dying": "not_measured"})
+        self.assertEqual(report["rigs"][0], alone["rigs"][0])
+        named = self.findings(report, "BB052")
+        self.assertEqual([(finding["rig"], finding["verdict"], finding["owner"]) for finding in named],
+                         [("dying", "not_measured", "RIG")])
+        for words in ("started again once", "signal 9", "lost the scene"):
+            self.assertIn(words, named[0]["detail"])
+
+    def test_what_is_not_measured_sets_the_exit_code_and_is_said_of_each_character(self):
+        self.write("other.glb", glb.tube())
+        self.night_of({"dying": self.bad("dies")}, ["tube.glb", "other.glb"])
+        self.assert_runs("nightly", "night.toml", "--chest", "neck", "--quick", "-o", "night", code=5)
+        report = json.loads((self.folder / "night/report.json").read_text())
+        self.assertEqual([finding["character"] for finding in self.findings(report, "BB052")], ["tube", "other"])
+        self.assertEqual({rig["verdict"] for rig in report["rigs"]}, {"not_measured"})
+        self.night_of({"absent": self.bad("exits"), "good": self.rig()})
+        self.assert_runs("nightly", "night.toml", "--chest", "neck", "--quick", "-o", "absent", code=BAD_INPUT)
+        report = json.loads((self.folder / "absent/report.json").read_text())
+        self.assertEqual({rig["rig"] for rig in report["rigs"]}, {"absent", "good"})
+
+    def test_a_night_with_a_dead_rig_is_not_carried_over(self):
+        self.night_of({"dying": self.bad("dies"), "good": self.rig()})
+        for _ in range(2):
+            self.backbend("nightly", "night.toml", "--chest", "neck", "--quick", "--history", "nights.jsonl", "-o", "night")
+            report = json.loads((self.folder / "night/report.json").read_text())
+            self.assertEqual([finding["rig"] for finding in self.findings(report, "BB052")], ["dying"])
+            self.assertFalse([key for key in report["provenance"] if key.startswith("carried tube")])
+
+
 class Mappings(RigTest, CommandTest):
     def test_a_twist_that_is_lost_fails_by_name(self):
         found = self.findings(self.check(self.rig("--lose", "twist"), code=1), "BB049")

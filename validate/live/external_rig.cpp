@@ -130,7 +130,10 @@ struct ExternalRig::Lease {
 ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
                          const skin::Anatomy& anatomy,
                          const std::vector<skin::SidecarControl>& controls)
-    : character_(character), anatomy_(anatomy), who_(external_text(spec)) {
+    : character_(character),
+      anatomy_(anatomy),
+      who_(external_text(spec)),
+      key_(external_key(spec)) {
   const ExternalSpec external = external_spec(spec);
   // What is wrong with the mapping should not wait for a program to load a scene.
   if (!external.map.empty()) mapping_ = read_mapping(external.map);
@@ -443,9 +446,11 @@ std::vector<solver::SpinePose> ExternalRig::ask(std::span<const std::vector<doub
 std::vector<solver::SpinePose> ExternalRig::fetch(
     std::span<const std::vector<double>> controls) const {
   std::vector<solver::SpinePose> poses;
-  {
+  try {
     const Lease lease(*this);
     poses = ask(controls, lease.server());
+  } catch (const RigError& error) {
+    throw RigUnavailable(key_, false, error.what());
   }
   const std::lock_guard lock(mutex_);
   for (Index p = 0; p < poses.size(); ++p) keep(key_of(controls[p]), poses[p]);

@@ -16,6 +16,14 @@
 
 namespace backbend::validate {
 
+/// A studio's own rig that cannot be asked, or no longer. what() is the whole line.
+struct RigUnavailable : solver::RigError {
+  RigUnavailable(std::string key, bool at_start, const std::string& why)
+      : solver::RigError(why), rig(std::move(key)), started(!at_start) {}
+  std::string rig;  // external_key() of it
+  bool started;     // it had answered before
+};
+
 /// A studio's own rig on a character, asked while it runs in its own program.
 ///
 /// Its joints are matched with the character's by name, and move them as they move against their
@@ -64,7 +72,7 @@ class ExternalRig {
   /// What a person should know of how the rig was understood, a line each.
   const std::vector<std::string>& notes() const { return notes_; }
 
-  /// Throws RigError where the servers have been given up; Interrupted.
+  /// Throws RigUnavailable where the servers have been given up; Interrupted.
   solver::SpinePose pose(std::span<const double> control, solver::Detail detail) const;
   void prepare(std::span<const std::vector<double>> controls, solver::Detail detail) const;
 
@@ -91,7 +99,7 @@ class ExternalRig {
 
   const skin::Character& character_;
   const skin::Anatomy& anatomy_;
-  std::string who_;
+  std::string who_, key_;
   mutable std::vector<std::unique_ptr<RigServer>> servers_;
   ControlMapping mapping_;
   std::vector<solver::Channel> channels_;

@@ -640,6 +640,77 @@ void append(Report& report, const Report& part) {
   });
 }
 
+/// Takes back what a report has gained since it was as long as `before` says.
+void shorten(Report& report, const std::vector<std::size_t>& before) {
+  auto length = before.begin();
+  each_list(report, [&](auto& list, auto) {
+    list.erase(list.begin() + static_cast<std::ptrdiff_t>(*length++), list.end());
+  });
+}
+
+/// A rig of the studio's own that was not measured on the report's last character: it is in the
+/// report, never clean.
+void report_unavailable(const RigPlan& plan, const std::vector<solver::Mapping>& mappings,
+                        const RigUnavailable& why, Report& report) {
+  for (const solver::Mapping mapping : mappings) {
+    RigResult result;
+    result.character = report.characters.back().name;
+    result.rig = plan.name;
+    result.system = plan.spec.system;
+    result.mapping = mapping_name(mapping);
+    result.role = plan.role;
+    Finding finding;
+    finding.code = "BB052";
+    finding.character = result.character;
+    finding.rig = result.rig;
+    finding.mapping = result.mapping;
+    finding.pose = "none";
+    finding.unit = find_check(finding.code)->unit;
+    finding.verdict = Verdict::not_measured;
+    // What cannot even be started is bad input, as a character that cannot be read.
+    finding.owner = why.started ? Owner::rig : Owner::input;
+    finding.detail = why.what();
+    report.rigs.push_back(std::move(result));
+    report.findings.push_back(std::move(finding));
+  }
+}
+
+/// A character with every rig of the suite that answers. Where the program of one gives up, all
+/// that was measured of this character is taken back and measured again without that rig: which
+/// poses are looked at depends on the rigs that are compared. Throws RigUnavailable where nothing
+/// else is to be measured. `complete`: whether every rig answered.
+CharacterRun run_with_answers(const RunRequest& request, Suite suite,
+                              const std::filesystem::path& file, const OutputFolder& folder,
+                              Ledger& ledger, Progress& progress, Report& report, bool& complete) {
+  const std::vector<std::size_t> before = lengths_of(report);
+  std::vector<std::pair<RigPlan, RigUnavailable>> left_out;
+  RunRequest asked = request;
+  while (true) {
+    try {
+      CharacterRun run = run_character(asked, suite, file, folder, ledger, progress, report);
+      for (const auto& [plan, why] : left_out)
+        report_unavailable(plan, suite.mappings, why, report);
+      complete = left_out.empty();
+      return run;
+    } catch (const RigUnavailable& why) {
+      const auto gone = std::ranges::find_if(suite.rigs, [&](const RigPlan& plan) {
+        return is_external(plan.spec) && external_key(plan.spec) == why.rig;
+      });
+      const auto others = std::ranges::count_if(
+          suite.rigs, [](const RigPlan& plan) { return plan.role != Role::canary; });
+      if (request.compare != RunRequest::Compare::none || gone == suite.rigs.end() ||
+          (others == 1 && request.suite.characters.size() == 1))
+        throw;
+      progress.say(std::string("backbend: ") + why.what() +
+                   "; not measured, the others go on without it");
+      left_out.emplace_back(*gone, why);
+      suite.rigs.erase(gone);
+      shorten(report, before);
+      asked.on_character = nullptr;  // it has been announced
+    }
+  }
+}
+
 std::string carried_note(const std::string& night) {
   return "carried over from the night " + night + ": the same inputs, options and program";
 }
@@ -716,11 +787,12 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     try {
       const bool reference = request.compare == RunRequest::Compare::characters && runs.empty();
       const auto measure = [&] {
-        CharacterRun run = run_character(request, reference ? as_reference(suite) : suite, file,
-                                         folder, *ledger, progress, report);
+        bool complete = true;
+        CharacterRun run = run_with_answers(request, reference ? as_reference(suite) : suite, file,
+                                            folder, *ledger, progress, report, complete);
         const bool numbered = run.numbered;
         if (comparing) runs.push_back(std::move(run));
-        return !numbered;
+        return complete && !numbered;
       };
       const auto fits = [&](const Report& part) {
         return part.characters.size() == 1 &&

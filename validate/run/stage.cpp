@@ -6,6 +6,7 @@
 #include "skin/body.h"
 #include "skin/gltf_reader.h"
 #include "validate/files/import.h"
+#include "validate/files/output_folder.h"
 #include "validate/live/external_rig.h"
 #include "validate/run/progress.h"
 
@@ -97,9 +98,15 @@ std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec
   std::shared_ptr<const ExternalRig> rig;
   {
     const std::lock_guard lock(external_mutex_);
-    std::shared_ptr<const ExternalRig>& kept =
-        external_[external_text(spec) + "\n" + external_spec(spec).map];
-    if (!kept) kept = std::make_shared<const ExternalRig>(spec, character_, anatomy_, controls_);
+    const std::string key = external_key(spec);
+    std::shared_ptr<const ExternalRig>& kept = external_[key];
+    try {
+      if (!kept) kept = std::make_shared<const ExternalRig>(spec, character_, anatomy_, controls_);
+    } catch (const solver::RigError& error) {
+      throw RigUnavailable(key, true, error.what());
+    } catch (const ReadError& error) {  // a program that cannot be started
+      throw RigUnavailable(key, true, error.what());
+    }
     rig = kept;
   }
   return external_system(spec, std::move(rig));

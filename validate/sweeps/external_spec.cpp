@@ -72,6 +72,10 @@ std::string external_text(const solver::SystemSpec& spec) {
   return program + ":" + text_option(spec, program == "command" ? "command" : "file");
 }
 
+std::string external_key(const solver::SystemSpec& spec) {
+  return external_text(spec) + "\n" + external_spec(spec).map;
+}
+
 std::string external_name(const solver::SystemSpec& spec) {
   const ExternalSpec external = external_spec(spec);
   if (external.program != "command") return fs::path(external.file).stem().string();

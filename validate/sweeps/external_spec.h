@@ -30,6 +30,8 @@ bool is_external(const solver::SystemSpec& spec);
 std::optional<solver::SystemSpec> parse_external(const std::string& text);
 /// The text that parse_external() makes the same of, without map, servers and timeout.
 std::string external_text(const solver::SystemSpec& spec);
+/// What tells one running rig from another: its text and its mapping.
+std::string external_key(const solver::SystemSpec& spec);
 /// What the rig is called: its file, or the script that its command runs, else the program, without
 /// folder and ending.
 std::string external_name(const solver::SystemSpec& spec);

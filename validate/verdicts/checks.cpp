@@ -257,6 +257,13 @@ constexpr std::array kChecks = {
           "a damaged or missing file, a format that the importer refuses, joints without a spine",
           "read the finding's message; try `backbend inspect` on the file", "",
           "the reader's own error"},
+    Check{"BB052", "rig without answers", Subject::input,
+          "rigs of your own whose program could not be asked, or gave up", "count", 0.0,
+          Sense::at_most, true, "a rig that was not asked was not measured", Owner::rig,
+          "a program that ends, hangs or answers wrongly twice; a file, mapping or rest pose that "
+          "does not fit the character",
+          "read the finding's message; run the same rig alone with `backbend check`", "",
+          "the protocol's own checks"},
     Check{"BB060", "weight sums", Subject::input,
           "largest deviation of a vertex's weights from a sum of one, beyond what their storage "
           "rounds",
