@@ -10,6 +10,7 @@ docs/bridges/blender.md. Constraints, drivers, Spline IK and B-Bones are Blender
 written down is what Blender shows.
 """
 
+import array
 import json
 import math
 import os
@@ -164,6 +165,9 @@ class Server:
         self.armature = self.find_armature(mapping)
         check_drivers()
         hide_meshes()
+        self.bodies = self.find_bodies(mapping)
+        self.shown = False
+        self.rest_points, self.triangles = self.declared_mesh()
         self.controls = {}  # by the channel's name
         for thing in bpy.data.objects:
             if thing.type != "ARMATURE" or thing.pose is None:
@@ -199,6 +203,64 @@ class Server:
             return fits[0]
         raise ValueError(f"{len(found)} armatures: name one in the mapping (\"armature\")")
 
+    def find_bodies(self, mapping):
+        """The meshes that the armature deforms, or those that the mapping names; none where it says false."""
+        wanted = mapping.get("mesh")
+        if wanted is False:
+            return []
+        names = [wanted] if isinstance(wanted, str) else wanted
+        if names:
+            found = [Scene.named(name, "MESH") for name in names]
+        else:
+            found = [thing for thing in bpy.context.view_layer.objects if thing.type == "MESH"
+                     and not thing.hide_render and self.is_deformed(thing)]
+        for thing in found:
+            for modifier in thing.modifiers:
+                if modifier.type in ("SUBSURF", "MULTIRES"):
+                    modifier.show_viewport = False  # adds points, and no motion of its own
+        return sorted(found, key=lambda thing: thing.name)
+
+    def is_deformed(self, thing):
+        return (thing.parent == self.armature and thing.parent_type == "ARMATURE") or any(
+            modifier.type == "ARMATURE" and modifier.object == self.armature and modifier.show_viewport
+            for modifier in thing.modifiers)
+
+    def show(self, shown):
+        """A body that is evaluated takes nine tenths of the time: only where its points are wanted."""
+        if shown != self.shown:
+            for thing in self.bodies:
+                thing.hide_viewport = not shown
+            self.shown = shown
+
+    def declared_mesh(self):
+        if not self.bodies:
+            return None, None
+        self.show(True)
+        bpy.context.view_layer.update()
+        points, triangles, first = self.read_points(), [], 0
+        for body, mesh in self.evaluated():
+            mesh.calc_loop_triangles()
+            triangles += [first + vertex for triangle in mesh.loop_triangles for vertex in triangle.vertices]
+            first += len(mesh.vertices)
+            body.to_mesh_clear()
+        return points, triangles
+
+    def evaluated(self):
+        graph = bpy.context.evaluated_depsgraph_get()
+        for thing in self.bodies:
+            body = thing.evaluated_get(graph)
+            yield body, body.to_mesh()
+
+    def read_points(self):
+        out = array.array("f")
+        for body, mesh in self.evaluated():
+            mesh.transform(body.matrix_world)
+            points = array.array("f", bytes(12 * len(mesh.vertices)))
+            mesh.vertices.foreach_get("co", points)
+            out.extend(points)
+            body.to_mesh_clear()
+        return out
+
     def declared_channels(self):
         out = []
         for name, (bone, channel) in self.controls.items():
@@ -223,6 +285,18 @@ class Server:
         self.channels, self.joints, self.holders = channels, joints, None
 
     def pose(self, values):
+        self.show(False)
+        return self.evaluate(values)
+
+    def pose_with_points(self, values):
+        self.show(True)
+        matrices, points = self.evaluate(values), self.read_points()
+        if len(points) != len(self.rest_points):
+            raise ValueError(f"the meshes have {len(points) // 3} points in this pose and {len(self.rest_points) // 3} "
+                             "at rest: a modifier makes others")
+        return matrices, points
+
+    def evaluate(self, values):
         if self.holders is None:
             for name in self.channels:
                 values_of(*self.controls[name])  # all rotation modes first: a switch sets the angles anew
@@ -262,7 +336,7 @@ def check_drivers():
 
 
 def hide_meshes():
-    """Only joints are wanted: a body that is evaluated takes nine tenths of the time."""
+    """What the armature does not deform is never wanted, and the rest only where its points are."""
     for thing in bpy.data.objects:
         if thing.type == "MESH":
             thing.hide_viewport = True
@@ -285,7 +359,8 @@ def serve(files):
     backbend_rig.serve(channels, joints, server.pose, program="Blender " + bpy.app.version_string,
                        scene=bpy.data.filepath, up="Z",
                        metres_per_unit=bpy.context.scene.unit_settings.scale_length, select=server.select,
-                       streams=streams)
+                       mesh=(server.rest_points, server.triangles) if server.bodies else None,
+                       pose_with_points=server.pose_with_points, streams=streams)
 
 
 def main(arguments):

@@ -20,29 +20,34 @@ def own_streams():
 
 
 def serve(channels, joints, pose, program="", scene="", up="Y", metres_per_unit=1.0, pure=True, select=None,
-          streams=None):
+          mesh=None, pose_with_points=None, streams=None):
     """Answers until backbend closes the stream.
 
     `channels`: [(name, kind, value at rest), ...]; kind is "rotation" (degrees), "translation" or "scalar".
     `joints`: [(name, index of the parent or -1, rest matrix), ...]; sixteen numbers, column by column.
     `pose(values)`: a value for every channel in, a matrix for every joint out.
+    `mesh`, where the rig has a deformed one: (its points at rest, its triangles), flat lists of three numbers each.
+    `pose_with_points(values)`, then: (a matrix for every joint, the points as a flat list).
     `select(channel_names, joint_names)`, where given: from then on pose() gets and gives only those.
     """
     source, sink = streams or own_streams()
 
-    def say(words, numbers=None):
+    def say(words, *arrays):
         sink.write(json.dumps(words).encode() + b"\n")
-        if numbers is not None:
+        for numbers in arrays:
             if sys.byteorder == "big":
                 numbers.byteswap()
             sink.write(numbers.tobytes())
         sink.flush()
 
-    say({"schema": "backbend.rig/1", "program": program, "file": os.path.basename(scene), "up": up,
-         "metres_per_unit": metres_per_unit, "pure": pure, "select": select is not None,
-         "channels": [{"name": name, "kind": kind, "rest": rest} for name, kind, rest in channels],
-         "joints": [{"name": name, "parent": parent, "rest": [float(v) for v in rest]}
-                    for name, parent, rest in joints]})
+    hello = {"schema": "backbend.rig/1", "program": program, "file": os.path.basename(scene), "up": up,
+             "metres_per_unit": metres_per_unit, "pure": pure, "select": select is not None,
+             "channels": [{"name": name, "kind": kind, "rest": rest} for name, kind, rest in channels],
+             "joints": [{"name": name, "parent": parent, "rest": [float(v) for v in rest]}
+                        for name, parent, rest in joints]}
+    if mesh is not None:
+        hello["points"], hello["triangles"] = [float(v) for v in mesh[0]], [int(v) for v in mesh[1]]
+    say(hello)
     width = len(channels)
     for line in iter(source.readline, b""):
         request = json.loads(line)
@@ -57,11 +62,17 @@ def serve(channels, joints, pose, program="", scene="", up="Y", metres_per_unit=
         values.frombytes(source.read(8 * width * count))
         if sys.byteorder == "big":
             values.byteswap()
-        answer = array.array("d")
+        answer, points = array.array("d"), array.array("f")
         for k in range(count):
-            for matrix in pose(values[k * width:(k + 1) * width]):
+            here = values[k * width:(k + 1) * width]
+            if request.get("points"):
+                matrices, placed = pose_with_points(here)
+                points.extend(placed)
+            else:
+                matrices = pose(here)
+            for matrix in matrices:
                 answer.extend(matrix)
-        say({"answer": count}, answer)
+        say({"answer": count}, answer, points)
 
 
 def refuse(what, streams=None):

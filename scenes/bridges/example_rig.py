@@ -4,11 +4,14 @@
 
 skeleton.json holds the character's joints and their places at rest: {"joints": [{"name", "parent", "position"}],
 "spine": [names, hips first]}. Every channel is shared equally by the spine's joints; all other joints go with their
-parents.
+parents. With "mesh": {"points": [[x, y, z], ...], "triangles": [[a, b, c], ...], "weights": [[[joint, weight], ...],
+...]} in it, the points are served, too.
 
 Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SIZE degrees more from AT on,
 `--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel
 from the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
+Of the mesh: `--pop CHANNEL=AT:SIZE` moves a patch on the front by SIZE (the skeleton's unit) from AT on, `--bulge
+CHANNEL=SIZE` moves it by SIZE for every degree.
 """
 
 import json
@@ -54,6 +57,15 @@ class Rig:
         self.place = [joint["position"] for joint in self.joints]
         names = [joint["name"] for joint in self.joints]
         self.bends = [names.index(name) for name in self.spine[1:]]
+        self.mesh = skeleton.get("mesh")
+        if self.mesh:
+            # The patch: what stands farthest out in front of the middle of the spine, fading around it.
+            middle = sum(self.place[names.index(name)][1] for name in self.spine) / len(self.spine)
+            deep = max(point[2] for point in self.mesh["points"])
+            self.patch = [max(0.0, 1.0 - math.dist(point, (point[0] / 2, middle, deep)) / (1.5 * deep))
+                          for point in self.mesh["points"]]
+            most = max(self.patch)
+            self.patch = [share / most for share in self.patch]
 
     def matrix(self, turn, place):
         return [turn[0], turn[3], turn[6], 0.0, turn[1], turn[4], turn[7], 0.0, turn[2], turn[5], turn[8], 0.0,
@@ -92,22 +104,36 @@ class Rig:
             offset = [a - b for a, b in zip(self.place[k], self.place[parent])]
             places.append(tuple(a + b for a, b in zip(places[parent], turned(turns[parent], offset))))
             turns.append(times(turns[parent], own[k]) if k in own else turns[parent])
+        self.turns, self.places, self.degrees = turns, places, degrees
         return [self.matrix(turn, place) for turn, place in zip(turns, places)]
+
+    def pose_with_points(self, values):
+        """The joints, and the mesh: blended, with a corrective shape on top."""
+        matrices, out = self.pose(values), []
+        rise = sum(size for name, at, size in self.faults["pop"] if self.degrees[name] >= at)
+        rise += sum(size * self.degrees[name] for name, size in self.faults["bulge"])
+        for point, weights, share in zip(self.mesh["points"], self.mesh["weights"], self.patch):
+            shaped, placed = (point[0], point[1], point[2] + rise * share), [0.0, 0.0, 0.0]
+            for joint, weight in weights:
+                offset = turned(self.turns[joint], [a - b for a, b in zip(shaped, self.place[joint])])
+                placed = [p + weight * (a + b) for p, a, b in zip(placed, self.places[joint], offset)]
+            out += placed
+        return matrices, out
 
 
 def main(words):
-    faults = {"flip": [], "kink": [], "lose": [], "reverse": [], "memory": False}
+    faults = {"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [], "memory": False}
     files = []
     words = list(words)
     while words:
         word = words.pop(0)
-        if word == "--flip":
+        if word in ("--flip", "--pop"):
             name, _, rest = words.pop(0).partition("=")
             at, _, size = rest.partition(":")
-            faults["flip"].append((name, float(at), float(size)))
-        elif word == "--kink":
+            faults[word[2:]].append((name, float(at), float(size)))
+        elif word in ("--kink", "--bulge"):
             name, _, size = words.pop(0).partition("=")
-            faults["kink"].append((name, float(size)))
+            faults[word[2:]].append((name, float(size)))
         elif word in ("--lose", "--reverse"):
             faults[word[2:]].append(words.pop(0))
         elif word == "--memory":
@@ -119,8 +145,12 @@ def main(words):
             rig = Rig(json.load(file), faults)
     except (IndexError, OSError, ValueError, KeyError) as error:
         backbend_rig.refuse(f"{files[0] if files else 'no skeleton was named'}: {error}")
+    mesh = {}
+    if rig.mesh:
+        mesh = {"mesh": [[v for row in rig.mesh[key] for v in row] for key in ("points", "triangles")],
+                "pose_with_points": rig.pose_with_points}
     backbend_rig.serve([(name, "rotation", 0.0) for name in CHANNELS], rig.declared(), rig.pose,
-                       program="example_rig.py", scene=files[0], pure=not faults["memory"])
+                       program="example_rig.py", scene=files[0], pure=not faults["memory"], **mesh)
 
 
 if __name__ == "__main__":

@@ -109,6 +109,27 @@ def skeleton_of(path, spine):
     return {"joints": joints, "spine": spine}
 
 
+def mesh_of(path):
+    """The mesh that example_rig.py takes: a GLB's first primitive, its joints as numbers of skeleton_of()'s."""
+    document, binary = glb.decode(path.read_bytes())
+    names = [joint["name"] for joint in skeleton_of(path, [])["joints"]]
+
+    def read(number):
+        accessor = document["accessors"][number]
+        view = document["bufferViews"][accessor["bufferView"]]
+        kind, width = {5126: "f", 5121: "B", 5123: "H"}[accessor["componentType"]], {"VEC3": 3, "VEC4": 4, "SCALAR": 1}[accessor["type"]]
+        values = struct.unpack_from(f"<{width * accessor['count']}{kind}", binary, view["byteOffset"])
+        return [list(values[k:k + width]) for k in range(0, len(values), width)]
+
+    primitive = document["meshes"][0]["primitives"][0]
+    joint = [names.index(document["nodes"][node]["name"]) for node in document["skins"][0]["joints"]]
+    corners = [value for row in read(primitive["indices"]) for value in row]
+    return {"points": read(primitive["attributes"]["POSITION"]),
+            "triangles": [corners[k:k + 3] for k in range(0, len(corners), 3)],
+            "weights": [[[joint[j], w] for j, w in zip(js, ws) if w > 0] for js, ws in
+                        zip(read(primitive["attributes"]["JOINTS_0"]), read(primitive["attributes"]["WEIGHTS_0"]))]}
+
+
 class RigTest:
     """A tube with a spine of four joints, and servers for it."""
 
@@ -125,8 +146,10 @@ class RigTest:
 
     def check(self, rig, *more, code=0, out="run"):
         """A check without pictures; its report."""
-        self.assert_runs("check", self.body, "--rig", rig, "--chest", "neck", "--envelope", "human", "--quick",
-                         "-o", out, *more, code=code)
+        result = self.backbend("check", self.body, "--rig", rig, "--chest", "neck", "--envelope", "human", "--quick",
+                               "-o", out, *more)
+        if code is not None:
+            self.assertEqual(result.returncode, code, f"{result.stdout}\n{result.stderr}")
         return json.loads((self.folder / out / "report.json").read_text())
 
     def findings(self, report, code):
@@ -189,6 +212,98 @@ class Live(RigTest, CommandTest):
         self.backbend("compare", rig, "even", "--character", self.body, "--chest", "neck", "--quick", "--sweeps", "standard", "-o", "c")
         report = json.loads((self.folder / "c/report.json").read_text())
         self.assertEqual({rig["system"] for rig in report["rigs"]}, {"external", "even"})
+
+
+class Points(RigTest, CommandTest):
+    """Rigs that give the points of their own mesh."""
+
+    def setUp(self):
+        super().setUp()
+        self.body = self.write("tube.glb", glb.tube(rings=33, sides=16))
+        self.mesh = mesh_of(self.body)
+        self.serve(self.mesh)
+
+    def serve(self, mesh):
+        self.skeleton.write_text(json.dumps({**skeleton_of(self.body, self.SPINE), "mesh": mesh}))
+
+    def notes(self, report, word):
+        return [note for note in report["characters"][0]["notes"] if word in note]
+
+    def test_points_that_are_linear_blending_change_nothing(self):
+        own = self.check(self.rig(), out="own")
+        note = self.notes(own, "LBS against your deformers")[0]
+        self.assertIn("alike", note)
+        self.assertLess(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 0.01)
+        self.assertTrue(self.notes(own, "the mesh is its own, 528 points"))
+        self.skeleton.write_text(json.dumps(skeleton_of(self.body, self.SPINE)))
+        blended = self.check(self.rig(), out="blended", code=own["exit_code"])
+        self.assertEqual([f["code"] for f in own["findings"]], [f["code"] for f in blended["findings"]])
+        for a, b in zip(own["rigs"][0]["headroom"], blended["rigs"][0]["headroom"]):
+            self.assertEqual(a, b)
+
+    def test_a_corrective_that_pops_is_found_at_its_pose_with_its_size(self):
+        report = self.check(self.rig("--pop", "extension=41.2345:0.06"), code=1)
+        found = [finding for finding in self.findings(report, "BB037") if finding["sweep"] == "extension"]
+        self.assertEqual(len(found), 1)
+        self.assertAlmostEqual(found[0]["control_deg"], 41.2345, delta=120 * 2 ** -19)
+        # Between two joints that turn apart, blending takes a little of it.
+        self.assertRegex(found[0]["detail"], r"jumps by (59\.[0-9]|60) mm at extension 41\.23")
+        self.assertAlmostEqual(found[0]["geometry"]["size_mm"], 60, delta=0.6)
+        self.assertAlmostEqual(found[0]["value"], 100 * 0.06 / report["characters"][0]["spine_length"], delta=0.06)
+        self.assertEqual((found[0]["owner"], found[0]["verdict"]), ("RIG", "fail"))
+        self.assertEqual(self.findings(report, "BB001"), [])
+        for finding in self.findings(report, "BB037"):  # alone, and on the way to the corners
+            self.assertAlmostEqual(float(re.search(r"extension ([0-9.]+)", finding["pose"]).group(1)), 41.2345, delta=0.01)
+        clean = {row["channel"]: row["clean_to_deg"] for row in report["rigs"][0]["headroom"]}
+        self.assertLessEqual(clean["extension"], 41.2345)
+
+    def test_a_corrective_that_follows_the_bend_is_no_jump(self):
+        report = self.check(self.rig("--bulge", "extension=0.001"), code=None)
+        self.assertEqual(self.findings(report, "BB037"), [])
+        note = self.notes(report, "LBS against your deformers")[0]
+        # Between two joints that turn apart, blending takes a little of the 120 mm.
+        self.assertAlmostEqual(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 115, delta=5)
+        self.assertIn("extension 120", note)
+
+    def test_what_deformers_do_and_joints_do_not_is_booked_to_the_deformers(self):
+        report = self.check(self.rig("--bulge", "extension=0.004"), code=1)
+        own = [finding for finding in report["findings"] if "the rig's deformers make it" in finding["detail"]]
+        self.assertTrue(own)
+        for finding in own:
+            self.assertEqual(finding["owner"], "RIG")
+
+    def test_points_are_matched_by_place_where_their_order_is_another(self):
+        order = list(range(len(self.mesh["points"])))
+        random.Random(7).shuffle(order)
+        new = {old: k for k, old in enumerate(order)}
+        self.serve({"points": [self.mesh["points"][k] for k in order], "weights": [self.mesh["weights"][k] for k in order],
+                    "triangles": [[new[v] for v in t] for t in self.mesh["triangles"]]})
+        note = self.notes(self.check(self.rig()), "LBS against your deformers")[0]
+        self.assertLess(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 0.01)
+
+    def test_points_of_another_mesh_are_named_and_linear_blending_is_judged(self):
+        self.serve({"points": [[0.1, 0.2, 5.0]], "triangles": [], "weights": [[[0, 1.0]]]})
+        report = self.check(self.rig())
+        self.assertTrue(self.notes(report, "are not the vertices of tube.glb"))
+        self.assertEqual(self.notes(report, "LBS against your deformers"), [])
+
+    def test_pictures_show_the_rigs_own_points(self):
+        rig = self.rig("--pop", "extension=40:0.3")
+        for angle in (39, 41):
+            self.assert_runs("render", self.body, "--rig", rig, "--chest", "neck", "--pose", f"extension={angle}", "--export-obj",
+                             f"{angle}.obj", "--res", "32x32", "--spp", "1")
+        a, b = ([list(map(float, line.split()[1:4])) for line in (self.folder / f"{angle}.obj").read_text().splitlines()
+                 if line.startswith("v ")] for angle in (39, 41))
+        self.assertGreater(max(math.dist(p, q) for p, q in zip(a, b)), 0.25)
+
+    def test_any_number_of_servers_and_threads_gives_the_same_report(self):
+        rig = self.rig("--pop", "side=20.5:0.03")
+        reports = []
+        for servers, threads in ((1, 1), (2, 4)):
+            out = f"run{servers}"
+            self.check(rig, "--servers", str(servers), "--threads", str(threads), out=out, code=1)
+            reports.append((self.folder / out / "report.json").read_text().replace(out, "run"))
+        self.assertEqual(reports[0], reports[1])
 
 
 class Proof(RigTest, CommandTest):

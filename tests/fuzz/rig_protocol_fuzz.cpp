@@ -30,6 +30,12 @@ bool run(Input input) {
     const Input numbers = input.subspan(std::min(second + 1, text.size()));
     const std::vector<glm::dmat4> joints = unpack_joints(numbers, names);
     require(joints.size() == numbers.size() / 128, "a matrix for each sixteen numbers");
+    for (const glm::uvec3& triangle : hello.triangles)
+      for (int c = 0; c < 3; ++c)
+        require(triangle[c] < hello.points.size(), "triangles are of points that are there");
+    if (!hello.points.empty())
+      require(unpack_points(numbers, hello.points.size()).size() == numbers.size() / 12,
+              "a point for each three numbers");
     return true;
   } catch (const ProtocolError& error) {
     return refused(error);
@@ -41,7 +47,9 @@ std::vector<Bytes> seeds() {
       "{\"schema\": \"backbend.rig/1\", \"program\": \"p\", \"file\": \"f\", \"up\": \"Z\", "
       "\"metres_per_unit\": 0.01, \"pure\": true, \"select\": true, \"channels\": [{\"name\": "
       "\"chest.ry\", \"kind\": \"rotation\", \"rest\": 0}], \"joints\": [{\"name\": \"hips\", "
-      "\"parent\": -1, \"rest\": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,95,0,1]}]}\n{\"answer\": 1}\n");
+      "\"parent\": -1, \"rest\": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,95,0,1]}], \"points\": [0,1,2, "
+      "3,4,5, "
+      "6,7,8], \"triangles\": [0,1,2]}\n{\"answer\": 1}\n");
   const std::vector<double> matrix = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 95, 0, 1};
   const Bytes numbers = pack_values(matrix);
   seed.insert(seed.end(), numbers.begin(), numbers.end());
@@ -53,7 +61,8 @@ const Registration registration{
      run,
      seeds,
      {"\"schema\"", "\"backbend.rig/1\"", "\"channels\"", "\"joints\"", "\"parent\"", "\"rest\"",
-      "\"kind\"", "\"scalar\"", "\"up\"", "\"error\"", "1e308", "-1e999", "null"},
+      "\"kind\"", "\"points\"", "\"triangles\"", "\"scalar\"", "\"up\"", "\"error\"", "1e308",
+      "-1e999", "null"},
      8192}};
 
 }  // namespace

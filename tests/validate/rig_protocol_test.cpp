@@ -101,6 +101,44 @@ TEST(RigAnswer, NamesPoseAndJointOfANumberThatIsNone) {
   EXPECT_THROW(unpack_joints(pack_values(values), names), ProtocolError);
 }
 
+TEST(RigHello, MayHavePointsAndTheirTriangles) {
+  const std::string channel = "{\"name\": \"a\"}";
+  const std::string hips = "{\"name\": \"hips\", \"rest\": [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1]}";
+  const RigHello hello = parse_hello(
+      hello_with(channel, hips, ", \"points\": [0,0,0, 1,0,0, 0,2.5,0], \"triangles\": [0, 2, 1]"));
+  ASSERT_EQ(hello.points.size(), 3u);
+  EXPECT_EQ(hello.points[2], glm::vec3(0.0f, 2.5f, 0.0f));
+  ASSERT_EQ(hello.triangles.size(), 1u);
+  EXPECT_EQ(hello.triangles[0], glm::uvec3(0, 2, 1));
+  EXPECT_TRUE(parse_hello(hello_with(channel, hips)).points.empty());
+  for (const auto& [more, words] :
+       {std::pair(", \"points\": [1, 2]", "points: must be a list of numbers, three for each"),
+        std::pair(", \"points\": [0, 0, 1e99]", "points: 0: must be finite"),
+        std::pair(", \"points\": [0, 0, \"x\"]", "points: 0: must be finite"),
+        std::pair(", \"points\": [0,0,0], \"triangles\": [0, 0, 1]", "triangles: 0: '1' is not"),
+        std::pair(", \"points\": [0,0,0], \"triangles\": [0, 0, -1]", "triangles: 0: '-1' is not"),
+        std::pair(", \"triangles\": [0, 0, 0]", "triangles: 0: '0' is not the number of a point")})
+    EXPECT_NE(why_refused(hello_with(channel, hips, more)).find(words), std::string::npos) << more;
+}
+
+TEST(RigAnswer, NamesPoseAndPointOfANumberThatIsNone) {
+  std::vector<float> values(2 * 2 * 3, 0.5f);
+  const auto bytes = [&] {
+    return std::span(reinterpret_cast<const std::uint8_t*>(values.data()),
+                     values.size() * sizeof(float));
+  };
+  EXPECT_EQ(unpack_points(bytes(), 2).size(), 4u);
+  values[9] = std::numeric_limits<float>::infinity();
+  try {
+    unpack_points(bytes(), 2);
+    FAIL();
+  } catch (const ProtocolError& error) {
+    EXPECT_STREQ(error.what(), "pose 1 of the batch, point 1: a number that is not finite");
+  }
+  EXPECT_EQ(ask_line(7), "{\"ask\": 7}\n");
+  EXPECT_EQ(ask_line(7, true), "{\"ask\": 7, \"points\": true}\n");
+}
+
 TEST(ExternalSpec, SplitsACommandWithoutAShell) {
   using Words = std::vector<std::string>;
   EXPECT_EQ(split_command("mayapy  'my server.py' \"a b\"c \\' $HOME *"),

@@ -32,7 +32,8 @@ class ClipCamera {
   }
 
   PosedCharacter posed(Index frame) const {
-    return {scene_.system.pose(frame), scene_.body.world_from_node(frame), scene_.body.mesh(frame)};
+    return {scene_.system.pose(frame), scene_.body.world_from_node(frame), scene_.body.mesh(frame),
+            nullptr};
   }
 
   /// The body's facing in a frame: its hips' heading, on the ground.

@@ -167,6 +167,11 @@ const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
   return found->sweep;
 }
 
+/// Whether a finding is a jump between two poses, so that both sides of it are shown.
+bool has_two_sides(const Finding& finding) {
+  return finding.code == "BB001" || finding.code == "BB037";
+}
+
 void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceNames& places,
                   Finding& finding, const std::string& place, bool in_page, Report& report) {
   const Sweep& sweep = sweep_of(rig, finding);
@@ -174,9 +179,10 @@ void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceName
       renderer.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
   const PosedCharacter after = renderer.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
   const FindingView view = view_of(sweep.pose_at(finding.control_deg), finding);
-  // A flip turns the whole body above it, so the picture shows all of it.
-  const render::Camera camera = renderer.camera(view, after, std::nullopt);
   const auto mark = places.point(after.mesh.position, after.world_from_node, finding);
+  // A flip turns the whole body above it, so the picture shows all of it.
+  const bool flip = finding.code == "BB001";
+  const render::Camera camera = renderer.camera(view, after, flip ? std::nullopt : mark);
   render::Picture left, right;
   finding.pictures.view = view.name;
   finding.pictures.before = renderer.still(before, camera, place + "/before", left);
@@ -184,14 +190,17 @@ void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceName
   const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
   renderer.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
                 "just after");
-  const VertexHeat heat =
-      distance_heat(after, before, renderer.stage.anatomy().height, "moved in the flip");
+  const VertexHeat heat = distance_heat(after, before, renderer.stage.anatomy().height,
+                                        flip ? "moved in the flip" : "moved in the jump");
   finding.pictures.heat_of = heat.label;
   finding.pictures.heat = renderer.heat(after, heat, camera, mark, place + "/heat");
   renderer.hand_out(finding, after, heat, view, mark, place, in_page, report);
   PicturePair pair;
-  pair.title = finding.rig + " (" + finding.mapping + "): flip of " +
-               number_text(finding.value, 1) + " deg at " + finding.pose;
+  pair.title =
+      finding.rig + " (" + finding.mapping + "): " +
+      (flip ? "flip of " + number_text(finding.value, 1) + " deg"
+            : "surface jump of " + number_text(finding.geometry.at("size_mm"), 1) + " mm") +
+      " at " + finding.pose;
   pair.caption = finding.detail;
   pair.a_path = finding.pictures.before;
   pair.a_label = "just before";
@@ -494,7 +503,7 @@ void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames
                                 file_word(finding.sweep) + "_" + finding.code + "_" +
                                 std::to_string(++number);
       const bool in_page = number <= kMeshesOfRig;
-      if (finding.code == "BB001") {
+      if (has_two_sides(finding)) {
         picture_flip(renderer, records[r], places, finding, place, in_page, report);
       } else {
         picture_finding(renderer, records, records[r], body, places, finding, place, in_page,

@@ -7,8 +7,10 @@
 #include <glm/gtc/matrix_inverse.hpp>
 
 #include "skin/matrix_facts.h"
+#include "skin/skinning.h"
 #include "solver/nearest_name.h"
 #include "validate/clips/rigid_fit.h"
+#include "validate/clips/surface_points.h"
 #include "validate/files/data_folder.h"
 #include "validate/metrics/chain.h"
 #include "validate/run/progress.h"
@@ -25,7 +27,10 @@ using solver::RigError;
 // the rig at rest may be from its own rest matrices: share of the spine, and degrees.
 constexpr double kSamePlace = 0.02, kAtRestShift = 0.005, kAtRest_deg = 1.0;
 // Of what is kept; more is asked for again.
-constexpr Index kMostChains = 200'000, kMostBodyBytes = 256 << 20;
+constexpr Index kMostChains = 200'000, kMostBodyBytes = 256 << 20, kMostPointBytes = 384 << 20;
+// A point of the rig stands at a vertex within this share of the height, which is what formats
+// round and a little more; fewer vertices than this share with a point are another mesh.
+constexpr double kSamePoint = 5e-4, kLeastWithPoints = 0.5;
 // Prefixes of the joints that deform, before those of a mechanism.
 constexpr std::string_view kDeforms = "DEF-";
 
@@ -145,14 +150,17 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
   if (external.map.empty() && controls.empty()) mapping_ = mapping_by_name(hello());
   map_channels();
   match_joints();
+  match_points();
   for (const auto& server : servers_) {
     if (server->hello().joints.size() != hello().joints.size() ||
-        server->hello().channels.size() != hello().channels.size())
-      throw RigError(who_ + ": two servers of it have different channels or joints");
+        server->hello().channels.size() != hello().channels.size() ||
+        server->hello().points.size() != hello().points.size())
+      throw RigError(who_ + ": two servers of it have different channels, joints or points");
     server->select(rig_channel_, selected_);
     free_.push_back(free_.size());
   }
   check_rest();
+  check_rest_of_points();
   find_memory();
   if (!hello().pure) notes_.push_back("the rig says itself that a pose depends on those before it");
 }
@@ -245,7 +253,7 @@ void ExternalRig::match_joints() {
   notes_.push_back("rig " + who_ + ": " + std::to_string(moved) + " of " +
                    std::to_string(character_.nodes.size()) + " joints are the rig's own, by name" +
                    (moves_arms_ ? "" : "; it does not move the arms, whose drift is not measured"));
-  if (bends_inside_)
+  if (bends_inside_ && hello().points.empty())
     notes_.push_back("rig " + who_ +
                      ": bones of its spine bend inside (B-Bones); the chain is judged by their "
                      "segments, the mesh by linear blending of the joints, as the file has them");
@@ -324,6 +332,68 @@ void ExternalRig::place_in_world() {
   rig_from_world_ = glm::affineInverse(world_from_rig_);
 }
 
+void ExternalRig::match_points() {
+  if (hello().points.empty()) return;
+  std::vector<glm::vec3> world;
+  for (const glm::vec3& point : hello().points)
+    world.emplace_back(world_from_rig_ * glm::dvec4(point, 1.0));
+  const std::vector<glm::vec3> rest = skin::rest_mesh(character_).position;
+  const double near = kSamePoint * anatomy_.height;
+  const auto same = [&](const glm::vec3& a, const glm::vec3& b) {
+    return glm::distance(glm::dvec3(a), glm::dvec3(b)) <= near;
+  };
+  const PointGrid grid(world, near);
+  std::vector<int> found;
+  Index with = 0;
+  for (Index v = 0; v < rest.size(); ++v) {
+    // The same vertices in the same order, else by place: files split vertices at seams.
+    const bool in_order = world.size() == rest.size() && same(world[v], rest[v]);
+    found.push_back(
+        static_cast<int>(in_order ? static_cast<std::ptrdiff_t>(v) : grid.nearest(rest[v])));
+    with += found.back() >= 0 ? 1 : 0;
+  }
+  const double share =
+      rest.empty() ? 0.0 : static_cast<double>(with) / static_cast<double>(rest.size());
+  const std::string head = "rig " + who_ + ": ";
+  if (share < kLeastWithPoints) {
+    notes_.push_back(head + "its " + std::to_string(world.size()) +
+                     " points are not the vertices of " + character_.file_name + " (" +
+                     percent(share) +
+                     " of them have a point at rest): the mesh is linear blending, and its "
+                     "deformers are not measured");
+    return;
+  }
+  point_of_vertex_ = std::move(found);
+  notes_.push_back(head + "the mesh is its own, " + std::to_string(world.size()) + " points" +
+                   (with == rest.size()
+                        ? std::string()
+                        : "; " + std::to_string(rest.size() - with) + " of " +
+                              std::to_string(rest.size()) + " vertices have none and are blended"));
+}
+
+void ExternalRig::check_rest_of_points() const {
+  if (!gives_points()) return;
+  std::vector<double> neutral;
+  for (const solver::Channel& channel : channels_) neutral.push_back(channel.rest);
+  const Points now = points(neutral);
+  const std::vector<glm::vec3> rest = skin::rest_mesh(character_).position;
+  double most = 0.0;
+  Index where = 0;
+  for (Index v = 0; v < rest.size(); ++v) {
+    if (point_of_vertex_[v] < 0) continue;
+    const glm::vec3& point = (*now)[static_cast<Index>(point_of_vertex_[v])];
+    const double off = glm::distance(glm::dvec3(point), glm::dvec3(rest[v]));
+    if (off > most) {
+      most = off;
+      where = v;
+    }
+  }
+  if (most > 2.0 * kSamePoint * anatomy_.height)
+    throw RigError(who_ + ": the rig does not stand at rest: with its controls untouched vertex " +
+                   std::to_string(where) + " is " + percent(most / anatomy_.spine_length) +
+                   " of the spine away from where its points at rest are");
+}
+
 void ExternalRig::check_rest() {
   std::vector<double> neutral;
   for (const solver::Channel& channel : channels_) neutral.push_back(channel.rest);
@@ -360,8 +430,8 @@ void ExternalRig::find_memory() {
     order.push_back((poses.size() - 1 - i) * 17 % poses.size());
   }
   for (const Index i : order) second.push_back(controls_for(poses[i]));
-  const std::vector<solver::SpinePose> before = ask(first, *servers_.front());
-  const std::vector<solver::SpinePose> again = ask(second, *servers_.back());
+  const std::vector<solver::SpinePose> before = ask(first, *servers_.front()).poses;
+  const std::vector<solver::SpinePose> again = ask(second, *servers_.back()).poses;
   const double length = chain_length(rest_.position);
   for (Index k = 0; k < order.size(); ++k) {
     const PoseDifference off = pose_difference(before[order[k]], again[k], length);
@@ -424,37 +494,49 @@ solver::SpinePose ExternalRig::pose_from(std::span<const glm::dmat4> joints) con
   return pose;
 }
 
-std::vector<solver::SpinePose> ExternalRig::ask(std::span<const std::vector<double>> controls,
-                                                RigServer& server) const {
-  std::vector<solver::SpinePose> poses;
+ExternalRig::Answers ExternalRig::ask(std::span<const std::vector<double>> controls,
+                                      RigServer& server, bool points) const {
+  Answers out;
   for (Index first = 0; first < controls.size();) {
     poll_interrupt();
-    const Index count = std::min(server.batch(), controls.size() - first);
+    const Index count = std::min(server.batch(points), controls.size() - first);
     std::vector<double> values;
     for (const std::vector<double>& control : controls.subspan(first, count))
       for (Index c = 0; c < channels_.size(); ++c)
         values.push_back(channels_[c].kind == solver::Channel::Kind::rotation ? degrees(control[c])
                                                                               : control[c]);
-    const std::vector<glm::dmat4> joints = server.ask(values, count);
+    const RigServer::Answer answer = server.ask(values, count, points);
     for (Index p = 0; p < count; ++p)
-      poses.push_back(pose_from(std::span(joints).subspan(p * selected_.size(), selected_.size())));
+      out.poses.push_back(
+          pose_from(std::span(answer.joints).subspan(p * selected_.size(), selected_.size())));
+    const Index of_pose = hello().points.size();
+    for (Index p = 0; points && p < count; ++p) {
+      std::vector<glm::vec3> world;
+      world.reserve(of_pose);
+      for (const glm::vec3& point : std::span(answer.points).subspan(p * of_pose, of_pose))
+        world.emplace_back(world_from_rig_ * glm::dvec4(point, 1.0));
+      out.points.push_back(std::make_shared<const std::vector<glm::vec3>>(std::move(world)));
+    }
     first += count;
   }
-  return poses;
+  return out;
 }
 
-std::vector<solver::SpinePose> ExternalRig::fetch(
-    std::span<const std::vector<double>> controls) const {
-  std::vector<solver::SpinePose> poses;
+ExternalRig::Answers ExternalRig::fetch(std::span<const std::vector<double>> controls,
+                                        bool points) const {
+  Answers answers;
   try {
     const Lease lease(*this);
-    poses = ask(controls, lease.server());
+    answers = ask(controls, lease.server(), points);
   } catch (const RigError& error) {
     throw RigUnavailable(key_, false, error.what());
   }
   const std::lock_guard lock(mutex_);
-  for (Index p = 0; p < poses.size(); ++p) keep(key_of(controls[p]), poses[p]);
-  return poses;
+  for (Index p = 0; p < answers.poses.size(); ++p) {
+    keep(key_of(controls[p]), answers.poses[p]);
+    if (points) keep(key_of(controls[p]), answers.points[p]);
+  }
+  return answers;
 }
 
 void ExternalRig::keep(const Key& key, const solver::SpinePose& pose) const {
@@ -473,6 +555,18 @@ void ExternalRig::keep(const Key& key, const solver::SpinePose& pose) const {
   }
 }
 
+void ExternalRig::keep(const Key& key, const Points& points) const {
+  if (!points_.emplace(key, points).second) return;
+  points_order_.push_back(key);
+  const Index bytes = sizeof(glm::vec3) * points->size();
+  point_bytes_ += bytes;
+  while (point_bytes_ > kMostPointBytes && points_order_.size() > 1) {
+    points_.erase(points_order_.front());
+    points_order_.pop_front();
+    point_bytes_ -= bytes;
+  }
+}
+
 bool ExternalRig::has(const Key& key, solver::Detail detail) const {
   return chain_.contains(key) && (detail == solver::Detail::joints || body_.contains(key));
 }
@@ -488,18 +582,39 @@ solver::SpinePose ExternalRig::pose(std::span<const double> control, solver::Det
     }
   }
   const std::vector<double> values(control.begin(), control.end());
-  return fetch({&values, 1}).front();
+  return fetch({&values, 1}).poses.front();
+}
+
+ExternalRig::Points ExternalRig::points(std::span<const double> control) const {
+  {
+    const std::lock_guard lock(mutex_);
+    if (const auto found = points_.find(key_of(control)); found != points_.end())
+      return found->second;
+  }
+  const std::vector<double> values(control.begin(), control.end());
+  return fetch({&values, 1}, true).points.front();
+}
+
+void ExternalRig::deform(std::span<const double> control, skin::PosedMesh& mesh) const {
+  const Points now = points(control);
+  for (Index v = 0; v < mesh.position.size(); ++v)
+    if (point_of_vertex_[v] >= 0)
+      mesh.position[v] = (*now)[static_cast<Index>(point_of_vertex_[v])];
+  mesh.normal = surface_normals(character_, mesh.position);
 }
 
 void ExternalRig::prepare(std::span<const std::vector<double>> controls,
                           solver::Detail detail) const {
+  const bool with_points = detail == solver::Detail::all && gives_points();
   std::vector<std::vector<double>> missing;
   {
     const std::lock_guard lock(mutex_);
-    for (const std::vector<double>& control : controls)
-      if (!has(key_of(control), detail)) missing.push_back(control);
+    for (const std::vector<double>& control : controls) {
+      const Key key = key_of(control);
+      if (!has(key, detail) || (with_points && !points_.contains(key))) missing.push_back(control);
+    }
   }
-  if (!missing.empty()) fetch(missing);
+  if (!missing.empty()) fetch(missing, with_points);
 }
 
 }  // namespace backbend::validate

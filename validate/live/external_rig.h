@@ -27,7 +27,9 @@ struct RigUnavailable : solver::RigError {
 /// A studio's own rig on a character, asked while it runs in its own program.
 ///
 /// Its joints are matched with the character's by name, and move them as they move against their
-/// own rest; a node that the rig does not have goes with its parent. Every answer is kept by its
+/// own rest; a node that the rig does not have goes with its parent. Where it gives the points of
+/// its mesh, and they stand at rest where the character's vertices do, they are the mesh. Every
+/// answer is kept by its
 /// control values, so that a pose is the same whoever asks for it and when. Any number of threads
 /// may ask; each waits for a free server.
 class ExternalRig {
@@ -56,6 +58,10 @@ class ExternalRig {
   bool bends_inside() const { return bends_inside_; }
   /// Whether the rig moves the joints that the character's arms hang from.
   bool moves_arms() const { return moves_arms_; }
+  /// Whether the rig says where the character's vertices are.
+  bool gives_points() const { return !point_of_vertex_.empty(); }
+  /// Of each vertex: into the rig's points; -1: the rig has none there.
+  const std::vector<int>& point_of_vertex() const { return point_of_vertex_; }
   /// A pose that was another when it was asked for again.
   struct Memory {
     solver::BodyPose pose;
@@ -74,7 +80,13 @@ class ExternalRig {
 
   /// Throws RigUnavailable where the servers have been given up; Interrupted.
   solver::SpinePose pose(std::span<const double> control, solver::Detail detail) const;
+  /// Detail::all: with the points, where the rig gives them.
   void prepare(std::span<const std::vector<double>> controls, solver::Detail detail) const;
+  /// The rig's points in world space, in its own order. Call only where it gives_points(). Throws
+  /// as pose() does.
+  std::shared_ptr<const std::vector<glm::vec3>> points(std::span<const double> control) const;
+  /// Puts the vertices of a mesh where the rig's points are, and turns the normals with them.
+  void deform(std::span<const double> control, skin::PosedMesh& mesh) const;
 
  private:
   using Key = std::string;  // the bytes of the control values
@@ -87,13 +99,21 @@ class ExternalRig {
   void add_to_chain(int node, int joint, const JointFinder& finder);
   int select(int joint);
   void place_in_world();
+  void match_points();
   void check_rest();
+  void check_rest_of_points() const;
   void find_memory();
-  std::vector<solver::SpinePose> ask(std::span<const std::vector<double>> controls,
-                                     RigServer& server) const;
+  using Points = std::shared_ptr<const std::vector<glm::vec3>>;
+  struct Answers {
+    std::vector<solver::SpinePose> poses;
+    std::vector<Points> points;  // empty: not asked for
+  };
+  Answers ask(std::span<const std::vector<double>> controls, RigServer& server,
+              bool points = false) const;
   /// Asks a free server, and keeps the answers.
-  std::vector<solver::SpinePose> fetch(std::span<const std::vector<double>> controls) const;
+  Answers fetch(std::span<const std::vector<double>> controls, bool points = false) const;
   void keep(const Key& key, const solver::SpinePose& pose) const;
+  void keep(const Key& key, const Points& points) const;
   bool has(const Key& key, solver::Detail detail) const;
   solver::SpinePose pose_from(std::span<const glm::dmat4> joints) const;
 
@@ -114,6 +134,7 @@ class ExternalRig {
   std::vector<int> selected_;               // joints of the rig that are asked for
   std::vector<glm::dmat4> joint_from_rig_;  // of each, at rest
   std::vector<int> asked_;                  // of each node: into selected_, -1 for none
+  std::vector<int> point_of_vertex_;        // empty: linear blending is the mesh
 
   mutable std::mutex mutex_;  // guards what follows
   mutable std::condition_variable server_is_free_;
@@ -122,6 +143,9 @@ class ExternalRig {
   mutable std::unordered_map<Key, std::shared_ptr<const solver::WholeBody>> body_;
   mutable std::deque<Key> body_order_;  // oldest first
   mutable std::size_t body_bytes_ = 0;
+  mutable std::unordered_map<Key, Points> points_;
+  mutable std::deque<Key> points_order_;  // oldest first
+  mutable std::size_t point_bytes_ = 0;
 };
 
 /// The rig as a system. Throws nothing.

@@ -115,6 +115,23 @@ glm::dmat4 rest_of(const json& object, const std::string& where) {
   return rest;
 }
 
+/// A flat list of `width` numbers an entry; empty where the key is missing.
+template <class Vector, class Take>
+std::vector<Vector> flat_list(const json& object, const char* key, std::size_t most,
+                              const Take& take) {
+  const auto found = object.find(key);
+  if (found == object.end()) return {};
+  const std::string where = std::string("hello: ") + key + ": ";
+  if (!found->is_array() || found->size() % 3 != 0)
+    fail(where + "must be a list of numbers, three for each");
+  if (found->size() / 3 > most)
+    fail(where + std::to_string(found->size() / 3) + " of them; at most " + std::to_string(most));
+  std::vector<Vector> out(found->size() / 3);
+  for (std::size_t i = 0; i < found->size(); ++i)
+    out[i / 3][static_cast<int>(i % 3)] = take((*found)[i], where + std::to_string(i / 3));
+  return out;
+}
+
 }  // namespace
 
 bool is_hello(const std::string& line) {
@@ -166,6 +183,19 @@ RigHello parse_hello(const std::string& line) {
     joint.rest = rest_of(joints[i], where);
     hello.joints.push_back(std::move(joint));
   }
+  hello.points = flat_list<glm::vec3>(
+      object, "points", kMostRigPoints, [](const json& value, const std::string& where) {
+        const double number = value.is_number() ? value.get<double>() : std::nan("");
+        const auto out = static_cast<float>(number);
+        if (!std::isfinite(out)) fail(where + ": must be finite numbers");
+        return out;
+      });
+  hello.triangles = flat_list<glm::uvec3>(
+      object, "triangles", kMostRigTriangles, [&](const json& value, const std::string& where) {
+        if (!value.is_number_unsigned() || value.get<std::uint64_t>() >= hello.points.size())
+          fail(where + ": " + in_quotes(value.dump()) + " is not the number of a point");
+        return value.get<std::uint32_t>();
+      });
   return hello;
 }
 
@@ -175,7 +205,9 @@ std::string select_line(const std::vector<std::string>& channels,
   return line.dump(-1, ' ', true, json::error_handler_t::replace) + "\n";
 }
 
-std::string ask_line(std::size_t poses) { return "{\"ask\": " + std::to_string(poses) + "}\n"; }
+std::string ask_line(std::size_t poses, bool points) {
+  return "{\"ask\": " + std::to_string(poses) + (points ? ", \"points\": true}\n" : "}\n");
+}
 
 void check_selected(const std::string& line, std::size_t channels, std::size_t joints) {
   const json object = parse_object(line, "'selected'");
@@ -214,6 +246,17 @@ std::vector<glm::dmat4> unpack_joints(std::span<const std::uint8_t> bytes,
                  : "a number that is not finite"));
   }
   return joints;
+}
+
+std::vector<glm::vec3> unpack_points(std::span<const std::uint8_t> bytes, std::size_t count) {
+  static_assert(sizeof(glm::vec3) == 3 * sizeof(float));
+  std::vector<glm::vec3> points(bytes.size() / sizeof(glm::vec3));
+  if (!points.empty()) std::memcpy(points.data(), bytes.data(), points.size() * sizeof(glm::vec3));
+  for (std::size_t p = 0; p < points.size(); ++p)
+    if (!std::isfinite(points[p].x) || !std::isfinite(points[p].y) || !std::isfinite(points[p].z))
+      fail("pose " + std::to_string(p / count) + " of the batch, point " +
+           std::to_string(p % count) + ": a number that is not finite");
+  return points;
 }
 
 }  // namespace backbend::validate

@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/mat4x4.hpp>
+#include <glm/vec3.hpp>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -40,6 +41,8 @@ struct RigHello {
   std::string program, file;  // as people know them; empty: not told
   std::vector<RigChannel> channels;
   std::vector<RigJoint> joints;
+  std::vector<glm::vec3> points;      // of its deformed mesh at rest, rig space; empty: it has none
+  std::vector<glm::uvec3> triangles;  // of them; empty: not told
   bool z_up = false;
   double metres_per_unit = 1.0;
   bool pure = true;      // false: it says itself that a pose depends on those before
@@ -50,6 +53,7 @@ inline constexpr std::size_t kMostHelloBytes = 64 << 20;
 inline constexpr std::size_t kMostChatter = 1 << 16;  // bytes before the hello
 inline constexpr std::size_t kMostAnswerLine = 4096;
 inline constexpr std::size_t kMostRigChannels = 20'000, kMostRigJoints = 20'000;
+inline constexpr std::size_t kMostRigPoints = 2'000'000, kMostRigTriangles = 4'000'000;
 inline constexpr std::size_t kMostPosesAsked = 256;  // in one request
 
 /// Whether a line before the hello is one: everything else there is a program's own chatter.
@@ -61,7 +65,7 @@ RigHello parse_hello(const std::string& line);
 /// Lines to the server, with their line feed.
 std::string select_line(const std::vector<std::string>& channels,
                         const std::vector<std::string>& joints);
-std::string ask_line(std::size_t poses);
+std::string ask_line(std::size_t poses, bool points = false);
 /// Throws ProtocolError unless the line accepts what was selected.
 void check_selected(const std::string& line, std::size_t channels, std::size_t joints);
 /// Throws ProtocolError unless the line announces so many poses; what the server says is wrong is
@@ -75,5 +79,8 @@ std::vector<std::uint8_t> pack_values(std::span<const double> values);
 /// `joints` may be those of several poses, one after the other; `name` names the joints of a pose.
 std::vector<glm::dmat4> unpack_joints(std::span<const std::uint8_t> bytes,
                                       const std::vector<std::string>& name);
+/// Three float32 a point. Throws ProtocolError naming pose and point of a number that is not
+/// finite. `count`: points of a pose.
+std::vector<glm::vec3> unpack_points(std::span<const std::uint8_t> bytes, std::size_t count);
 
 }  // namespace backbend::validate

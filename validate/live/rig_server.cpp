@@ -12,7 +12,8 @@ namespace {
 using Outcome = ChildStream::Outcome;
 
 // Programs take their time to start and to load a scene.
-constexpr double kStartPatience = 5.0;  // of the timeout
+constexpr double kStartPatience = 5.0;             // of the timeout
+constexpr std::size_t kMostPointBytes = 64 << 20;  // of one answer
 
 /// The last line of what a program complained of, fit for a line of ours.
 std::string last_line(const std::string& text) {
@@ -126,8 +127,9 @@ void RigServer::send_selection() {
   }
 }
 
-std::vector<glm::dmat4> RigServer::ask_once(std::span<const double> values, std::size_t poses) {
-  write(ask_line(poses));
+RigServer::Answer RigServer::ask_once(std::span<const double> values, std::size_t poses,
+                                      bool points) {
+  write(ask_line(poses, points));
   if (hello_.selects) {
     write(pack_values(values));
   } else {
@@ -140,39 +142,53 @@ std::vector<glm::dmat4> RigServer::ask_once(std::span<const double> values, std:
     }
     write(pack_values(all));
   }
-  std::vector<glm::dmat4> joints;
+  Answer answer;
   try {
     check_answer(read_line("an answer", kMostAnswerLine), poses);
     std::vector<std::uint8_t> bytes(poses * joint_name_.size() * 16 * sizeof(double));
     if (const Outcome outcome = child_->read(bytes, patience_); outcome != Outcome::all)
       fail(outcome, "the rest of an answer");
-    joints = unpack_joints(bytes, joint_name_);
+    answer.joints = unpack_joints(bytes, joint_name_);
+    if (points) {
+      bytes.resize(poses * hello_.points.size() * sizeof(glm::vec3));
+      if (const Outcome outcome = child_->read(bytes, patience_); outcome != Outcome::all)
+        fail(outcome, "the points of an answer");
+      answer.points = unpack_points(bytes, hello_.points.size());
+    }
   } catch (const ProtocolError& error) {
     throw Failure(error.what());
   }
-  if (hello_.selects) return joints;
+  if (hello_.selects) return answer;
   std::vector<glm::dmat4> wanted;
   wanted.reserve(poses * joints_.size());
   for (std::size_t p = 0; p < poses; ++p)
     for (const int j : joints_)
-      wanted.push_back(joints[p * joint_name_.size() + static_cast<std::size_t>(j)]);
-  return wanted;
+      wanted.push_back(answer.joints[p * joint_name_.size() + static_cast<std::size_t>(j)]);
+  answer.joints = std::move(wanted);
+  return answer;
 }
 
-std::vector<glm::dmat4> RigServer::ask(std::span<const double> values, std::size_t poses) {
+std::size_t RigServer::batch(bool points) const {
+  if (!points) return batch_;
+  const std::size_t bytes = sizeof(glm::vec3) * std::max<std::size_t>(1, hello_.points.size());
+  return std::clamp<std::size_t>(kMostPointBytes / bytes, 1, batch_with_points_);
+}
+
+RigServer::Answer RigServer::ask(std::span<const double> values, std::size_t poses, bool points) {
   // Whoever asks next hears the same.
   if (!given_up_.empty()) throw solver::RigError(given_up_);
   while (true) {
     try {
       const auto begin = std::chrono::steady_clock::now();
-      std::vector<glm::dmat4> joints = ask_once(values, poses);
+      Answer answer = ask_once(values, poses, points);
       const double seconds =
           std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
       const double fits = 0.1 * patience_.seconds * static_cast<double>(poses) / (seconds + 1e-6);
+      std::size_t& batch = points ? batch_with_points_ : batch_;
       const double most =
-          std::min({fits, 8.0 * static_cast<double>(batch_), static_cast<double>(kMostPosesAsked)});
-      batch_ = static_cast<std::size_t>(std::max(1.0, most));
-      return joints;
+          std::min({fits, 8.0 * static_cast<double>(batch), static_cast<double>(kMostPosesAsked)});
+      batch = static_cast<std::size_t>(std::max(1.0, most));
+      return answer;
     } catch (const Failure& failure) {
       after(failure.what());
     }
@@ -189,8 +205,9 @@ void RigServer::after(const std::string& complaint) {
       return std::ranges::equal(
           a, b, {}, [](const auto& x) { return x.name; }, [](const auto& x) { return x.name; });
     };
-    if (!alike(before.channels, hello_.channels) || !alike(before.joints, hello_.joints))
-      throw Failure("started again, it has other channels or joints than before");
+    if (!alike(before.channels, hello_.channels) || !alike(before.joints, hello_.joints) ||
+        before.points.size() != hello_.points.size())
+      throw Failure("started again, it has other channels, joints or points than before");
     send_selection();
   } catch (const Failure& failure) {
     give_up(complaint + "; started again: " + failure.what());

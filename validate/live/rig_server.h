@@ -22,18 +22,22 @@ class RigServer {
   /// Says which channels and joints are wanted from now on, as indices into the hello's: a server
   /// that can does only those, of another one the rest is left at rest and passed over.
   void select(std::vector<int> channels, std::vector<int> joints);
-  /// Matrices of the selected joints, pose by pose, for values of the selected channels (as on the
-  /// wire), pose by pose. At most kMostPosesAsked poses. Throws solver::RigError with one line that
-  /// says who and what went wrong; Interrupted.
-  std::vector<glm::dmat4> ask(std::span<const double> values, std::size_t poses);
+  struct Answer {
+    std::vector<glm::dmat4> joints;  // of the selected joints, pose by pose
+    std::vector<glm::vec3> points;   // of the hello's points, pose by pose; empty: not asked for
+  };
+  /// Poses for values of the selected channels (as on the wire), pose by pose. At most
+  /// kMostPosesAsked poses. Throws solver::RigError with one line that says who and what went
+  /// wrong; Interrupted.
+  Answer ask(std::span<const double> values, std::size_t poses, bool points = false);
   /// How many poses are asked for at once: as many as take a tenth of the timeout at the pace of
-  /// the answers so far.
-  std::size_t batch() const { return batch_; }
+  /// the answers so far, and with points as fit in 64 MB.
+  std::size_t batch(bool points = false) const;
 
  private:
   void start();
   void send_selection();
-  std::vector<glm::dmat4> ask_once(std::span<const double> values, std::size_t poses);
+  Answer ask_once(std::span<const double> values, std::size_t poses, bool points);
   void write(std::string_view text);
   void write(std::span<const std::uint8_t> bytes);
   std::string read_line(const std::string& what, std::size_t most);
@@ -49,7 +53,7 @@ class RigServer {
   RigHello hello_;
   std::vector<int> channels_, joints_;
   std::vector<std::string> joint_name_;  // of what an answer holds
-  std::size_t batch_ = 1;
+  std::size_t batch_ = 1, batch_with_points_ = 1;
   bool restarted_ = false;
   std::string given_up_;  // why; empty: it is not
 };

@@ -77,6 +77,17 @@ bool geometry_explains(const SweepRecord& sweep, std::size_t pose, const JudgeCo
                      [&](double g) { return g > context.limits.of("BB002").value; });
 }
 
+/// Whether the rig's own surface is known to jump there (BB037).
+bool surface_explains(const SweepRecord& sweep, std::size_t pose,
+                      const std::vector<Finding>& findings) {
+  const double a = sweep.poses[pose >= 2 ? pose - 2 : 0].control_deg;
+  const double b = sweep.poses[std::min(pose + 1, sweep.poses.size() - 1)].control_deg;
+  return std::ranges::any_of(findings, [&](const Finding& finding) {
+    return finding.code == "BB037" && finding.sweep == sweep.sweep.name &&
+           finding.control_deg >= std::min(a, b) && finding.control_deg <= std::max(a, b);
+  });
+}
+
 ImageWitness witness_of(const ImageReading& reading, std::string metric, double threshold) {
   ImageWitness witness;
   witness.measured = !std::isnan(reading.value);
@@ -142,7 +153,9 @@ ImageWitness ImagePass::witness_flip(Photographer& camera, const RigRecord& rig,
   const PosedCharacter before = posed("before_deg"), after = posed("after_deg");
   ImageWitness witness =
       witness_of(motion(take_views(camera, after, &before)), "motion_px", kVisibleMotionPx);
-  witness.note = "between the frames on both sides of the flip, which a continuous rig shows alike";
+  witness.note = std::string("between the frames on both sides of the ") +
+                 (finding.code == "BB037" ? "jump" : "flip") +
+                 ", which a continuous rig shows alike";
   return witness;
 }
 
@@ -231,7 +244,7 @@ ImageWitness ImagePass::witness_slices(Photographer& camera, const RigRecord& ri
 ImageWitness ImagePass::witness(Photographer& camera, const RigRecord& rig,
                                 const SweepRecord& sweep, const Finding& finding) {
   const std::string& code = finding.code;
-  if (code == "BB001") return witness_flip(camera, rig, sweep, finding);
+  if (code == "BB001" || code == "BB037") return witness_flip(camera, rig, sweep, finding);
   const PoseDegrees pose = sweep.sweep.pose_at(finding.control_deg);
   if (code == "BB010" || code == "BB011") return witness_kink(camera, rig, pose, finding);
   if (code == "BB020" || code == "BB021" || code == "BB022") return witness_arms(camera, rig, pose);
@@ -405,7 +418,7 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
     const std::vector<double> score = pop_scores(change);
     for (std::size_t p = 1; p < score.size(); ++p) {
       if (!(score[p] > kPopScore) || turns_a_corner(sweep, p) ||
-          geometry_explains(sweep, p, context))
+          geometry_explains(sweep, p, context) || surface_explains(sweep, p, findings))
         continue;
       const PoseRecord& pose = sweep.poses[p];
       out.push_back(start_finding(rig, context, sweep, "BB070", pose.body, pose.control_deg));

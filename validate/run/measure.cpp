@@ -295,9 +295,14 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
 
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
                   PoseRecord& record) {
+  // Which way a triangle should face is what the joints make of it: deformers that turn a patch
+  // over turn the normals of their own points with it.
+  const skin::PosedMesh own = posed.blended
+                                  ? skin::PosedMesh{posed.mesh.position, posed.blended->normal}
+                                  : skin::PosedMesh{};
   const BodyMeasures measures =
-      body.measure(rig, record.control, posed.spine, posed.mesh, glm::radians(record.body.twist),
-                   record.body.stretch != 0.0);
+      body.measure(rig, record.control, posed.spine, posed.blended ? own : posed.mesh,
+                   glm::radians(record.body.twist), record.body.stretch != 0.0);
   record_chain(*rig.system, posed.spine, measures.chain, record);
   record_mesh(measures, record);
   record.bounds = render::bounds_of(posed.mesh.position);

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "skin/chain_arc.h"
+#include "validate/live/external_rig.h"
 #include "validate/metrics/proxy_weights.h"
 #include "validate/run/ideal_bend.h"
 #include "validate/verdicts/booking.h"
@@ -47,6 +48,13 @@ class SecondOpinions {
   }
   PoseRecord dual_quaternion(const PoseDegrees& pose) const {
     return measured(*rig_.system, pose, skin::SkinningMethod::dual_quaternion, stage_.character());
+  }
+  /// Linear blending of the same joints, where the rig gives its own points; every metric NaN
+  /// where it does not.
+  PoseRecord blended(const PoseDegrees& pose) const {
+    const ExternalRig* external = external_rig(*rig_.system);
+    if (!external || !external->gives_points()) return {};
+    return measured(*rig_.system, pose, skin::SkinningMethod::linear, stage_.character());
   }
   /// The same rig with clean proxy weights; every metric NaN where there can be none.
   PoseRecord proxy(const PoseDegrees& pose) const {
@@ -173,7 +181,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   struct Opinions {
     bool on_mesh = false;
     PoseDegrees pose;
-    PoseRecord ideal, proxy, ideal_proxy, dual;
+    PoseRecord ideal, proxy, ideal_proxy, dual, blended;
   };
   std::map<std::pair<std::string, double>, Opinions> by_pose;
   bool any_on_mesh = false;
@@ -201,6 +209,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     each.proxy = opinions.proxy(each.pose);
     each.ideal_proxy = is_ideal ? each.proxy : opinions.ideal_proxy(each.pose);
     each.dual = opinions.dual_quaternion(each.pose);
+    each.blended = opinions.blended(each.pose);
   });
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
@@ -218,6 +227,16 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
                         verdict_text(check, ideal, finding.limit) + " in the same pose";
       book_rest_shape(check, ideal, finding);
       continue;
+    }
+    if (const double blended = each.blended.at(*metric).value; std::isfinite(blended)) {
+      finding.geometry["linear_blending"] = blended;
+      finding.detail += "; linear blending of the same joints gives " +
+                        verdict_text(check, blended, finding.limit);
+      if (judge(check, blended, finding.limit) == Verdict::pass) {
+        finding.owner = Owner::rig;
+        finding.detail += ": the rig's deformers make it";
+        continue;
+      }
     }
     MeshContext facts;
     facts.value = finding.value;

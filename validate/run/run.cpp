@@ -29,6 +29,7 @@
 #include "validate/run/confirmed.h"
 #include "validate/run/image_pass.h"
 #include "validate/run/judge.h"
+#include "validate/run/judge_deformers.h"
 #include "validate/run/judge_external.h"
 #include "validate/run/judge_input.h"
 #include "validate/run/owner.h"
@@ -262,6 +263,16 @@ void take_external(const ExternalJudgement& external, RigResult& result) {
       headroom.measured = false;
 }
 
+/// How far linear blending is from what a studio's own rig does, with the place on the body.
+std::string blending_note(const RigRecord& rig, const BlendingDistance& distance,
+                          const Stage& stage, const PlaceNames& places) {
+  Finding where;
+  where.vertex = distance.vertex;
+  places.name({}, where);
+  return "rig " + rig.plan.name + ": " +
+         blending_text(distance, stage.anatomy().spine_length, place_text(where));
+}
+
 /// A character that was measured, for those who pose it again.
 struct CharacterRun {
   std::unique_ptr<Stage> stage;
@@ -404,6 +415,14 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     ExternalJudgement external = judge_external(record, context);
     findings.back().insert(findings.back().begin(), external.findings.begin(),
                            external.findings.end());
+    const DeformerJudgement deformers = judge_deformers(record, context);
+    findings.back().insert(findings.back().begin(), deformers.findings.begin(),
+                           deformers.findings.end());
+    if (deformers.measured) {
+      const std::string note = blending_note(record, deformers.blending, stage, places);
+      report.characters.back().notes.push_back(note);
+      report.reasons.push_back(note);
+    }
     // What a rig of the studio's does is for its rigger, not for who wrote ours.
     if (is_external(record.plan.spec))
       for (Finding& finding : findings.back())
@@ -413,6 +432,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     if (request.image_pass) pictures.look(record, findings.back(), progress);
     report.rigs.push_back(result_of(record, context, findings.back()));
     take_external(external, report.rigs.back());
+    for (const Coverage& each : deformers.coverage) report.rigs.back().coverage.push_back(each);
+    cut_headroom(record, deformers.findings, report.rigs.back().headroom);
     if (!request.image_pass) continue;
     pictures.add_series(report.rigs.back());
     contradictions.push_back(pictures.contradictions(record, findings.back(), context));

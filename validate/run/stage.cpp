@@ -114,7 +114,19 @@ std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec
 
 PosedCharacter Stage::pose(const solver::SpineSystem& system, std::span<const double> control,
                            skin::SkinningMethod method) const {
-  return pose(system, system.solve(control), method);
+  const ExternalRig* external = external_rig(system);
+  const bool own_points =
+      external && external->gives_points() && method == skin::SkinningMethod::linear;
+  if (own_points) {  // joints come with them: one question, not two
+    const std::vector<double> values(control.begin(), control.end());
+    system.prepare({&values, 1}, solver::Detail::all);
+  }
+  PosedCharacter posed = pose(system, system.solve(control), method);
+  if (own_points) {
+    posed.blended = std::make_shared<const skin::PosedMesh>(posed.mesh);
+    external->deform(control, posed.mesh);
+  }
+  return posed;
 }
 
 PosedCharacter Stage::pose(const solver::SpineSystem& system, solver::SpinePose spine,

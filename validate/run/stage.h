@@ -21,6 +21,9 @@ struct PosedCharacter {
   solver::SpinePose spine;
   std::vector<glm::dmat4> world_from_node;
   skin::PosedMesh mesh;
+  // Where the mesh is the points of a studio's own rig: linear blending of the same joints; null
+  // otherwise.
+  std::shared_ptr<const skin::PosedMesh> blended;
 };
 
 /// Which chain of the skeleton a rig drives: hips to the joint that the arms hang from, or the
@@ -58,11 +61,12 @@ class Stage {
   /// long as the stage. Throws solver::RigError.
   std::unique_ptr<solver::SpineSystem> build(const solver::SystemSpec& spec) const;
 
-  /// The body for one control value per channel of the system.
+  /// The body for one control value per channel of the system: the rig's own points where it gives
+  /// them and no other skinning method is asked for.
   PosedCharacter pose(const solver::SpineSystem& system, std::span<const double> control,
                       skin::SkinningMethod method = skin::SkinningMethod::linear) const;
 
-  /// The body for a spine pose that was solved, or changed, elsewhere.
+  /// The body for a spine pose that was solved, or changed, elsewhere; always skinned.
   PosedCharacter pose(const solver::SpineSystem& system, solver::SpinePose spine,
                       skin::SkinningMethod method = skin::SkinningMethod::linear) const;
 

@@ -178,6 +178,16 @@ constexpr std::array kChecks = {
         "look at the joints' twists; a flip of one vertebra shows here as up to 180",
         "curvature of surface lines from the normal layer",
         "parallel transport of each slice's own direction"},
+    Check{"BB037", "surface jump", Subject::mesh,
+          "the farthest that a vertex of a rig's own points moves within half a degree of control, "
+          "beside what linear blending of the same joints does",
+          "% of spine", 0.5, Sense::at_most, true,
+          "correctives that follow the bend move by 0.1 in half a degree (60 mm over 60 deg on a "
+          "human); 0.5 is 2.5 mm at once, which a close-up shows",
+          Owner::rig, "a driver of a shape key with a step, a lattice or muscle that switches",
+          "look at the driver's curve around the named angle",
+          "motion layer between both sides of the jump",
+          "offsets from linear blending, bisected as flips are"},
     Check{"BB040", "lost twist", Subject::chain,
           "difference between the twist that the controls ask for and the twist that the chain "
           "carries",
