@@ -10,8 +10,8 @@ parents. With "mesh": {"points": [[x, y, z], ...], "triangles": [[a, b, c], ...]
 Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SIZE degrees more from AT on,
 `--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel
 from the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
-Of the mesh: `--pop CHANNEL=AT:SIZE` moves a patch on the front by SIZE (the skeleton's unit) from AT on, `--bulge
-CHANNEL=SIZE` moves it by SIZE for every degree.
+Of the mesh: `--pop CHANNEL=AT:SIZE[:WITHIN]` moves a patch on the front by SIZE (the skeleton's unit) from AT on, within
+so many degrees; `--bulge CHANNEL=SIZE` moves it by SIZE for every degree.
 """
 
 import json
@@ -110,7 +110,8 @@ class Rig:
     def pose_with_points(self, values):
         """The joints, and the mesh: blended, with a corrective shape on top."""
         matrices, out = self.pose(values), []
-        rise = sum(size for name, at, size in self.faults["pop"] if self.degrees[name] >= at)
+        rise = sum(size * min(1.0, (self.degrees[name] - at) / within if within else 1.0)
+                   for name, at, size, within in self.faults["pop"] if self.degrees[name] >= at)
         rise += sum(size * self.degrees[name] for name, size in self.faults["bulge"])
         for point, weights, share in zip(self.mesh["points"], self.mesh["weights"], self.patch):
             shaped, placed = (point[0], point[1], point[2] + rise * share), [0.0, 0.0, 0.0]
@@ -129,8 +130,8 @@ def main(words):
         word = words.pop(0)
         if word in ("--flip", "--pop"):
             name, _, rest = words.pop(0).partition("=")
-            at, _, size = rest.partition(":")
-            faults[word[2:]].append((name, float(at), float(size)))
+            numbers = [float(number) for number in rest.split(":")]
+            faults[word[2:]].append((name, *numbers, 0.0)[:4] if word == "--pop" else (name, *numbers))
         elif word in ("--kink", "--bulge"):
             name, _, size = words.pop(0).partition("=")
             faults[word[2:]].append((name, float(size)))

@@ -28,7 +28,8 @@ import json, os, struct, sys, time
 sys.path.insert(0, {bridges!r})
 import backbend_rig, example_rig
 how, skeleton = sys.argv[1:3]
-rig = example_rig.Rig(json.load(open(skeleton)), {{"flip": [], "kink": [], "lose": [], "reverse": [], "memory": False}})
+rig = example_rig.Rig(json.load(open(skeleton)), {{"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [],
+                                                  "memory": False}})
 channels = [(name, "rotation", 0.0) for name in example_rig.CHANNELS]
 joints = rig.declared()
 asked = 0
@@ -41,6 +42,8 @@ def hello(**other):
     words = {{"schema": "backbend.rig/1",
              "channels": [{{"name": name, "kind": kind, "rest": rest}} for name, kind, rest in channels],
              "joints": [{{"name": name, "parent": parent, "rest": rest}} for name, parent, rest in joints]}}
+    if rig.mesh:
+        words["points"] = [v for point in rig.mesh["points"] for v in point]
     words.update(other)
     out.write(json.dumps(words).encode() + b"\\n")
     out.flush()
@@ -60,10 +63,18 @@ hello(**{{"version": {{"schema": "backbend.rig/2"}}, "twice": {{"channels": [{{"
          "infinite": {{"metres_per_unit": "big"}}, "orphan": {{"joints": [{{"name": "hips", "parent": 3, "rest": [0.0] * 16}}]}},
          "says": {{"error": "hero.ma: a plug-in is missing"}}}}.get(how, {{}}))
 for line in iter(sys.stdin.buffer.readline, b""):
-    count = json.loads(line)["ask"]
+    request = json.loads(line)
+    count = request["ask"]
     values = struct.unpack(f"<{{4 * count}}d", sys.stdin.buffer.read(32 * count))
     matrices = [v for k in range(count) for matrix in rig.pose(values[4 * k:4 * k + 4]) for v in matrix]
+    points = [v for k in range(count if request.get("points") else 0) for v in rig.pose_with_points(values[4 * k:4 * k + 4])[1]]
     asked += 1
+    if points and how == "nanpoint":
+        points[7] = float("nan")
+    if points and how == "nopoints":
+        points = points[:-3]
+    if points and how == "movedpoints":
+        points = [v + 0.1 for v in points]
     if asked > 2 and not started_before:
         if how == "dies":
             print("Traceback: lost the scene", file=sys.stderr)
@@ -82,8 +93,11 @@ for line in iter(sys.stdin.buffer.readline, b""):
             out.write(b'{{"error": "hero.ma: cannot evaluate"}}\\n')
             out.flush()
             continue
-    out.write(json.dumps({{"answer": count}}).encode() + b"\\n" + struct.pack(f"<{{len(matrices)}}d", *matrices))
+    out.write(json.dumps({{"answer": count}}).encode() + b"\\n" + struct.pack(f"<{{len(matrices)}}d", *matrices)
+              + struct.pack(f"<{{len(points)}}f", *points))
     out.flush()
+    if points and how == "nopoints":
+        sys.exit(0)
     if how == "short" and asked > 2 and not started_before:
         sys.exit(0)
 """
@@ -256,6 +270,29 @@ class Points(RigTest, CommandTest):
             self.assertAlmostEqual(float(re.search(r"extension ([0-9.]+)", finding["pose"]).group(1)), 41.2345, delta=0.01)
         clean = {row["channel"]: row["clean_to_deg"] for row in report["rigs"][0]["headroom"]}
         self.assertLessEqual(clean["extension"], 41.2345)
+
+    def test_a_corrective_that_comes_in_within_a_degree_is_named_from_where_to_where(self):
+        found = [finding for finding in self.findings(self.check(self.rig("--pop", "extension=41.3:0.06:1"), code=1), "BB037")
+                 if finding["sweep"] == "extension"]
+        self.assertEqual(len(found), 1)
+        self.assertGreaterEqual(found[0]["geometry"]["before_deg"], 40.7)
+        self.assertLessEqual(found[0]["geometry"]["after_deg"], 42.9)
+        self.assertAlmostEqual(found[0]["geometry"]["size_mm"], 60, delta=1)
+        self.assertRegex(found[0]["detail"], r"moves by (59|60)(\.[0-9])? mm from extension 4[01]")
+
+    def test_both_sides_of_a_jump_have_pictures(self):
+        self.assert_runs("check", self.body, "--rig", self.rig("--pop", "extension=40:0.06"), "--chest", "neck", "--envelope", "human",
+                         "-o", "pictured", code=1)
+        found = self.findings(json.loads((self.folder / "pictured/report.json").read_text()), "BB037")
+        first = [finding for finding in found if finding["sweep"] == "extension"][0]
+        for side in ("before", "after", "heat"):
+            self.assertTrue((self.folder / "pictured" / first["pictures"][side]).is_file())
+        self.assertTrue(first["image"]["visible"])
+
+    def test_a_flip_of_the_chain_is_no_jump_of_the_surface(self):
+        report = self.check(self.rig("--flip", "twist=41.2345:60", "--bulge", "extension=0.001"), code=1)
+        self.assertTrue(self.findings(report, "BB001"))
+        self.assertEqual(self.findings(report, "BB037"), [])
 
     def test_a_corrective_that_follows_the_bend_is_no_jump(self):
         report = self.check(self.rig("--bulge", "extension=0.001"), code=None)
@@ -533,6 +570,14 @@ class BadServers(RigTest, CommandTest):
             self.assert_one_line(self.bad(how), "started again once", *words)
         self.assert_one_line(self.bad("hangs"), "silent", timeout=1)
 
+    def test_points_that_cannot_be_are_named(self):
+        self.skeleton.write_text(json.dumps({**skeleton_of(self.body, self.SPINE), "mesh": mesh_of(self.body)}))
+        self.check(self.bad("fine"))
+        shutil.rmtree(self.folder / "run")
+        for how, words in (("nanpoint", ["point 2", "not finite"]), ("nopoints", ["points of an answer"]),
+                           ("movedpoints", ["does not stand at rest", "vertex"])):
+            self.assert_one_line(self.bad(how), *words)
+
     def test_a_server_that_fails_once_changes_nothing(self):
         whole = self.check(self.bad("fine"), out="whole")
         for how in ("dies", "nan", "short"):
@@ -702,6 +747,59 @@ text.use_module = True
         self.mapping.write_text(self.mapping.read_text().replace("chest_ctl", "chest_ctrl"))
         self.assert_refused("check", self.body, "--hip", "spine0", "--chest", "spine4", "--rig", f"blender:{path}",
                             "--map", self.mapping, "--quick", "--quiet", "--json", names=["chest_ctrl.rx", "chest_ctl.rx"])
+
+    # The tube that glb.tube() makes, bound as it is there, and a corrective shape on it.
+    BODY = """
+import json
+mesh = json.load(open(MESH))
+data = bpy.data.meshes.new("body")
+data.from_pydata([(x, -z, y) for x, y, z in mesh["points"]], [], mesh["triangles"])
+body = bpy.data.objects.new("body", data)
+bpy.context.collection.objects.link(body)
+for k in range(5):
+    body.vertex_groups.new(name=f"spine{k}")
+for vertex, weights in enumerate(mesh["weights"]):
+    for joint, weight in weights:
+        body.vertex_groups[joint].add([vertex], weight, "REPLACE")
+modifier = body.modifiers.new("skin", "ARMATURE")
+modifier.object = rig
+body.shape_key_add(name="Basis")
+shape = body.shape_key_add(name="belly")
+middle = max(data.vertices, key=lambda vertex: -vertex.co.y - abs(vertex.co.z - 0.5))
+shape.data[middle.index].co.y -= 0.06
+driver = shape.driver_add("value").driver
+variable = driver.variables.new()
+variable.targets[0].id = rig
+variable.targets[0].data_path = 'pose.bones["chest_ctl"].rotation_euler[0]'
+driver.expression = "SHAPE"
+"""
+
+    def make_body(self, shape, **more):
+        self.body = self.write("tube.glb", glb.tube([f"spine{k}" for k in range(5)], unit=1.0 / 1.6, rings=33, sides=16))
+        mesh = self.write("mesh.json", json.dumps(mesh_of(self.body)))
+        return self.make(more=self.BODY.replace("MESH", repr(str(mesh))).replace("SHAPE", shape), **more)
+
+    def test_a_corrective_shape_that_pops_is_found_at_its_angle_with_its_size(self):
+        self.make_body("1 if var < -0.7 else 0")
+        report = self.night(*self.ALL, code=1)
+        found = [finding for finding in report["findings"] if finding["code"] == "BB037"]
+        alone = [finding for finding in found if finding["sweep"] == "extension"]
+        self.assertEqual(len(alone), 1)
+        self.assertAlmostEqual(alone[0]["control_deg"], math.degrees(0.7), delta=60e-4)
+        self.assertAlmostEqual(alone[0]["geometry"]["size_mm"], 60, delta=0.6)
+        self.assertEqual((alone[0]["owner"], alone[0]["verdict"]), ("RIG", "fail"))
+        self.assertEqual([finding for finding in report["findings"] if finding["code"] == "BB001"], [])
+
+    def test_meshes_are_blenders_own_unless_the_mapping_says_no(self):
+        self.make_body("-0.5 * var")
+        report = self.night(("extension", 60), code=5)
+        notes = report["characters"][0]["notes"]
+        self.assertTrue([note for note in notes if "the mesh is its own, 528 points" in note], notes)
+        apart = [float(re.search(r"largest ([0-9.]+) mm", note).group(1)) for note in notes if "LBS against" in note]
+        self.assertAlmostEqual(apart[0], 60 * 0.5 * math.radians(60), delta=1)
+        self.mapping.write_text(json.dumps({**self.MAPPING, "mesh": False}))
+        report = self.night(("extension", 60), code=5)
+        self.assertFalse([note for note in report["characters"][0]["notes"] if "points" in note or "LBS against" in note])
 
     def test_b_bones_are_judged_by_their_segments(self):
         self.make(segments=4)

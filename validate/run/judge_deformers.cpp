@@ -234,6 +234,7 @@ DeformerJudgement judge_deformers(const RigRecord& rig, const JudgeContext& cont
   const double limit =
       context.limits.of(kCode).value / 100.0 * context.stage.anatomy().spine_length;
   Coverage coverage{std::string(kCode), 0, 0, 0, 0};
+  std::vector<Finding> compound;
   double sum = 0.0;
   Index count = 0;
   for (const SweepRecord& sweep : rig.sweeps) {
@@ -263,14 +264,20 @@ DeformerJudgement judge_deformers(const RigRecord& rig, const JudgeContext& cont
           out.blending = {off, 0.0, sweep.poses[i].body, static_cast<int>(v)};
       }
     }
+    const bool alone = std::ranges::any_of(
+        kBendChannels, [&](std::string_view channel) { return moves_alone(sweep.sweep, channel); });
     for (const Pop& pop : find_pops(surface, sweep, limit, std::move(at_pose)))
-      out.findings.push_back(pop_finding(rig, context, sweep, pop));
+      (alone ? out.findings : compound).push_back(pop_finding(rig, context, sweep, pop));
   }
   out.blending.mean = count > 0 ? sum / static_cast<double>(count) : 0.0;
-  std::ranges::stable_sort(out.findings, [](const Finding& a, const Finding& b) {
+  // The pose of one control is easier to set than a compound that shows the same.
+  const auto by_size = [](const Finding& a, const Finding& b) {
     if (a.inside_envelope != b.inside_envelope) return a.inside_envelope;
     return a.value > b.value;
-  });
+  };
+  std::ranges::stable_sort(out.findings, by_size);
+  std::ranges::stable_sort(compound, by_size);
+  std::ranges::move(compound, std::back_inserter(out.findings));
   out.coverage.push_back(std::move(coverage));
   return out;
 }
