@@ -11,7 +11,8 @@ Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SI
 `--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel
 from the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
 Of the mesh: `--pop CHANNEL=AT:SIZE[:WITHIN]` moves a patch on the front by SIZE (the skeleton's unit) from AT on, within
-so many degrees; `--bulge CHANNEL=SIZE` moves it by SIZE for every degree.
+so many degrees; `--bulge CHANNEL=SIZE` moves it by SIZE for every degree;
+`--jelly` lets it depend on the pose before.
 """
 
 import json
@@ -112,6 +113,9 @@ class Rig:
         matrices, out = self.pose(values), []
         rise = sum(size * min(1.0, (self.degrees[name] - at) / within if within else 1.0)
                    for name, at, size, within in self.faults["pop"] if self.degrees[name] >= at)
+        if self.faults["jelly"]:
+            last, self.before = self.before, sum(values)
+            rise += 0.001 * (last or 0.0)
         rise += sum(size * self.degrees[name] for name, size in self.faults["bulge"])
         for point, weights, share in zip(self.mesh["points"], self.mesh["weights"], self.patch):
             shaped, placed = (point[0], point[1], point[2] + rise * share), [0.0, 0.0, 0.0]
@@ -123,7 +127,7 @@ class Rig:
 
 
 def main(words):
-    faults = {"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [], "memory": False}
+    faults = {"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [], "memory": False, "jelly": False}
     files = []
     words = list(words)
     while words:
@@ -137,8 +141,8 @@ def main(words):
             faults[word[2:]].append((name, float(size)))
         elif word in ("--lose", "--reverse"):
             faults[word[2:]].append(words.pop(0))
-        elif word == "--memory":
-            faults["memory"] = True
+        elif word in ("--memory", "--jelly"):
+            faults[word[2:]] = True
         else:
             files.append(word)
     try:

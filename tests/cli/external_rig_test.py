@@ -29,7 +29,7 @@ sys.path.insert(0, {bridges!r})
 import backbend_rig, example_rig
 how, skeleton = sys.argv[1:3]
 rig = example_rig.Rig(json.load(open(skeleton)), {{"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [],
-                                                  "memory": False}})
+                                                  "memory": False, "jelly": False}})
 channels = [(name, "rotation", 0.0) for name in example_rig.CHANNELS]
 joints = rig.declared()
 asked = 0
@@ -516,6 +516,11 @@ class Memory(RigTest, CommandTest):
         asked_again = [finding for finding in found if "asked for again" in finding["detail"]]
         self.assertEqual(len(asked_again), 1)
         self.assertNotEqual(asked_again[0]["pose"], "")
+
+    def test_a_mesh_with_a_memory_is_a_finding_that_names_the_point(self):
+        self.skeleton.write_text(json.dumps({**skeleton_of(self.body, self.SPINE), "mesh": mesh_of(self.body)}))
+        found = self.findings(self.check(self.rig("--jelly"), code=1), "BB044")
+        self.assertTrue([finding for finding in found if re.search("point [0-9]+ of its mesh differs by", finding["detail"])])
 
 
 class BadServers(RigTest, CommandTest):

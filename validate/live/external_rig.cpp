@@ -437,7 +437,26 @@ void ExternalRig::find_memory() {
     const PoseDifference off = pose_difference(before[order[k]], again[k], length);
     const double share = std::max(off.shift, radians_from(off.turn_deg));
     if (share > memory_.share)
-      memory_ = {poses[order[k]], share, off.turn_deg, off.shift, off.joint};
+      memory_ = {poses[order[k]], share, off.turn_deg, off.shift, off.joint, -1};
+  }
+  if (gives_points()) find_memory_of_points(poses);
+}
+
+void ExternalRig::find_memory_of_points(const std::vector<solver::BodyPose>& poses) {
+  std::vector<solver::BodyPose> asked;
+  std::vector<std::vector<double>> first, second;
+  for (Index i = 0; i < poses.size(); i += 6) asked.push_back(poses[i]);  // all five kinds
+  for (const solver::BodyPose& pose : asked) first.push_back(controls_for(pose));
+  for (Index i = asked.size(); i-- > 0;) second.push_back(first[i]);
+  const std::vector<Points> before = ask(first, *servers_.front(), true).points;
+  const std::vector<Points> again = ask(second, *servers_.back(), true).points;
+  const double length = chain_length(rest_.position);
+  for (Index i = 0; i < asked.size(); ++i) {
+    const std::vector<glm::vec3>&a = *before[i], &b = *again[asked.size() - 1 - i];
+    for (Index p = 0; p < a.size(); ++p) {
+      const double shift = glm::distance(glm::dvec3(a[p]), glm::dvec3(b[p])) / length;
+      if (shift > memory_.share) memory_ = {asked[i], shift, 0.0, shift, -1, static_cast<int>(p)};
+    }
   }
 }
 

@@ -84,11 +84,14 @@ void judge_memory(const RigRecord& rig, const JudgeContext& context, const Exter
   finding.verdict = Verdict::fail;
   finding.value = 100.0 * memory.share;
   finding.joint = joint_name(rig, memory.joint);
-  finding.detail = "the same pose, asked for again in another order, is another: '" +
-                   finding.joint + "' differs by " + number_text(memory.turn_deg, 2) + " deg and " +
-                   number_text(100.0 * memory.shift, 2) +
-                   " % of spine; the rig has a memory: jumps were not looked for, and no figure "
-                   "of it holds";
+  finding.detail =
+      "the same pose, asked for again in another order, is another: " +
+      (memory.point >= 0 ? "point " + std::to_string(memory.point) + " of its mesh differs by "
+                         : "'" + finding.joint + "' differs by " + number_text(memory.turn_deg, 2) +
+                               " deg and ") +
+      number_text(100.0 * memory.shift, 2) +
+      " % of spine; the rig has a memory: jumps were not looked for, and no figure "
+      "of it holds";
   finding.image.note = "no picture metric looks at this";
   out.findings.push_back(std::move(finding));
 }
