@@ -10,7 +10,9 @@
 #include "skin/weight_suggestions.h"
 #include "validate/files/import.h"
 #include "validate/files/output_folder.h"
+#include "validate/live/propose_mapping.h"
 #include "validate/run/confirmed.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::cli {
 
@@ -48,11 +50,28 @@ validate::ConfirmedCharacter load_inspected(const std::filesystem::path& file,
   }
 }
 
+/// The rig of one's own that --rig names.
+solver::SystemSpec own_rig(const std::string& text) {
+  const auto spec = validate::parse_external(text);
+  if (!spec)
+    throw CLI::ValidationError("--rig: expected blender:FILE or command:\"PROGRAM ARGS\", got '" +
+                               text + "'");
+  return *spec;
+}
+
+/// The character of a rig that is named alone: its own export beside it.
+std::string export_of(const std::string& rig) {
+  const std::string file = validate::external_spec(own_rig(rig)).file;
+  if (file.empty())
+    throw CLI::ValidationError("character: required beside --rig command:\"PROGRAM ARGS\"");
+  return std::filesystem::path(file).replace_extension(".glb").string();
+}
+
 }  // namespace
 
 void add_inspect(const Registry& registry) {
   struct Options {
-    std::string character;
+    std::string character, rig;
     skin::AnatomyHints hints;
     bool save = false, suggest = false, driven = false;
   };
@@ -60,6 +79,9 @@ void add_inspect(const Registry& registry) {
   CLI::App* command = registry.add(
       "inspect", "show a character's skeleton, spine, weights and driven joints",
       [options, &common = registry.common] {
+        if (options->character.empty() && options->rig.empty())
+          throw CLI::RequiredError("character");
+        if (options->character.empty()) options->character = export_of(options->rig);
         const validate::ConfirmedCharacter confirmed =
             load_inspected(options->character, options->hints, options->save);
         const skin::Character& character = confirmed.character;
@@ -80,10 +102,17 @@ void add_inspect(const Registry& registry) {
           text = common.json ? skin::driven_json(character, nodes)
                              : skin::driven_text(character, nodes);
         }
+        skin::Sidecar known = confirmed.sidecar.value_or(skin::Sidecar{});
+        if (!options->rig.empty()) {
+          const validate::ProposedMapping proposal =
+              validate::propose_mapping(own_rig(options->rig), character, anatomy);
+          text = common.json ? validate::proposal_json(proposal)
+                             : text + "\n" + validate::proposal_text(proposal);
+          known.controls = proposal.controls();
+        }
         if (options->save) {
-          const auto path = save_sidecar(
-              options->character,
-              skin::sidecar_of(character, anatomy, confirmed.sidecar.value_or(skin::Sidecar{})));
+          const auto path = save_sidecar(options->character,
+                                         skin::sidecar_of(character, anatomy, std::move(known)));
           if (!common.quiet)
             std::fprintf(stderr, "wrote %s: check it once and correct what is wrong\n",
                          path.c_str());
@@ -94,11 +123,13 @@ void add_inspect(const Registry& registry) {
         skin::require_possible_import(character);
         return 0;
       });
-  command
-      ->add_option(
-          "character", options->character,
-          "character file: .glb, .gltf, .fbx, .dae, a skeleton .bvh, or a body description .toml")
-      ->required();
+  command->add_option(
+      "character", options->character,
+      "character file: .glb, .gltf, .fbx, .dae, a skeleton .bvh, or a body description .toml "
+      "[of --rig blender:hero.blend: hero.glb beside it]");
+  command->add_option("--rig", options->rig,
+                      "try the controls of a rig of your own, blender:FILE or command:\"PROGRAM "
+                      "ARGS\", and propose which stand for which channel");
   command->add_flag("--save", options->save,
                     "write what was found to NAME.backbend.toml beside the character");
   CLI::Option* suggest = command->add_flag("--suggest", options->suggest,

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "skin/joint_names.h"
 #include "skin/printable.h"
 #include "skin/skeleton_shape.h"
 #include "solver/nearest_name.h"
@@ -14,8 +15,12 @@ std::vector<int> chain_of(const Character& character, const std::vector<std::str
   std::vector<int> chain;
   for (const std::string& name : names) {
     const int node = node_named(character, name);
+    // An arm may stand beside its clavicle, where a file has deforming joints alone.
+    const bool beside = chain.size() == 1 &&
+                        read_joint_name(names.front()).part == BodyPart::clavicle &&
+                        read_joint_name(name).part == BodyPart::arm;
     // Some skeletons are built from the head or the chest: a chain may run up the tree, too.
-    if (!chain.empty() &&
+    if (!chain.empty() && !beside &&
         (node == chain.back() || (path_down(character, chain.back(), node).empty() &&
                                   path_down(character, node, chain.back()).empty())))
       throw CharacterError(character.file_name + ": " + what + ": " + in_quotes(name) +

@@ -201,6 +201,12 @@ class Server:
         fits = [thing for thing in found if wanted and wanted & set(thing.pose.bones.keys())]
         if len(fits) == 1:
             return fits[0]
+        # A metarig stands beside the rig that was made of it: the one that moves a body is meant.
+        moves = [thing for thing in found if any(
+            modifier.type == "ARMATURE" and modifier.object == thing
+            for body in bpy.data.objects if body.type == "MESH" for modifier in body.modifiers)]
+        if not wanted and len(moves) == 1:
+            return moves[0]
         raise ValueError(f"{len(found)} armatures: name one in the mapping (\"armature\")")
 
     def find_bodies(self, mapping):
@@ -263,13 +269,19 @@ class Server:
 
     def declared_channels(self):
         out = []
+        # What animators take hold of has a shape of its own, in a rig where any bone has.
+        shaped = {thing.name for thing in bpy.data.objects if thing.type == "ARMATURE" and thing.pose
+                  and any(bone.custom_shape for bone in thing.pose.bones)}
         for name, (bone, channel) in self.controls.items():
             kind = "rotation" if channel in ROTATIONS else "translation" if channel in LOCATIONS else "scalar"
+            owner = bone.id_data.name
+            is_control = (owner not in shaped or bone.custom_shape is not None) and not (
+                channel in ROTATIONS and bone.lock_rotation[ROTATIONS[channel]])
             if kind == "rotation" and bone.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
-                out.append((name, kind, math.degrees(bone.matrix_basis.to_euler("XYZ")[ROTATIONS[channel]])))
+                out.append((name, kind, math.degrees(bone.matrix_basis.to_euler("XYZ")[ROTATIONS[channel]]), is_control))
                 continue
             holder, key, unit = values_of(bone, channel)
-            out.append((name, kind, holder[key] / unit))
+            out.append((name, kind, holder[key] / unit, is_control))
         return out
 
     def declared_joints(self):

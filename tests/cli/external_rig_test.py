@@ -459,6 +459,88 @@ step = 10
             self.assertFalse([key for key in report["provenance"] if key.startswith("carried tube")])
 
 
+# Controls as animators know them: argument 1 says which rig, 2 is the skeleton.
+FK_SERVER = """
+import json, math, sys
+sys.path.insert(0, {bridges!r})
+import backbend_rig, example_rig
+kind, skeleton = sys.argv[1:3]
+skeleton = json.load(open(skeleton))
+rig = example_rig.Rig(skeleton, {{"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [], "memory": False, "jelly": False}})
+spine = [[joint["name"] for joint in skeleton["joints"]].index(name) for name in skeleton["spine"]]
+# Name: the joints that it turns, and by what share of its own turn.
+controls = {{"hips_ctl": [(spine[0], 1.0)]}}
+if kind in ("fk", "both"):
+    controls.update({{f"spine_C0_fk{{k}}_ctl": [(joint, 1.0)] for k, joint in enumerate(spine[1:])}})
+if kind in ("ik", "both"):
+    controls["spine_C0_ik1_ctl"] = [(joint, 1.0 / len(spine[1:])) for joint in spine[1:]]
+if kind == "none":
+    controls["hand_ctl"] = []
+channels = [(f"{{name}}.{{axis}}", "rotation", 0.0) for name in controls for axis in ("rx", "ry", "rz")]
+channels.append(("mechanism.rx", "rotation", 0.0, False))
+
+def pose(values):
+    own = {{joint: example_rig.rotation((0, 0, 0)) for joint in spine}}
+    for k, (name, joints) in enumerate(controls.items()):
+        for joint, share in joints:
+            turn = [math.radians(share * value) for value in values[3 * k:3 * k + 3]]
+            own[joint] = example_rig.times(own[joint], example_rig.rotation(turn))
+    if values[-1]:
+        own[spine[1]] = example_rig.times(own[spine[1]], example_rig.rotation((math.radians(values[-1]), 0, 0)))
+    turns, places = [], []
+    for k, joint in enumerate(rig.joints):
+        turn, place = own.get(k, example_rig.rotation((0, 0, 0))), tuple(rig.place[k])
+        if joint["parent"] >= 0:
+            up = joint["parent"]
+            offset = example_rig.turned(turns[up], [a - b for a, b in zip(place, rig.place[up])])
+            turn, place = example_rig.times(turns[up], turn), tuple(a + b for a, b in zip(places[up], offset))
+        turns.append(turn)
+        places.append(place)
+    return [rig.matrix(turn, place) for turn, place in zip(turns, places)]
+
+backbend_rig.serve(channels, rig.declared(), pose)
+"""
+
+
+class Proposals(RigTest, CommandTest):
+    """`inspect --rig` finds the mapping by moving the controls."""
+
+    def fk(self, kind):
+        server = self.write("fk.py", FK_SERVER.format(bridges=str(BRIDGES)))
+        return "command:" + " ".join(shlex.quote(str(word)) for word in (sys.executable, "-B", server, kind, self.skeleton))
+
+    def proposed(self, kind):
+        told = self.assert_runs("inspect", self.body, "--chest", "neck", "--rig", self.fk(kind), "--json").stdout
+        return {channel: [(each["control"], each["channel"], each["per_degree"]) for each in targets]
+                for channel, targets in json.loads(told)["channels"].items()}
+
+    def test_one_control_that_bends_the_spine_is_taken_with_its_axes_and_signs(self):
+        for kind in ("ik", "both"):
+            self.assertEqual(self.proposed(kind), {"extension": [("spine_C0_ik1_ctl", "rx", -1.0)], "side": [("spine_C0_ik1_ctl", "rz", -1.0)],
+                                                   "twist": [("spine_C0_ik1_ctl", "ry", 1.0)]})
+
+    def test_a_chain_of_controls_is_taken_whole(self):
+        found = self.proposed("fk")
+        for channel, axis, sign in (("extension", "rx", -1), ("side", "rz", -1), ("twist", "ry", 1)):
+            self.assertEqual([(control, name) for control, name, _ in found[channel]],
+                             [(f"spine_C0_fk{k}_ctl", axis) for k in range(3)])
+            for _, _, share in found[channel]:
+                self.assertAlmostEqual(share, sign / 3)
+
+    def test_what_is_saved_is_what_check_takes(self):
+        told = self.assert_runs("inspect", self.body, "--chest", "neck", "--rig", self.fk("fk"), "--save").stdout
+        self.assertRegex(told, r"extension +spine_C0_fk0_ctl -X, .*shared equally: 100 % arrive at the chest")
+        report = self.check(self.fk("fk"))
+        self.assertEqual(self.findings(report, "BB049"), [])
+        self.assertTrue(all(row["measured"] for row in report["rigs"][0]["headroom"]))
+
+    def test_a_rig_without_such_a_control_and_other_words_are_refused(self):
+        self.assert_refused("inspect", self.body, "--chest", "neck", "--rig", self.fk("none"), "--quiet", names=["none of its 2 controls"])
+        self.assert_refused("inspect", self.body, "--rig", "even", code=USAGE, names=["--rig", "blender:FILE"])
+        self.assert_refused("inspect", "--rig", self.fk("fk"), code=USAGE, names=["character"])
+        self.assert_refused("inspect", code=USAGE, names=["character"])
+
+
 class Mappings(RigTest, CommandTest):
     def test_a_twist_that_is_lost_fails_by_name(self):
         found = self.findings(self.check(self.rig("--lose", "twist"), code=1), "BB049")
@@ -805,6 +887,17 @@ driver.expression = "SHAPE"
         self.mapping.write_text(json.dumps({**self.MAPPING, "mesh": False}))
         report = self.night(("extension", 60), code=5)
         self.assertFalse([note for note in report["characters"][0]["notes"] if "points" in note or "LBS against" in note])
+
+    def test_controls_are_found_by_moving_them_and_saved(self):
+        path = self.make()
+        self.body.rename(path.with_suffix(".glb"))
+        told = self.assert_runs("inspect", "--rig", f"blender:{path}", "--hip", "spine0", "--chest", "spine4", "--save").stdout
+        for line in (r"extension +chest_ctl -X", r"side +chest_ctl -Z", r"twist +chest_ctl \+Y"):
+            self.assertRegex(told, line)
+        self.assert_runs("check", path.with_suffix(".glb"), "--rig", f"blender:{path}", "--envelope", "human", "--quick", "-o", "saved")
+        report = json.loads((self.folder / "saved/report.json").read_text())
+        self.assertTrue(all(row["measured"] for row in report["rigs"][0]["headroom"]))
+        self.assertEqual([finding for finding in report["findings"] if finding["code"] == "BB049"], [])
 
     def test_b_bones_are_judged_by_their_segments(self):
         self.make(segments=4)

@@ -640,6 +640,22 @@ std::string refusal(const Character& character, const AnatomyHints& hints = {}) 
   }
 }
 
+TEST(Anatomy, TakesArmsThatAreNamedBesideTheirClaviclesAsItFoundThem) {
+  Character character = stick_figure();
+  for (Node& node : character.nodes)
+    if (node.name.starts_with("arm")) node.parent = stick_node(character, "scene");
+  const Anatomy found = find_anatomy(character);
+  ASSERT_EQ(names_of(character, found.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
+  AnatomyHints hints;
+  hints.left_arm = names_of(character, found.left_arm);
+  hints.right_arm = names_of(character, found.right_arm);
+  const Anatomy again = find_anatomy(character, hints);
+  EXPECT_EQ(again.left_arm, found.left_arm);
+  EXPECT_EQ(again.followers.size(), found.followers.size());
+  hints.left_arm = {"arm.L", "clavicle.L"};
+  EXPECT_NE(refusal(character, hints).find("does not hang from"), std::string::npos);
+}
+
 TEST(Anatomy, RefusesHintsThatDoNotFitAndNamesTheNearest) {
   const Character character = stick_figure();
   EXPECT_NE(refusal(character, between("hip", ""))

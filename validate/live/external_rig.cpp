@@ -142,13 +142,41 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
   const ExternalSpec external = external_spec(spec);
   // What is wrong with the mapping should not wait for a program to load a scene.
   if (!external.map.empty()) mapping_ = read_mapping(external.map);
+  start(external);
+  if (external.map.empty() && !controls.empty()) mapping_ = mapping_of(controls);
+  if (external.map.empty() && controls.empty()) mapping_ = mapping_by_name(hello());
+  map_channels();
+  match_and_select();
+  check_rest();
+  check_rest_of_points();
+  find_memory();
+  if (!hello().pure) notes_.push_back("the rig says itself that a pose depends on those before it");
+}
+
+ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
+                         const skin::Anatomy& anatomy, ToBeTried)
+    : character_(character),
+      anatomy_(anatomy),
+      who_(external_text(spec)),
+      key_(external_key(spec)) {
+  start(external_spec(spec));
+  for (Index c = 0; c < hello().channels.size(); ++c) {
+    const RigChannel& channel = hello().channels[c];
+    if (channel.control && channel.kind == solver::Channel::Kind::rotation) add_channel(c);
+  }
+  if (channels_.empty()) throw RigError(who_ + ": no control of it turns");
+  match_and_select();
+  check_rest();
+}
+
+void ExternalRig::start(const ExternalSpec& external) {
   if (!external.file.empty() && !std::filesystem::is_regular_file(external.file))
     throw RigError(external.file + ": no such file");
   for (int n = 0; n < external.servers; ++n)
     servers_.push_back(std::make_unique<RigServer>(who_, argv_of(external), external.timeout));
-  if (external.map.empty() && !controls.empty()) mapping_ = mapping_of(controls);
-  if (external.map.empty() && controls.empty()) mapping_ = mapping_by_name(hello());
-  map_channels();
+}
+
+void ExternalRig::match_and_select() {
   match_joints();
   match_points();
   for (const auto& server : servers_) {
@@ -159,10 +187,6 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
     server->select(rig_channel_, selected_);
     free_.push_back(free_.size());
   }
-  check_rest();
-  check_rest_of_points();
-  find_memory();
-  if (!hello().pure) notes_.push_back("the rig says itself that a pose depends on those before it");
 }
 
 void ExternalRig::map_channels() {
@@ -183,13 +207,16 @@ void ExternalRig::map_channels() {
     }
   }
   for (Index c = 0; c < names.size(); ++c) {
-    if (!moved[c]) continue;
-    const RigChannel& channel = hello().channels[c];
-    const bool turns = channel.kind == solver::Channel::Kind::rotation;
-    channels_.push_back(
-        {channel.name, channel.kind, turns ? radians_from(channel.rest) : channel.rest});
-    rig_channel_.push_back(static_cast<int>(c));
+    if (moved[c]) add_channel(c);
   }
+}
+
+void ExternalRig::add_channel(Index of_hello) {
+  const RigChannel& channel = hello().channels[of_hello];
+  const bool turns = channel.kind == solver::Channel::Kind::rotation;
+  channels_.push_back(
+      {channel.name, channel.kind, turns ? radians_from(channel.rest) : channel.rest});
+  rig_channel_.push_back(static_cast<int>(of_hello));
 }
 
 std::vector<double> ExternalRig::controls_for(const solver::BodyPose& body) const {

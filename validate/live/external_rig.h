@@ -40,6 +40,13 @@ class ExternalRig {
   ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
               const skin::Anatomy& anatomy, const std::vector<skin::SidecarControl>& controls);
 
+  /// The same rig with every rotation that an animator sets for a channel, to find out which of
+  /// them stand for what: propose_mapping(). Maps nothing, and is not tried for a memory. Throws as
+  /// above, and where it has no such channel.
+  struct ToBeTried {};
+  ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
+              const skin::Anatomy& anatomy, ToBeTried);
+
   const std::string& who() const { return who_; }
   const RigHello& hello() const { return servers_.front()->hello(); }
   const ControlMapping& mapping() const { return mapping_; }
@@ -95,7 +102,10 @@ class ExternalRig {
   struct Lease;
 
   static Key key_of(std::span<const double> control);
+  void start(const ExternalSpec& external);
   void map_channels();
+  void add_channel(std::size_t of_hello);
+  void match_and_select();
   void match_joints();
   void add_to_chain(int node, int joint, const JointFinder& finder);
   int select(int joint);

@@ -58,10 +58,10 @@ double number_of(const json& object, const char* key, const std::string& where, 
   return *found;
 }
 
-bool truth_of(const json& object, const char* key, bool otherwise) {
+bool truth_of(const json& object, const char* key, bool otherwise, const std::string& where = "") {
   const auto found = object.find(key);
   if (found == object.end()) return otherwise;
-  if (!found->is_boolean()) fail(std::string("hello: ") + key + ": must be true or false");
+  if (!found->is_boolean()) fail("hello: " + where + key + ": must be true or false");
   return *found;
 }
 
@@ -166,6 +166,7 @@ RigHello parse_hello(const std::string& line) {
     channel.name = take_name(channels[i], where, names);
     channel.kind = kind_of(channels[i], where);
     channel.rest = number_of(channels[i], "rest", where, 0.0);
+    channel.control = truth_of(channels[i], "control", true, where);
     hello.channels.push_back(std::move(channel));
   }
   names.clear();

@@ -27,7 +27,8 @@ struct ProtocolError : std::runtime_error {
 struct RigChannel {
   std::string name;  // `chest.ry`
   solver::Channel::Kind kind = solver::Channel::Kind::rotation;
-  double rest = 0.0;  // as on the wire
+  double rest = 0.0;    // as on the wire
+  bool control = true;  // an animator sets it; false: part of the mechanism
 };
 
 struct RigJoint {

@@ -1,0 +1,307 @@
+#include "validate/live/propose_mapping.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+
+#include "skin/printable.h"
+#include "validate/live/external_rig.h"
+#include "validate/metrics/rotation.h"
+#include "validate/sweeps/sweep.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+
+constexpr double kTried_deg = 20.0;
+// Of the angle that a control is turned by: what must arrive about the channel's axis, what may
+// arrive about the others of that, and what the hips may turn.
+constexpr double kLeastShare = 0.5, kMostAcross = 0.5, kMostHips = 0.1;
+// A control that bends so many joints is one for the whole spine. And how far apart along it, in
+// joints, two controls bend that are two of a chain.
+constexpr double kSeveral = 1.5, kApart = 0.5;
+
+// Extension, side, twist.
+constexpr std::array<std::string_view, 3> kAxes = {"extension", "side", "twist"};
+
+/// What one channel of the rig does to the spine.
+struct Response {
+  std::string control;
+  char axis = 'X';
+  glm::dvec3 share{0.0};         // about kAxes, of the angle
+  std::vector<glm::dvec3> turn;  // of each bone against the one below, of the angle
+  double hips = 0.0;
+
+  /// How many joints take part: 1 where all turn alike, 1/n where one does all.
+  double over() const {
+    double sum = 0.0, squares = 0.0;
+    for (const glm::dvec3& each : turn) {
+      sum += glm::length(each);
+      squares += glm::dot(each, each);
+    }
+    return squares > 0.0 ? sum * sum / squares / static_cast<double>(turn.size()) : 0.0;
+  }
+  /// Where along the spine it bends, in joints.
+  double middle() const {
+    double sum = 0.0, moment = 0.0;
+    for (Index k = 0; k < turn.size(); ++k) {
+      sum += glm::length(turn[k]);
+      moment += glm::length(turn[k]) * static_cast<double>(k);
+    }
+    return sum > 0.0 ? moment / sum : 0.0;
+  }
+  bool bends_several() const {
+    const auto joints = static_cast<double>(turn.size());
+    return over() * joints >= std::min(kSeveral, 0.75 * joints);
+  }
+  bool stands_for(int axis_of_body) const {
+    glm::dvec3 across = share;
+    across[axis_of_body] = 0.0;
+    const double along = std::abs(share[axis_of_body]);
+    return along >= kLeastShare && glm::length(across) <= kMostAcross * along && hips <= kMostHips;
+  }
+};
+
+/// How well one control stands for a channel: what arrives, over how much of the spine.
+double quality(const Response& response, int axis) {
+  const double along = std::abs(response.share[axis]);
+  return std::min(along, 1.0 / along) * (0.5 + response.over());
+}
+
+class Prober {
+ public:
+  Prober(const solver::SystemSpec& spec, const skin::Character& character,
+         const skin::Anatomy& anatomy)
+      : rig_(spec, character, anatomy, ExternalRig::ToBeTried{}) {
+    const std::vector<glm::dvec3>& joint = rig_.rest().position;
+    const glm::dvec3 left = anatomy.left, chest = joint.back() - joint.front();
+    const glm::dvec3 along = glm::normalize(chest - left * glm::dot(chest, left));
+    axis_ = {-left, -glm::cross(left, along), along};
+    for (const solver::Channel& channel : rig_.channels()) rest_.push_back(channel.rest);
+    // A bone that bends inside stands in the chain with its segments: the middle one speaks for it.
+    std::vector<std::string> bone;
+    for (const std::string& name : rig_.joint_names())
+      bone.push_back(name.substr(0, name.rfind(".seg")));
+    for (Index k = 0; k < bone.size();) {
+      Index end = k;
+      while (end < bone.size() && bone[end] == bone[k]) ++end;
+      middle_.push_back((k + end) / 2);
+      k = end;
+    }
+  }
+
+  const ExternalRig& rig() const { return rig_; }
+
+  std::vector<Response> responses() const {
+    std::vector<std::vector<double>> asked;
+    std::vector<Response> out;
+    for (Index c = 0; c < rest_.size(); ++c) {
+      const std::string& name = rig_.channels()[c].name;
+      const std::size_t dot = name.rfind('.');
+      if (dot == std::string::npos || name.size() != dot + 3 || name[dot + 1] != 'r' ||
+          name[dot + 2] < 'x' || name[dot + 2] > 'z')
+        continue;  // a sidecar names a control and an axis
+      out.push_back({name.substr(0, dot), static_cast<char>(name[dot + 2] - 'a' + 'A'), {}, {}, 0});
+      asked.push_back(rest_);
+      asked.back()[c] += radians_from(kTried_deg);
+    }
+    rig_.prepare(asked, solver::Detail::joints);
+    for (Index i = 0; i < out.size(); ++i) read(asked[i], kTried_deg, out[i]);
+    return out;
+  }
+
+  /// All of a channel's controls together, at 30 degrees of the channel.
+  Response together(const std::vector<skin::SidecarControl>& controls) const {
+    constexpr double kAsked_deg = 30.0;
+    std::vector<double> asked = rest_;
+    for (const skin::SidecarControl& each : controls) {
+      const std::string name =
+          each.control + ".r" + static_cast<char>(each.axis.front() - 'A' + 'a');
+      for (Index c = 0; c < asked.size(); ++c)
+        if (rig_.channels()[c].name == name)
+          asked[c] += radians_from(kAsked_deg * each.sign / static_cast<double>(controls.size()));
+    }
+    Response out;
+    read(asked, kAsked_deg, out);
+    return out;
+  }
+
+ private:
+  void read(const std::vector<double>& control, double angle_deg, Response& out) const {
+    const solver::SpinePose pose = rig_.pose(control, solver::Detail::joints);
+    glm::dvec3 sum(0.0);
+    for (Index k = 1; k < pose.turn.size(); ++k)
+      sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]) /
+             radians_from(angle_deg);
+    for (Index b = 1; b < middle_.size(); ++b)
+      out.turn.push_back(
+          rotation_vector(glm::conjugate(pose.turn[middle_[b - 1]]) * pose.turn[middle_[b]]) /
+          radians_from(angle_deg));
+    for (int a = 0; a < 3; ++a) out.share[a] = glm::dot(sum, axis_[static_cast<Index>(a)]);
+    out.hips = glm::length(rotation_vector(pose.turn.front())) / radians_from(angle_deg);
+  }
+
+  ExternalRig rig_;
+  std::array<glm::dvec3, 3> axis_{};
+  std::vector<double> rest_;
+  std::vector<Index> middle_;  // of each bone, into the chain
+};
+
+skin::SidecarControl control_of(const Response& response, int axis) {
+  return {std::string(kAxes[static_cast<Index>(axis)]), response.control,
+          std::string(1, response.axis), response.share[axis] < 0.0 ? -1 : 1};
+}
+
+/// The best of those that pass; the first of equal ones.
+template <class Passes, class Value>
+const Response* best_of(const std::vector<Response>& responses, const Passes& passes,
+                        const Value& value) {
+  const Response* best = nullptr;
+  for (const Response& each : responses)
+    if (passes(each) && (best == nullptr || value(each) > value(*best) + 1e-9)) best = &each;
+  return best;
+}
+
+/// Controls that bend one place each: one for each place.
+std::vector<const Response*> chain_of(const std::vector<Response>& responses, int axis) {
+  std::vector<const Response*> sorted, chain;
+  for (const Response& each : responses)
+    if (each.stands_for(axis)) sorted.push_back(&each);
+  std::ranges::stable_sort(sorted, {}, [](const Response* each) { return each->middle(); });
+  for (const Response* each : sorted) {
+    // A joint of the chain, in joints of the spine: bones that bend inside have several.
+    const bool again = !chain.empty() && each->middle() - chain.back()->middle() < kApart;
+    if (!again)
+      chain.push_back(each);
+    else if (quality(*each, axis) > quality(*chain.back(), axis) + 1e-9)
+      chain.back() = each;
+  }
+  return chain;
+}
+
+}  // namespace
+
+std::vector<skin::SidecarControl> ProposedMapping::controls() const {
+  std::vector<skin::SidecarControl> out;
+  for (const ProposedChannel& channel : channels)
+    if (!channel.opposite) out.insert(out.end(), channel.controls.begin(), channel.controls.end());
+  return out;
+}
+
+ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Character& character,
+                                const skin::Anatomy& anatomy) {
+  const Prober prober(spec, character, anatomy);
+  const std::vector<Response> responses = prober.responses();
+  ProposedMapping out;
+  out.rig = prober.rig().who();
+  std::map<std::string, double> whole;  // controls for the whole spine: their quality for all axes
+  for (const Response& each : responses) {
+    whole.emplace(each.control, 0.0);
+    for (int axis = 0; axis < 3; ++axis)
+      if (each.stands_for(axis) && each.bends_several()) whole[each.control] += quality(each, axis);
+  }
+  out.tried = whole.size();
+  std::vector<std::pair<double, std::string>> ranked;
+  for (const auto& [control, value] : whole)
+    if (value > 0.0) ranked.emplace_back(-value, control);
+  std::ranges::sort(ranked);
+  for (Index i = 1; i < std::min<Index>(ranked.size(), 4); ++i)
+    out.others.push_back(ranked[i].second);
+
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto value = [&](const Response& each) { return quality(each, axis); };
+    const Response* one = best_of(
+        responses,
+        [&](const Response& each) {
+          return !ranked.empty() && each.control == ranked.front().second &&
+                 each.stands_for(axis) && each.bends_several();
+        },
+        value);
+    if (one == nullptr)
+      one = best_of(
+          responses,
+          [&](const Response& each) { return each.stands_for(axis) && each.bends_several(); },
+          value);
+    std::vector<const Response*> chosen;
+    if (one != nullptr)
+      chosen.push_back(one);
+    else
+      chosen = chain_of(responses, axis);
+    ProposedChannel channel;
+    channel.channel = kAxes[static_cast<Index>(axis)];
+    for (const Response* each : chosen) channel.controls.push_back(control_of(*each, axis));
+    if (channel.controls.empty()) {
+      out.missing.push_back(channel.channel);
+      if (axis == 0) out.missing.emplace_back("flexion");
+      continue;
+    }
+    const Response all = prober.together(channel.controls);
+    channel.share = all.share[axis];
+    channel.over = all.over();
+    out.channels.push_back(channel);
+    if (axis == 0) {
+      channel.channel = "flexion";
+      channel.opposite = true;
+      for (skin::SidecarControl& each : channel.controls) {
+        each.channel = "flexion";
+        each.sign = -each.sign;
+      }
+      out.channels.push_back(std::move(channel));
+    }
+  }
+  if (out.channels.empty())
+    throw solver::RigError(out.rig + ": none of its " + std::to_string(out.tried) +
+                           " controls, turned by " + number_text(kTried_deg) +
+                           " degrees about each axis, turns the chest against the hips");
+  return out;
+}
+
+std::string proposal_text(const ProposedMapping& proposal) {
+  std::string text = "controls of " + skin::printable(proposal.rig) + ", " +
+                     std::to_string(proposal.tried) + " turned by " + number_text(kTried_deg) +
+                     " degrees about each axis\n";
+  for (const ProposedChannel& channel : proposal.channels) {
+    text += "  " + channel.channel + std::string(11 - channel.channel.size(), ' ');
+    if (channel.opposite) {
+      text += "the other way round\n";
+      continue;
+    }
+    for (Index i = 0; i < channel.controls.size(); ++i)
+      text += (i > 0 ? ", " : "") + skin::printable(channel.controls[i].control) + " " +
+              (channel.controls[i].sign < 0 ? "-" : "+") + channel.controls[i].axis;
+    if (channel.controls.size() > 1) text += ", shared equally";
+    text += ": " + number_text(100.0 * channel.share, 0) + " % arrive at the chest, over " +
+            number_text(100.0 * channel.over, 0) + " % of the joints\n";
+  }
+  for (const std::string& channel : proposal.missing)
+    text += "  " + channel + std::string(11 - channel.size(), ' ') +
+            "no control turns the chest so: not measured\n";
+  if (!proposal.others.empty()) {
+    text += "  others     ";
+    for (Index i = 0; i < proposal.others.size(); ++i)
+      text += (i > 0 ? ", " : "") + skin::printable(proposal.others[i]);
+    text += "\n";
+  }
+  return text;
+}
+
+std::string proposal_json(const ProposedMapping& proposal) {
+  nlohmann::ordered_json channels = nlohmann::ordered_json::object();
+  for (const ProposedChannel& channel : proposal.channels) {
+    if (channel.opposite) continue;
+    for (const skin::SidecarControl& each : channel.controls)
+      channels[channel.channel].push_back(
+          {{"control", each.control},
+           {"channel", std::string("r") + static_cast<char>(each.axis.front() - 'A' + 'a')},
+           {"per_degree", each.sign / static_cast<double>(channel.controls.size())}});
+  }
+  return nlohmann::ordered_json{{"channels", channels}}.dump(
+      2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+}  // namespace backbend::validate
