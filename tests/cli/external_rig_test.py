@@ -318,9 +318,36 @@ class Points(RigTest, CommandTest):
         note = self.notes(self.check(self.rig()), "LBS against your deformers")[0]
         self.assertLess(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 0.01)
 
+    def finer(self):
+        """The same tube with other vertices."""
+        return mesh_of(self.write("finer.glb", glb.tube(rings=50, sides=20)))
+
+    def test_a_rig_with_another_mesh_is_judged_on_that_mesh(self):
+        own = self.check(self.rig(), out="own", code=None)
+        self.serve(self.finer())
+        report = self.check(self.rig(), out="finer", code=None)
+        self.assertTrue(self.notes(report, "the mesh is the rig's own, 1000 points"))
+        self.assertEqual(report["characters"][0]["vertices"], 1000)
+        # The weights are read off the motion: two joints a vertex, as the tube has them.
+        note = self.notes(report, "LBS against your deformers")[0]
+        self.assertLess(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 1)
+        self.assertFalse([finding for finding in report["findings"] if finding["code"].startswith("BB06")])
+        for a, b in zip(own["rigs"][0]["headroom"], report["rigs"][0]["headroom"]):
+            self.assertAlmostEqual(a["clean_to_deg"], b["clean_to_deg"], delta=12)
+
+    def test_a_pop_of_another_mesh_is_found_and_shown_again(self):
+        self.serve(self.finer())
+        report = self.check(self.rig("--pop", "extension=41.2345:0.06"), code=1)
+        found = [finding for finding in self.findings(report, "BB037") if finding["sweep"] == "extension"]
+        self.assertEqual(len(found), 1)
+        self.assertAlmostEqual(found[0]["control_deg"], 41.2345, delta=120 * 2 ** -19)
+        line = shlex.split(found[0]["reproduce"])
+        self.assert_runs(*line[1:], "--res", "32x32", "--spp", "1", "--chest", "neck", "--export-obj", "own.obj")
+        self.assertEqual(sum(line.startswith("v ") for line in (self.folder / "own.obj").read_text().splitlines()), 1000)
+
     def test_points_of_another_mesh_are_named_and_linear_blending_is_judged(self):
         self.serve({"points": [[0.1, 0.2, 5.0]], "triangles": [], "weights": [[[0, 1.0]]]})
-        report = self.check(self.rig())
+        report = self.check(self.rig())  # without triangles there is no surface
         self.assertTrue(self.notes(report, "are not the vertices of tube.glb"))
         self.assertEqual(self.notes(report, "LBS against your deformers"), [])
 

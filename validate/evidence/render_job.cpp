@@ -57,18 +57,15 @@ Environment read_environment(const std::string& file) {
 /// A character under a rig, ready to be rendered.
 struct Studio {
   Environment environment;
-  Stage stage;
+  std::unique_ptr<const Stage> stage_held;
+  const Stage& stage;
   std::unique_ptr<solver::SpineSystem> system;
   std::string name, inputs;
 
   explicit Studio(const RenderRequest& request)
-      : Studio(request, load_confirmed(request.character, request.hints)) {}
-
-  Studio(const RenderRequest& request, ConfirmedCharacter confirmed)
       : environment(read_environment(request.settings.environment_file)),
-        stage(
-            std::move(confirmed.character), confirmed.hints, request.chain,
-            confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>()),
+        stage_held(stage_of(request)),
+        stage(*stage_held),
         system(stage.build(request.rig.spec)) {
     const std::string why = why_not_taken(*system, request.pose);
     if (!why.empty())
@@ -92,6 +89,19 @@ struct Studio {
              std::to_string(s.all_layers) + "|" + environment.hash + "|" + number_text(s.noise, 9) +
              "|" + std::to_string(s.denoise * (1 + s.open_image_denoise)) + "|" +
              std::to_string(static_cast<int>(request.parts)) + "|" + std::to_string(s.transparent);
+  }
+
+  /// Of a studio's own rig that has another mesh than the character, with that mesh.
+  static std::unique_ptr<const Stage> stage_of(const RenderRequest& request) {
+    ConfirmedCharacter confirmed = load_confirmed(request.character, request.hints);
+    const std::vector<skin::SidecarControl> controls =
+        confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>();
+    auto stage = std::make_unique<const Stage>(std::move(confirmed.character), confirmed.hints,
+                                               request.chain, controls);
+    auto with_its_mesh = stage->with_mesh_of(request.rig.spec);
+    if (!with_its_mesh) return stage;
+    return std::make_unique<const Stage>(std::move(*with_its_mesh), confirmed.hints, request.chain,
+                                         controls);
   }
 
   /// What the request asks for, with the environment at hand.

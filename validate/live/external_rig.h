@@ -3,6 +3,7 @@
 #include <deque>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <unordered_map>
@@ -67,6 +68,10 @@ class ExternalRig {
   bool moves_arms() const { return moves_arms_; }
   /// Whether the rig says where the character's vertices are.
   bool gives_points() const { return !point_of_vertex_.empty(); }
+  /// The character with the rig's mesh in place of its own, where the rig gives points and
+  /// triangles and they are not the character's: each point goes with the joints whose motion fits
+  /// it best in some poses, of equal ones the nearest. Nullopt otherwise. Throws as pose() does.
+  std::optional<skin::Character> own_mesh() const;
   /// Of each vertex: into the rig's points; -1: the rig has none there.
   const std::vector<int>& point_of_vertex() const { return point_of_vertex_; }
   /// A pose that was another when it was asked for again.
@@ -159,6 +164,9 @@ class ExternalRig {
   mutable std::deque<Key> points_order_;  // oldest first
   mutable std::size_t point_bytes_ = 0;
 };
+
+/// Whether a character's mesh is one that ExternalRig::own_mesh() made.
+bool has_mesh_of_rig(const skin::Character& character);
 
 /// The rig as a system. Throws nothing.
 std::unique_ptr<solver::SpineSystem> external_system(const solver::SystemSpec& spec,

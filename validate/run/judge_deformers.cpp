@@ -119,8 +119,9 @@ bool holds_flip(const SweepRecord& sweep, const Stretch& stretch) {
 
 /// A change of at least `limit` within half a degree.
 struct Pop {
-  Stretch closest;    // as near as the change could be held
-  double size = 0.0;  // within half a degree
+  Stretch closest;       // as near as the change could be held
+  double size = 0.0;     // within half a degree
+  double blended = 0.0;  // what the joints move the vertex by meanwhile
   double from = 0.0, to = 0.0;
   double whole = 0.0;  // from `from` to `to`, where haste goes on
   bool jump = false;
@@ -129,6 +130,7 @@ struct Pop {
 Pop follow(const SweepSurface& surface, Stretch stretch, double narrowest) {
   Pop pop;
   pop.size = pop.whole = stretch.change;
+  pop.blended = stretch.blended;
   pop.from = stretch.from;
   pop.to = stretch.to;
   while (stretch.width() > narrowest) {
@@ -182,6 +184,8 @@ std::vector<Pop> find_pops(const SweepSurface& surface, const SweepRecord& sweep
   for (Stretch& stretch : close) {
     Pop pop = follow(surface, std::move(stretch), narrowest);
     if (holds_flip(sweep, pop.closest)) continue;
+    // Where joints make haste, what blending only comes near to makes it, too.
+    if (!pop.jump && pop.size - pop.blended <= limit) continue;
     // Haste that goes on is one.
     const bool goes_on =
         !out.empty() && !pop.jump && !out.back().jump &&

@@ -333,16 +333,24 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   for (int n = 2; std::any_of(report.characters.begin(), report.characters.end(), taken); ++n)
     confirmed.character.name = name + "_" + std::to_string(n);
   const bool numbered = confirmed.character.name != name;
-  CharacterRun run{
-      std::make_unique<Stage>(
-          std::move(confirmed.character), confirmed.hints, request.chain,
-          confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>()),
-      {},
-      request.character_text(file),
-      request.character_words(file),
-      {},
-      numbered};
+  const std::vector<skin::SidecarControl> controls =
+      confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>();
+  CharacterRun run{std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints,
+                                           request.chain, controls),
+                   {},
+                   request.character_text(file),
+                   request.character_words(file),
+                   {},
+                   numbered};
+  for (const RigPlan& plan : suite.rigs) {
+    auto with_its_mesh = run.stage->with_mesh_of(plan.spec);
+    if (!with_its_mesh) continue;
+    run.stage = std::make_unique<Stage>(std::move(*with_its_mesh), confirmed.hints, request.chain,
+                                        controls);
+    break;
+  }
   const Stage& stage = *run.stage;
+  const bool judges_weights = suite.judges_weights && !has_mesh_of_rig(stage.character());
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), ""));
   CharacterFacts& facts = report.characters.back();
   // Of the whole body, whichever chain of it is driven.
@@ -411,7 +419,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   for (RigRecord& record : records) {
     const JudgeContext& context = is_external(record.plan.spec) ? external_context : own_context;
     findings.push_back(judge_rig(record, context));
-    book_owners(stage, body, record, suite.judges_weights, findings.back());
+    book_owners(stage, body, record, judges_weights, findings.back());
     ExternalJudgement external = judge_external(record, context);
     findings.back().insert(findings.back().begin(), external.findings.begin(),
                            external.findings.end());
@@ -450,7 +458,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   for (std::vector<Finding>& each : contradictions)
     std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   const std::size_t judged = report.findings.size();
-  judge_file(suite, records, own_context, report);
+  if (!has_mesh_of_rig(stage.character())) judge_file(suite, records, own_context, report);
   for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
   return run;
 }

@@ -112,6 +112,12 @@ std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec
   return external_system(spec, std::move(rig));
 }
 
+std::optional<skin::Character> Stage::with_mesh_of(const solver::SystemSpec& spec) const {
+  if (!is_external(spec)) return std::nullopt;
+  const std::unique_ptr<solver::SpineSystem> system = build(spec);
+  return external_rig(*system)->own_mesh();
+}
+
 PosedCharacter Stage::pose(const solver::SpineSystem& system, std::span<const double> control,
                            skin::SkinningMethod method) const {
   const ExternalRig* external = external_rig(system);

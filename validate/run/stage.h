@@ -3,6 +3,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -60,6 +61,10 @@ class Stage {
   /// A rig on this character. One of the studio's own (`external`) is started once and lives as
   /// long as the stage. Throws solver::RigError.
   std::unique_ptr<solver::SpineSystem> build(const solver::SystemSpec& spec) const;
+
+  /// The character with the mesh of such a rig in place of its own, where the rig has another one:
+  /// ExternalRig::own_mesh(). Nullopt for rigs of ours. Throws as build().
+  std::optional<skin::Character> with_mesh_of(const solver::SystemSpec& spec) const;
 
   /// The body for one control value per channel of the system: the rig's own points where it gives
   /// them and no other skinning method is asked for.
