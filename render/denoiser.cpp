@@ -1,7 +1,6 @@
 #include "render/denoiser.h"
 
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -9,6 +8,7 @@
 
 #include "render/lanes.h"
 #include "render/ray_device.h"
+#include "render/threads.h"
 
 namespace backbend::render {
 namespace {
@@ -233,8 +233,7 @@ Denoised denoise(const DenoiseInput& in) {
                       plane_from(in.depth, width, height)};
   const auto pixels = static_cast<std::size_t>(width) * height;
   Denoised out{std::vector<float>(pixels * 3), std::vector<float>(pixels)};
-  tbb::task_arena arena(in.threads > 0 ? in.threads : static_cast<int>(tbb::task_arena::automatic));
-  arena.execute([&] {
+  on_threads(in.threads, [&] {
     tbb::parallel_for(0, height, [&](int y) {
       const FlushDenormals flush;  // the same arithmetic on every thread
       filter.filter_row(y, out);

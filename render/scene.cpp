@@ -3,7 +3,6 @@
 #include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
-#include <tbb/task_arena.h>
 #include <unistd.h>
 
 #include <array>
@@ -19,6 +18,7 @@
 #include "render/open_image_denoise.h"
 #include "render/overlay.h"
 #include "render/png.h"
+#include "render/threads.h"
 #include "render/tile_renderer.h"
 #include "render/video.h"
 
@@ -76,9 +76,7 @@ template <class Body>
 void for_each_tile(int width, int height, int size, const Settings& settings, const Body& body) {
   const int columns = (width + size - 1) / size;
   const int rows = (height + size - 1) / size;
-  tbb::task_arena arena(settings.threads > 0 ? settings.threads
-                                             : static_cast<int>(tbb::task_arena::automatic));
-  arena.execute([&] {
+  on_threads(settings.threads, [&] {
     tbb::parallel_for(tbb::blocked_range<int>(0, columns * rows, 1),
                       [&](const tbb::blocked_range<int>& tiles) {
                         const FlushDenormals flush;

@@ -22,12 +22,16 @@ class LookingAtIsner : public testing::Test {
                                    {channel_sweep("extension", 0, 130, 5)},
                                    *find_envelope("sweep"))),
         context_{body_->stage(), limits_, envelope_, "tube.glb"},
-        pass_(body_->stage(), render::bounds_of(body_->stage().rest().position), "tube", ledger_),
+        cameras_(body_->stage(), render::bounds_of(body_->stage().rest().position)),
+        pass_(cameras_, "tube", ledger_),
         findings_(judge_rig(record_, context_)) {
     std::erase_if(findings_, [](const Finding& each) { return each.code != "BB001"; });
   }
+  void look_with(ImagePass& pass, std::vector<Finding>& findings) {
+    pass.look({&record_, 1}, {&findings, 1}, progress_);
+  }
   std::vector<Finding> look() {
-    pass_.look(record_, findings_, progress_);
+    look_with(pass_, findings_);
     return pass_.contradictions(record_, findings_, context_);
   }
 
@@ -37,6 +41,7 @@ class LookingAtIsner : public testing::Test {
   Envelope envelope_ = *find_envelope("sweep");
   JudgeContext context_;
   Ledger ledger_;
+  PhotographerPool cameras_;
   ImagePass pass_;
   Progress progress_{Progress::Style::none};
   std::vector<Finding> findings_;
@@ -51,14 +56,13 @@ TEST_F(LookingAtIsner, PicturesShowTheFlipsThatGeometryFoundAndNoOthers) {
 TEST_F(LookingAtIsner, SeesTheSameWithAnyNumberOfThreads) {
   ASSERT_GT(record_.sweeps[0].poses.size(), kPosesOfUnit);  // in several units, then
   const auto seen_by = [&](int threads) {
-    ImagePass pass(body_->stage(), render::bounds_of(body_->stage().rest().position), "tube",
-                   ledger_);
+    ImagePass pass(cameras_, "tube", ledger_);
     std::vector<Finding> findings = findings_;
-    oneapi::tbb::task_arena(threads).execute([&] { pass.look(record_, findings, progress_); });
+    oneapi::tbb::task_arena(threads).execute([&] { look_with(pass, findings); });
     RigResult result;
     result.sweeps.push_back({});
     result.sweeps[0].sweep = "extension";
-    pass.add_series(result);
+    pass.add_series(record_, result);
     std::vector<double> values;
     for (const auto& [name, series] : result.sweeps[0].metric)
       values.insert(values.end(), series.begin(), series.end());
@@ -90,7 +94,7 @@ TEST_F(LookingAtIsner, AJumpThatGeometryDeniesIsSeenAllTheSame) {
 }
 
 TEST_F(LookingAtIsner, ALargeFlipThatNoPictureShowsIsAContradiction) {
-  pass_.look(record_, findings_, progress_);
+  look_with(pass_, findings_);
   findings_.resize(1);
   findings_[0].image.visible = false;
   findings_[0].value = 90.0;

@@ -1,13 +1,16 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "validate/calibrate/body_poses.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/calibrate/faults.h"
 #include "validate/evidence/image_readings.h"
+#include "validate/evidence/photographer_pool.h"
 #include "validate/metrics/rig_probe.h"
 #include "validate/run/arm_pose.h"
+#include "validate/run/side_by_side.h"
 
 namespace backbend::validate {
 namespace {
@@ -47,41 +50,44 @@ struct PictureDetector {
   std::function<Pair(std::uint64_t seed, std::size_t i, double size)> read{};  // size 0: clean
 };
 
-std::vector<Pair> read_all(std::size_t count, std::uint64_t seed, double size,
-                           const PictureDetector& detector, const CalibrationWatch& watch) {
-  std::vector<Pair> out;
-  for (std::size_t i = 0; i < count; ++i) {
-    out.push_back(detector.read(seed, i, size));
-    watch.step();
-  }
-  return out;
-}
-
-std::vector<double> pictures_of(const std::vector<Pair>& pairs) {
+std::vector<double> pictures_of(std::span<const Pair> pairs) {
   std::vector<double> out;
   for (const Pair& pair : pairs) out.push_back(pair.picture);
   return out;
 }
 
-Agreement agreement_of(const std::vector<Pair>& pairs, double threshold, double geometry) {
+Agreement agreement_of(std::span<const Pair> pairs, double threshold, double geometry) {
   Agreement out;
   for (const Pair& pair : pairs) out.count(pair.geometry > geometry, pair.picture > threshold);
   return out;
 }
 
-Sensitivity try_detector(const CalibrationPlan& plan, std::size_t clean, std::size_t faults,
-                         const std::string& body, const PictureDetector& detector,
-                         const CalibrationWatch& watch) {
-  watch.begin(detector.name + " of " + body, 2 * clean + detector.sizes.size() * faults);
-  const auto set = read_all(clean, plan.seed + kThreshold, 0.0, detector, watch);
-  const auto test = read_all(clean, plan.seed + kClean, 0.0, detector, watch);
+/// One detector, and how many poses it is tried on.
+struct Trial {
+  PictureDetector detector;
+  std::size_t clean = 0, faults = 0;  // faults: of each size
+
+  std::size_t cases() const { return 2 * clean + detector.sizes.size() * faults; }
+  /// The cases in their order: clean ones that set the threshold, clean ones that it is tried on,
+  /// then faults by size.
+  Pair read(const CalibrationPlan& plan, std::size_t i) const {
+    if (i < clean) return detector.read(plan.seed + kThreshold, i, 0.0);
+    if (i < 2 * clean) return detector.read(plan.seed + kClean, i - clean, 0.0);
+    const std::size_t fault = i - 2 * clean, k = fault / faults;
+    return detector.read(plan.seed + kFault + k, fault % faults, detector.sizes[k]);
+  }
+};
+
+Sensitivity judge(const Trial& trial, std::span<const Pair> pairs, const std::string& body) {
+  const PictureDetector& detector = trial.detector;
+  const auto set = pairs.subspan(0, trial.clean), test = pairs.subspan(trial.clean, trial.clean);
   const double threshold = threshold_from(pictures_of(set), detector.floor);
   std::vector<FaultTrial> trials;
   std::vector<Agreement> agreement;
   for (std::size_t k = 0; k < detector.sizes.size(); ++k) {
-    const auto pairs = read_all(faults, plan.seed + kFault + k, detector.sizes[k], detector, watch);
-    trials.push_back({detector.sizes[k], pictures_of(pairs), 0});
-    agreement.push_back(agreement_of(pairs, threshold, detector.geometry_threshold));
+    const auto faulted = pairs.subspan(2 * trial.clean + k * trial.faults, trial.faults);
+    trials.push_back({detector.sizes[k], pictures_of(faulted), 0});
+    agreement.push_back(agreement_of(faulted, threshold, detector.geometry_threshold));
   }
   Sensitivity out = judge_detector(detector.name, detector.code, body, detector.unit,
                                    detector.target, threshold, pictures_of(test), trials);
@@ -98,7 +104,7 @@ class PictureTrials {
       : poses_(poses),
         mesh_(detectors_for(poses)),
         measured_(measured),
-        photographer_(poses.body().stage(), wide_box(poses)) {}
+        cameras_(poses.body().stage(), wide_box(poses)) {}
 
   /// Sweeps of one pop each, as a rig's own controls would make it.
   PictureDetector flips() {
@@ -156,7 +162,9 @@ class PictureTrials {
  private:
   using Look = std::function<ImageReading(const PosedCharacter&, const Case&)>;
 
-  PoseViews views(const PosedCharacter& posed) { return take_views(photographer_, posed); }
+  PoseViews views(const PosedCharacter& posed) {
+    return take_views(*PhotographerPool::Loan(cameras_), posed);
+  }
 
   /// Nothing is added where the body gives geometry nothing to measure.
   void add(std::vector<PictureDetector>& out, const std::string& name, PictureDetector detector,
@@ -203,10 +211,11 @@ class PictureTrials {
     // The first two poses have no motion to change.
     std::vector<double> change{0.0, 0.0};
     PosedCharacter first = posed(0), before = posed(1);
-    PoseViews then = take_views(photographer_, before, &first);
+    const PhotographerPool::Loan camera(cameras_);
+    PoseViews then = take_views(*camera, before, &first);
     for (std::size_t p = 2; p < kSweepPoses; ++p) {
       PosedCharacter now = posed(p);
-      PoseViews seen = take_views(photographer_, now, &before);
+      PoseViews seen = take_views(*camera, now, &before);
       const double value = motion_change(then, seen).value;
       change.push_back(std::isnan(value) ? 0.0 : value);
       before = std::move(now);
@@ -229,7 +238,7 @@ class PictureTrials {
   const BodyPoses& poses_;
   const std::vector<MeshDetector> mesh_;
   const std::vector<Sensitivity>& measured_;
-  Photographer photographer_;
+  PhotographerPool cameras_;
 };
 
 }  // namespace
@@ -245,10 +254,25 @@ std::vector<Sensitivity> try_pictures(const CalibrationPlan& plan, const Calibra
   };
   const std::size_t clean = share(plan.clean_poses, 4), faults = share(plan.fault_poses, 4);
   const std::size_t sweeps = share(plan.clean_poses, 20), flips = share(plan.fault_poses, 10);
-  std::vector<Sensitivity> out{
-      try_detector(plan, sweeps, flips, body.name(), trials.flips(), watch)};
-  for (const PictureDetector& detector : trials.of_poses())
-    out.push_back(try_detector(plan, clean, faults, body.name(), detector, watch));
+  std::vector<Trial> tried{{trials.flips(), sweeps, flips}};
+  for (PictureDetector& detector : trials.of_poses())
+    tried.push_back({std::move(detector), clean, faults});
+  // All cases of all detectors go side by side: they depend on nothing but their numbers.
+  std::vector<std::pair<const Trial*, std::size_t>> cases;
+  for (const Trial& trial : tried)
+    for (std::size_t i = 0; i < trial.cases(); ++i) cases.emplace_back(&trial, i);
+  watch.begin("pictures of " + body.name(), cases.size());
+  std::vector<Pair> pairs(cases.size());
+  for_each_side_by_side(cases.size(), [&](std::size_t i) {
+    pairs[i] = cases[i].first->read(plan, cases[i].second);
+    watch.step();
+  });
+  std::vector<Sensitivity> out;
+  std::size_t first = 0;
+  for (const Trial& trial : tried) {
+    out.push_back(judge(trial, std::span(pairs).subspan(first, trial.cases()), body.name()));
+    first += trial.cases();
+  }
   return out;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <optional>
 
 #include "render/exr.h"
 #include "render/png.h"
@@ -13,6 +15,8 @@
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
 #include "validate/report/escape.h"
+#include "validate/run/side_by_side.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -34,28 +38,28 @@ std::string rig_word(const RigRecord& rig) {
   return file_word(rig.plan.name) + "_" + std::string(mapping_name(rig.mapping));
 }
 
-/// What rendering pictures of one character needs.
+/// What rendering pictures of one character needs, from any thread.
 struct FrameRenderer {
   const Stage& stage;
   const OutputFolder& folder;
-  Photographer photographer;
+  PhotographerPool& cameras;
   render::Settings settings;
   Ledger& ledger;
   Progress& progress;
-  std::size_t item = 0;  // pictures so far, the same in every shard
 
   PosedCharacter posed(const RigRecord& rig, const PoseDegrees& pose) const {
     return stage.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
   }
 
-  /// One picture under its final name: taken here, or by whoever had it to take. Where the ledger
-  /// does not have it and another shard takes it, an empty one; a shard gets an empty one, too, of
-  /// what is there already. `others` are further files that `take` writes.
+  /// One picture under its final name: taken here, or by whoever had it to take; `item` numbers
+  /// the pictures, the same in every shard. Where the ledger does not have it and another shard
+  /// takes it, an empty one; a shard gets an empty one, too, of what is there already. `others` are
+  /// further files that `take` writes.
   template <class Take>
-  render::Picture picture(const std::string& file, const std::vector<std::string>& others,
-                          const Take& take) {
+  render::Picture picture(std::size_t item, const std::string& file,
+                          const std::vector<std::string>& others, const Take& take) const {
     poll_interrupt();
-    const bool own = ledger.makes(item++);
+    const bool own = ledger.makes(item);
     const skin::Character& character = stage.character();
     const std::string unit = "picture " + file + " of " +
                              hash_text(character.content_hash_high, character.content_hash_low);
@@ -77,33 +81,35 @@ struct FrameRenderer {
     return taken;
   }
 
-  /// A still as PNG and, with every layer, as EXR beside it; kept in `shot` too.
-  std::string still(const PosedCharacter& body, const render::Camera& camera,
-                    const std::string& name, render::Picture& shot) {
-    shot = picture(name + ".png", {name + ".exr"}, [&] {
-      photographer.pose(body);
+  /// A still as `name`.png and, with every layer, as `name`.exr beside it.
+  render::Picture still(std::size_t item, const PosedCharacter& body, const render::Camera& camera,
+                        const std::string& name) const {
+    return picture(item, name + ".png", {name + ".exr"}, [&] {
       render::Settings full = settings;
       full.all_layers = true;
-      const render::Frame frame = photographer.shoot(camera, full);
+      const render::Frame frame = [&] {
+        const PhotographerPool::Loan photographer(cameras);
+        photographer->pose(body);
+        return photographer->shoot(camera, full);
+      }();
       folder.write(name + ".exr", render::encode_exr(frame));
       return render::picture_from(frame);
     });
-    return name + ".png";
   }
 
   /// From the side that shows the pose, near the place where it is known.
   render::Camera camera(const FindingView& view, const PosedCharacter& body,
                         const std::optional<glm::dvec3>& place) const {
     const double aspect = static_cast<double>(settings.width) / settings.height;
-    const double scene = glm::distance(photographer.box().low, photographer.box().high);
+    const double scene = glm::distance(cameras.box().low, cameras.box().high);
     const double radius = std::min((place ? kCloseUp : kWholeTorso) * stage.anatomy().spine_length,
                                    kMostOfScene * scene);
     const glm::dvec3 middle = body.spine.position[body.spine.joint_count() / 2];
-    const render::Facing facing = view.facing(photographer.facing());
+    const render::Facing facing = view.facing(cameras.facing());
     const glm::dvec3 target = place.value_or(middle);
     // A pose that is not finite has no centre.
     if (!std::isfinite(glm::dot(target, target)))
-      return render::view_camera(view.camera, photographer.box(), facing, aspect);
+      return render::view_camera(view.camera, cameras.box(), facing, aspect);
     return render::close_up(view.camera, target, radius, facing, aspect);
   }
 
@@ -131,12 +137,12 @@ struct FrameRenderer {
                     stage.character(), body, heat, view.name, mark, -1, report);
   }
 
-  std::string heat(const PosedCharacter& body, const VertexHeat& values,
-                   const render::Camera& camera, const std::optional<glm::dvec3>& mark,
-                   const std::string& name) {
-    picture(name + ".png", {},
-            [&] { return heat_picture(photographer, settings, body, values, camera, mark); });
-    return name + ".png";
+  void heat(std::size_t item, const PosedCharacter& body, const VertexHeat& values,
+            const render::Camera& camera, const std::optional<glm::dvec3>& mark,
+            const std::string& file) const {
+    picture(item, file, {}, [&] {
+      return heat_picture(*PhotographerPool::Loan(cameras), settings, body, values, camera, mark);
+    });
   }
 
   /// Two pictures as one, where both are here.
@@ -172,75 +178,152 @@ bool has_two_sides(const Finding& finding) {
   return finding.code == "BB001" || finding.code == "BB037";
 }
 
-void picture_flip(FrameRenderer& renderer, const RigRecord& rig, const PlaceNames& places,
-                  Finding& finding, const std::string& place, bool in_page, Report& report) {
-  const Sweep& sweep = sweep_of(rig, finding);
-  const PosedCharacter before =
-      renderer.posed(rig, sweep.pose_at(finding.geometry.at("before_deg")));
-  const PosedCharacter after = renderer.posed(rig, sweep.pose_at(finding.geometry.at("after_deg")));
-  const FindingView view = view_of(sweep.pose_at(finding.control_deg), finding);
-  const auto mark = places.point(after.mesh.position, after.world_from_node, finding);
-  // A flip turns the whole body above it, so the picture shows all of it.
-  const bool flip = finding.code == "BB001";
-  const render::Camera camera = renderer.camera(view, after, flip ? std::nullopt : mark);
-  render::Picture left, right;
-  finding.pictures.view = view.name;
-  finding.pictures.before = renderer.still(before, camera, place + "/before", left);
-  finding.pictures.after = renderer.still(after, camera, place + "/after", right);
-  const std::string at = sweep.channel + " " + number_text(finding.control_deg, 3);
-  renderer.pair(place + "/pair.png", left, finding.rig + ", just before " + at, right,
-                "just after");
-  const VertexHeat heat = distance_heat(after, before, renderer.stage.anatomy().height,
-                                        flip ? "moved in the flip" : "moved in the jump");
-  finding.pictures.heat_of = heat.label;
-  finding.pictures.heat = renderer.heat(after, heat, camera, mark, place + "/heat");
-  renderer.hand_out(finding, after, heat, view, mark, place, in_page, report);
-  PicturePair pair;
-  pair.title =
-      finding.rig + " (" + finding.mapping + "): " +
-      (flip ? "flip of " + number_text(finding.value, 1) + " deg"
-            : "surface jump of " + number_text(finding.geometry.at("size_mm"), 1) + " mm") +
-      " at " + finding.pose;
-  pair.caption = finding.detail;
-  pair.a_path = finding.pictures.before;
-  pair.a_label = "just before";
-  pair.b_path = finding.pictures.after;
-  pair.b_label = "just after";
-  pair.heat_path = finding.pictures.heat;
-  report.pairs.push_back(pair);
-}
-
-void picture_finding(FrameRenderer& renderer, const std::vector<RigRecord>& records,
-                     const RigRecord& rig, const BodyMetrics& body, const PlaceNames& places,
-                     Finding& finding, const std::string& place, bool in_page, Report& report) {
-  const PoseDegrees pose = sweep_of(rig, finding).pose_at(finding.control_deg);
-  const PosedCharacter here = renderer.posed(rig, pose);
-  const FindingView view = view_of(pose, finding);
-  const auto mark = places.point(here.mesh.position, here.world_from_node, finding);
-  const render::Camera camera = renderer.camera(view, here, mark);
-  render::Picture left, right;
-  finding.pictures.view = view.name;
-  finding.pictures.before = renderer.still(here, camera, place + "/" + rig_word(rig), left);
-  const std::vector<double> control = controls_at(*rig.system, pose, rig.mapping);
-  const double height = renderer.stage.anatomy().height;
-  VertexHeat heat = metric_heat(
-      renderer.stage, body,
-      {*rig.system, control, here, glm::radians(pose.twist), pose.stretch != 0.0}, finding);
-  if (const RigRecord* other = counterpart(records, rig)) {
-    const PosedCharacter there = renderer.posed(*other, pose);
-    finding.pictures.other_rig = other->plan.name;
-    finding.pictures.other = renderer.still(there, camera, place + "/" + rig_word(*other), right);
-    renderer.pair(place + "/pair.png", left, rig.plan.name + ", " + pose.text(), right,
-                  other->plan.name);
-    if (heat.value.empty())
-      heat = distance_heat(here, there, height, "distance to " + other->plan.name);
+/// The pictures of one finding, as pieces of work of their own: each poses the body anew, so that
+/// none is kept for another.
+class ShownFinding {
+ public:
+  /// Says in the finding and the report where its pictures will be; the first is number `item`.
+  ShownFinding(const FrameRenderer& renderer, const std::vector<RigRecord>& records,
+               const RigRecord& rig, const BodyMetrics& body, const PlaceNames& places,
+               Finding& finding, std::string place, bool in_page, std::size_t item, Report& report)
+      : renderer_(renderer),
+        rig_(rig),
+        body_(body),
+        places_(places),
+        finding_(finding),
+        place_(std::move(place)),
+        in_page_(in_page),
+        item_(item),
+        two_sides_(has_two_sides(finding)),
+        is_flip_(finding.code == "BB001"),
+        other_(two_sides_ ? &rig : counterpart(records, rig)),
+        pose_(sweep_of(rig, finding).pose_at(finding.control_deg)),
+        view_(view_of(pose_, finding)) {
+    finding.pictures.view = view_.name;
+    finding.pictures.before = first_name() + ".png";
+    if (two_sides_) {
+      finding.pictures.after = second_name() + ".png";
+    } else if (other_ != nullptr) {
+      finding.pictures.other_rig = other_->plan.name;
+      finding.pictures.other = second_name() + ".png";
+    }
+    finding.pictures.heat = place_ + "/heat.png";
+    if (!two_sides_) return;
+    PicturePair pair;
+    pair.title =
+        finding.rig + " (" + finding.mapping + "): " +
+        (is_flip_ ? "flip of " + number_text(finding.value, 1) + " deg"
+                  : "surface jump of " + number_text(finding.geometry.at("size_mm"), 1) + " mm") +
+        " at " + finding.pose;
+    pair.caption = finding.detail;
+    pair.a_path = finding.pictures.before;
+    pair.a_label = "just before";
+    pair.b_path = finding.pictures.after;
+    pair.b_label = "just after";
+    pair.heat_path = finding.pictures.heat;
+    report.pairs.push_back(pair);
   }
-  if (heat.value.empty())
-    heat = distance_heat(here, renderer.posed(rig, PoseDegrees{}), height, "moved from rest");
-  finding.pictures.heat_of = heat.label;
-  finding.pictures.heat = renderer.heat(here, heat, camera, mark, place + "/heat");
-  renderer.hand_out(finding, here, heat, view, mark, place, in_page, report);
-}
+
+  /// How many pictures there are.
+  std::size_t count() const { return other_ != nullptr ? 3 : 2; }
+
+  static void add(const std::shared_ptr<ShownFinding>& pictures, SideBySide& work) {
+    const SideBySide::Group stills = work.group(), heat = work.group();
+    work.add(stills, [pictures] {
+      pictures->left_ = pictures->still(0, pictures->shown_first(), pictures->first_name());
+    });
+    if (pictures->other_ != nullptr)
+      work.add(stills, [pictures] {
+        pictures->right_ = pictures->still(1, pictures->shown_second(), pictures->second_name());
+      });
+    work.add(heat, [pictures] { pictures->heat(); });
+    work.after(stills, [pictures] { pictures->pair(); });
+  }
+  /// What the page shows of the finding in space, when all is done.
+  const std::vector<MeshView>& meshes() const { return made_.meshes; }
+
+ private:
+  std::string first_name() const { return place_ + "/" + (two_sides_ ? "before" : rig_word(rig_)); }
+  std::string second_name() const {
+    return place_ + "/" + (two_sides_ ? "after" : rig_word(*other_));
+  }
+  PosedCharacter at_side(const char* side) const {
+    return renderer_.posed(rig_, sweep_of(rig_, finding_).pose_at(finding_.geometry.at(side)));
+  }
+  PosedCharacter shown_first() const {
+    return two_sides_ ? at_side("before_deg") : renderer_.posed(rig_, pose_);
+  }
+  PosedCharacter shown_second() const {
+    return two_sides_ ? at_side("after_deg") : renderer_.posed(*other_, pose_);
+  }
+  /// The body that cameras look at and the finding's place is on.
+  PosedCharacter main() const { return two_sides_ ? shown_second() : shown_first(); }
+  std::optional<glm::dvec3> mark(const PosedCharacter& body) const {
+    return places_.point(body.mesh.position, body.world_from_node, finding_);
+  }
+  render::Camera camera(const PosedCharacter& body) const {
+    // A flip turns the whole body above it, so the picture shows all of it.
+    return renderer_.camera(view_, body, is_flip_ ? std::nullopt : mark(body));
+  }
+
+  render::Picture still(std::size_t number, const PosedCharacter& body,
+                        const std::string& name) const {
+    return renderer_.still(item_ + number, body, camera(main()), name);
+  }
+
+  void pair() const {
+    if (two_sides_) {
+      const Sweep& sweep = sweep_of(rig_, finding_);
+      const std::string at = sweep.channel + " " + number_text(finding_.control_deg, 3);
+      renderer_.pair(place_ + "/pair.png", left_, finding_.rig + ", just before " + at, right_,
+                     "just after");
+    } else if (other_ != nullptr) {
+      renderer_.pair(place_ + "/pair.png", left_, rig_.plan.name + ", " + pose_.text(), right_,
+                     other_->plan.name);
+    }
+  }
+
+  VertexHeat heat_values(const PosedCharacter& here) const {
+    const double height = renderer_.stage.anatomy().height;
+    if (two_sides_)
+      return distance_heat(here, shown_first(), height,
+                           is_flip_ ? "moved in the flip" : "moved in the jump");
+    const std::vector<double> control = controls_at(*rig_.system, pose_, rig_.mapping);
+    VertexHeat values = metric_heat(
+        renderer_.stage, body_,
+        {*rig_.system, control, here, glm::radians(pose_.twist), pose_.stretch != 0.0}, finding_);
+    if (!values.value.empty()) return values;
+    return other_ != nullptr
+               ? distance_heat(here, shown_second(), height, "distance to " + other_->plan.name)
+               : distance_heat(here, renderer_.posed(rig_, PoseDegrees{}), height,
+                               "moved from rest");
+  }
+
+  void heat() {
+    const PosedCharacter here = main();
+    const auto at = mark(here);
+    const VertexHeat values = heat_values(here);
+    finding_.pictures.heat_of = values.label;
+    renderer_.heat(item_ + count() - 1, here, values, camera(here), at, finding_.pictures.heat);
+    renderer_.hand_out(finding_, here, values, view_, at, place_, in_page_, made_);
+  }
+
+  const FrameRenderer& renderer_;
+  const RigRecord& rig_;
+  const BodyMetrics& body_;
+  const PlaceNames& places_;
+  Finding& finding_;
+  std::string place_;
+  bool in_page_;
+  std::size_t item_;
+  bool two_sides_;  // a jump between two poses, shown on both sides
+  bool is_flip_;
+  const RigRecord* other_;  // that the pose is shown under beside the finding's own; null: none
+  PoseDegrees pose_;
+  FindingView view_;
+  render::Picture left_, right_;
+  Report made_;
+};
 
 /// Which findings get pictures: the flips, and the worst others, one of each code.
 std::vector<std::size_t> pictured(const RigRecord& rig, const std::vector<Finding>& findings) {
@@ -258,14 +341,6 @@ std::vector<std::size_t> pictured(const RigRecord& rig, const std::vector<Findin
     }
   }
   return chosen;
-}
-
-std::size_t still_count(const std::vector<RigRecord>& records,
-                        const std::vector<std::vector<Finding>>& findings) {
-  std::size_t count = 0;
-  for (std::size_t r = 0; r < records.size(); ++r)
-    count += 3 * pictured(records[r], findings[r]).size();
-  return count;
 }
 
 /// The worst numbers of one pose, for the strip under its picture.
@@ -296,35 +371,49 @@ RigResult* result_for(Report& report, const std::string& character, const RigRec
   return nullptr;
 }
 
-/// Frames of the leading sweep of every rig of one mapping, as files and in memory.
-SweepFrames shoot_sweep(FrameRenderer& renderer, const std::vector<RigRecord>& records,
-                        solver::Mapping mapping, Report& report) {
-  SweepFrames frames;
-  const render::Settings settings = scrubber_frame(renderer.settings);
+std::string frame_name(const FrameRenderer& renderer, const RigRecord& rig, std::size_t pose) {
+  return "review/" + file_word(renderer.stage.character().name) + "_" + rig_word(rig) + "/" +
+         file_word(rig.sweeps.front().sweep.name) + "." +
+         std::to_string(kFirstFrame + static_cast<int>(pose)) + ".png";
+}
+
+/// Frames of the leading sweep of every rig of one mapping, as files and in memory, when `group` is
+/// done. The first is picture `item`; counts up.
+std::shared_ptr<SweepFrames> shoot_sweep(const FrameRenderer& renderer,
+                                         const std::vector<RigRecord>& records,
+                                         solver::Mapping mapping, SideBySide& work,
+                                         SideBySide::Group group, std::size_t& item,
+                                         Report& report) {
+  const auto frames = std::make_shared<SweepFrames>();
   for (const RigRecord& rig : records) {
     if (rig.mapping != mapping) continue;
-    const SweepRecord& sweep = rig.sweeps.front();
-    std::vector<render::Picture> pictures;
+    frames->picture.emplace_back(rig.sweeps.front().poses.size());
+    frames->rig.push_back(&rig);
     std::vector<std::string> names;
-    for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
-      names.push_back("review/" + file_word(renderer.stage.character().name) + "_" + rig_word(rig) +
-                      "/" + file_word(sweep.sweep.name) + "." +
-                      std::to_string(kFirstFrame + static_cast<int>(i)) + ".png");
-      pictures.push_back(renderer.picture(names.back(), {}, [&] {
-        const PosedCharacter body = renderer.stage.pose(*rig.system, sweep.poses[i].control);
-        renderer.photographer.pose(body);
-        return render::picture_from(renderer.photographer.shoot("profile", settings));
-      }));
-    }
+    for (std::size_t i = 0; i < frames->picture.back().size(); ++i)
+      names.push_back(frame_name(renderer, rig, i));
     if (RigResult* result = result_for(report, renderer.stage.character().name, rig))
       result->sweeps.front().frame = names;
-    frames.picture.push_back(std::move(pictures));
-    frames.rig.push_back(&rig);
+  }
+  for (std::size_t r = 0; r < frames->rig.size(); ++r) {
+    for (std::size_t i = 0; i < frames->picture[r].size(); ++i, ++item) {
+      work.add(group, [&renderer, frames, r, i, item] {
+        const RigRecord& rig = *frames->rig[r];
+        frames->picture[r][i] = renderer.picture(item, frame_name(renderer, rig, i), {}, [&] {
+          const PosedCharacter body =
+              renderer.stage.pose(*rig.system, rig.sweeps.front().poses[i].control);
+          const PhotographerPool::Loan photographer(renderer.cameras);
+          photographer->pose(body);
+          return render::picture_from(
+              photographer->shoot("profile", scrubber_frame(renderer.settings)));
+        });
+      });
+    }
   }
   return frames;
 }
 
-void write_sheet(FrameRenderer& renderer, const SweepFrames& frames, int columns,
+void write_sheet(const FrameRenderer& renderer, const SweepFrames& frames, int columns,
                  const std::string& name, Report& report) {
   std::vector<render::SheetCell> cells;
   for (std::size_t r = 0; r < frames.rig.size(); ++r) {
@@ -366,8 +455,8 @@ render::Picture row_of(const SweepFrames& frames, std::size_t pose, std::size_t 
   return row;
 }
 
-void write_sweep_video(FrameRenderer& renderer, const SweepFrames& frames, const std::string& name,
-                       Report& report) {
+void write_sweep_video(const FrameRenderer& renderer, const SweepFrames& frames,
+                       const std::string& name, Report& report) {
   write_video(renderer.folder, name, frames.picture.front().size(), kFramesPerSecond,
               [&](std::size_t i) { return row_of(frames, i); });
   report.media.push_back({"video",
@@ -379,7 +468,7 @@ void write_sweep_video(FrameRenderer& renderer, const SweepFrames& frames, const
 /// For hand-off: the sweep under every rig of the mapping, standing still at the worst angle, and
 /// which angle each frame shows. The worst: of a proposed rig if it has any, else of the first
 /// other; where nothing was found the clip stands still at the sweep's end.
-void write_review(FrameRenderer& renderer, const SweepFrames& frames,
+void write_review(const FrameRenderer& renderer, const SweepFrames& frames,
                   const std::vector<RigRecord>& records,
                   const std::vector<std::vector<Finding>>& findings, const std::string& stem,
                   Report& report) {
@@ -419,48 +508,67 @@ void write_review(FrameRenderer& renderer, const SweepFrames& frames,
                           name + ".mp4"});
 }
 
-/// The proposed rig at its worst, from all around.
-void write_turntable(FrameRenderer& renderer, const std::vector<RigRecord>& records,
+/// The proposed rig at its worst, from all around. The first view is picture `item`; counts up.
+void shoot_turntable(const FrameRenderer& renderer, const std::vector<RigRecord>& records,
                      const std::vector<std::vector<Finding>>& findings, int views,
-                     const std::string& prefix, Report& report) {
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    if (records[r].plan.role != Role::proposed) continue;
-    const Sweep& leading = records[r].sweeps.front().sweep;
-    const PoseDegrees pose =
-        findings[r].empty()
-            ? leading.pose_at(leading.to_deg)
-            : sweep_of(records[r], findings[r].front()).pose_at(findings[r].front().control_deg);
-    const PosedCharacter body = renderer.posed(records[r], pose);
-    renderer.photographer.pose(body);
-    const double aspect = static_cast<double>(renderer.settings.width) / renderer.settings.height;
-    const auto cameras = render::turntable(views, renderer.photographer.box(),
-                                           renderer.photographer.facing(), aspect);
-    const std::string name = prefix + "turntable_" + rig_word(records[r]);
-    const auto shoot = [&](std::size_t i) {
-      return render::picture_from(renderer.photographer.shoot(cameras[i], renderer.settings));
-    };
-    // Its frames are kept only until the video is made.
-    const auto frame = [&](std::size_t i) {
-      if (!renderer.ledger.is_on()) {
-        renderer.progress.step();
-        return shoot(i);
+                     const std::string& prefix, SideBySide& work, std::size_t& item,
+                     Report& report) {
+  constexpr std::size_t kViewsOfPiece = 3;  // posing a body costs little beside them
+  const auto proposed = std::ranges::find(records, Role::proposed,
+                                          [](const RigRecord& each) { return each.plan.role; });
+  if (proposed == records.end()) return;
+  const RigRecord& rig = *proposed;
+  const std::vector<Finding>& found = findings[static_cast<std::size_t>(&rig - &records[0])];
+  const Sweep& leading = rig.sweeps.front().sweep;
+  const PoseDegrees pose = found.empty()
+                               ? leading.pose_at(leading.to_deg)
+                               : sweep_of(rig, found.front()).pose_at(found.front().control_deg);
+  const double aspect = static_cast<double>(renderer.settings.width) / renderer.settings.height;
+  struct Turn {
+    std::vector<render::Camera> camera;
+    std::vector<render::Picture> picture;
+  };
+  const auto turn = std::make_shared<Turn>();
+  turn->camera =
+      render::turntable(views, renderer.cameras.box(), renderer.cameras.facing(), aspect);
+  turn->picture.resize(turn->camera.size());
+  const std::string name = prefix + "turntable_" + rig_word(rig);
+  const SideBySide::Group group = work.group();
+  for (std::size_t first = 0; first < turn->camera.size(); first += kViewsOfPiece) {
+    const std::size_t end = std::min(first + kViewsOfPiece, turn->camera.size());
+    work.add(group, [&renderer, &rig, turn, name, pose, first, end, item] {
+      const PosedCharacter body = renderer.posed(rig, pose);
+      std::optional<PhotographerPool::Loan> photographer;
+      for (std::size_t i = first; i < end; ++i) {
+        const auto shoot = [&] {
+          if (!photographer) {
+            photographer.emplace(renderer.cameras);
+            (*photographer)->pose(body);
+          }
+          return render::picture_from((*photographer)->shoot(turn->camera[i], renderer.settings));
+        };
+        // Its frames are kept only until the video is made.
+        if (renderer.ledger.is_on()) {
+          turn->picture[i] = renderer.picture(
+              item + i, std::string(kPartsFolder) + "/" + name + "/" + std::to_string(i) + ".png",
+              {}, shoot);
+        } else {
+          poll_interrupt();
+          turn->picture[i] = shoot();
+          renderer.progress.step();
+        }
       }
-      return renderer.picture(
-          std::string(kPartsFolder) + "/" + name + "/" + std::to_string(i) + ".png", {},
-          [&] { return shoot(i); });
-    };
-    bool complete = renderer.ledger.assembles();
-    if (renderer.ledger.mode() == Ledger::Mode::shard ||
-        renderer.ledger.mode() == Ledger::Mode::merge) {
-      for (std::size_t i = 0; i < cameras.size(); ++i)
-        complete = !frame(i).rgba.empty() && complete;
-    }
-    if (!complete) return;
-    write_video(renderer.folder, name + ".mp4", cameras.size(), kFramesPerSecond, frame);
-    report.media.push_back(
-        {"turntable", records[r].plan.name + " at " + pose.text(), name + ".mp4"});
-    return;
+    });
   }
+  item += turn->camera.size();
+  work.after(group, [&renderer, &rig, &report, turn, name, pose] {
+    if (!renderer.ledger.assembles() ||
+        std::ranges::any_of(turn->picture, [](const auto& each) { return each.rgba.empty(); }))
+      return;
+    write_video(renderer.folder, name + ".mp4", turn->picture.size(), kFramesPerSecond,
+                [&](std::size_t i) { return turn->picture[i]; });
+    report.media.push_back({"turntable", rig.plan.name + " at " + pose.text(), name + ".mp4"});
+  });
 }
 
 }  // namespace
@@ -475,57 +583,78 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
   return box;
 }
 
-void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames& places,
-                   const render::Bounds& box, const PicturePlan& plan,
-                   const std::vector<RigRecord>& records,
+void make_evidence(PhotographerPool& cameras, const BodyMetrics& body, const PlaceNames& places,
+                   const PicturePlan& plan, const std::vector<RigRecord>& records,
                    std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
                    Ledger& ledger, Progress& progress, Report& report) {
   if (records.empty()) return;
   folder.prepare();
+  const Stage& stage = cameras.stage();
   render::Settings settings;
   settings.width = plan.width;
   settings.height = plan.height;
   settings.samples = plan.samples;
-  FrameRenderer renderer{stage, folder, Photographer(stage, box), settings, ledger, progress};
+  const FrameRenderer renderer{stage, folder, cameras, settings, ledger, progress};
   const std::string character = file_word(stage.character().name);
 
-  std::size_t frames =
-      still_count(records, findings) + static_cast<std::size_t>(plan.turntable_views);
-  if (plan.sheet_columns > 0) {
-    for (const RigRecord& record : records) frames += record.sweeps.front().poses.size();
-  }
-  progress.start("frames", frames);
+  std::size_t item = 0;  // pictures so far, the same in every shard
+  std::vector<std::shared_ptr<ShownFinding>> shown;
   for (std::size_t r = 0; r < records.size(); ++r) {
     int number = 0;
     for (const std::size_t i : pictured(records[r], findings[r])) {
       Finding& finding = findings[r][i];
-      const std::string place = "findings/" + character + "_" + rig_word(records[r]) + "_" +
-                                file_word(finding.sweep) + "_" + finding.code + "_" +
-                                std::to_string(++number);
-      const bool in_page = number <= kMeshesOfRig;
-      if (has_two_sides(finding)) {
-        picture_flip(renderer, records[r], places, finding, place, in_page, report);
-      } else {
-        picture_finding(renderer, records, records[r], body, places, finding, place, in_page,
-                        report);
-      }
+      std::string place = "findings/" + character + "_" + rig_word(records[r]) + "_" +
+                          file_word(finding.sweep) + "_" + finding.code + "_" +
+                          std::to_string(++number);
+      shown.push_back(std::make_shared<ShownFinding>(renderer, records, records[r], body, places,
+                                                     finding, std::move(place),
+                                                     number <= kMeshesOfRig, item, report));
+      item += shown.back()->count();
     }
   }
+  // What videos are made of goes first, so that encoders work while stills are taken. Each adds to
+  // a report of its own: their order is not that in which they are done.
+  SideBySide work;
+  std::vector<Report> made(7);
   if (plan.sheet_columns > 0) {
+    std::size_t of_mapping = 0;
     for (const solver::Mapping mapping : {solver::Mapping::chest, solver::Mapping::spread}) {
-      const SweepFrames sweep = shoot_sweep(renderer, records, mapping, report);
-      if (!renderer.ledger.assembles() || !sweep.complete()) continue;
+      const SideBySide::Group group = work.group();
+      const auto sweep = shoot_sweep(renderer, records, mapping, work, group, item, report);
       const std::string stem = "media/" + character + "_" + std::string(mapping_name(mapping));
-      write_sheet(renderer, sweep, plan.sheet_columns, stem + "_sheet.png", report);
-      write_sweep_video(renderer, sweep, stem + "_sweep.mp4", report);
-      write_review(renderer, sweep, records, findings,
-                   "review/" + character + "_" + std::string(mapping_name(mapping)), report);
+      const auto after = [&](const auto& write) {
+        Report& part = made[of_mapping++];
+        work.after(group, [&renderer, sweep, write, &part] {
+          if (renderer.ledger.assembles() && sweep->complete()) write(*sweep, part);
+        });
+      };
+      after([&renderer, &plan, stem](const SweepFrames& frames, Report& part) {
+        write_sheet(renderer, frames, plan.sheet_columns, stem + "_sheet.png", part);
+      });
+      after([&renderer, stem](const SweepFrames& frames, Report& part) {
+        write_sweep_video(renderer, frames, stem + "_sweep.mp4", part);
+      });
+      after([&renderer, &records, &findings, mapping, character](const SweepFrames& frames,
+                                                                 Report& part) {
+        write_review(renderer, frames, records, findings,
+                     "review/" + character + "_" + std::string(mapping_name(mapping)), part);
+      });
     }
   }
-  if (plan.turntable_views > 0) {
-    write_turntable(renderer, records, findings, plan.turntable_views, "media/" + character + "_",
-                    report);
-  }
+  if (plan.turntable_views > 0)
+    shoot_turntable(renderer, records, findings, plan.turntable_views, "media/" + character + "_",
+                    work, item, made.back());
+  for (const auto& pictures : shown) ShownFinding::add(pictures, work);
+  progress.start("frames", item);
+  // A studio's own rig may remember what it was asked before: one piece after another, then.
+  work.run(std::ranges::any_of(records,
+                               [](const RigRecord& each) { return is_external(each.plan.spec); })
+               ? 1
+               : SIZE_MAX);
+  for (const Report& part : made)
+    report.media.insert(report.media.end(), part.media.begin(), part.media.end());
+  for (const auto& pictures : shown)
+    report.meshes.insert(report.meshes.end(), pictures->meshes().begin(), pictures->meshes().end());
 }
 
 }  // namespace backbend::validate

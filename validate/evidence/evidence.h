@@ -1,7 +1,7 @@
 #pragma once
 #include <vector>
 
-#include "validate/evidence/photographer.h"
+#include "validate/evidence/photographer_pool.h"
 #include "validate/farm/ledger.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/report.h"
@@ -27,9 +27,11 @@ render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& reco
 /// `findings` has one list for each record. Pictures that the ledger has are taken from there; a
 /// shard takes its own and leaves what is put together of several pictures (sheets, videos, pairs)
 /// or needs none (meshes, commands) to the merge. Throws WriteError, Interrupted.
-void make_evidence(const Stage& stage, const BodyMetrics& body, const PlaceNames& places,
-                   const render::Bounds& box, const PicturePlan& plan,
-                   const std::vector<RigRecord>& records,
+///
+/// Pictures are taken side by side; of the frames of a sweep those of all rigs are held until its
+/// videos are made, of everything else what the threads work on.
+void make_evidence(PhotographerPool& cameras, const BodyMetrics& body, const PlaceNames& places,
+                   const PicturePlan& plan, const std::vector<RigRecord>& records,
                    std::vector<std::vector<Finding>>& findings, const OutputFolder& folder,
                    Ledger& ledger, Progress& progress, Report& report);
 

@@ -1,10 +1,12 @@
 #include "validate/evidence/render_job.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <functional>
-#include <future>
 #include <glm/geometric.hpp>
 #include <map>
 #include <numeric>
@@ -16,6 +18,7 @@
 #include "render/sheet.h"
 #include "validate/evidence/extremes.h"
 #include "validate/evidence/obj.h"
+#include "validate/evidence/photographer_pool.h"
 #include "validate/evidence/video.h"
 #include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
@@ -23,6 +26,7 @@
 #include "validate/report/report.h"
 #include "validate/run/confirmed.h"
 #include "validate/run/measure.h"
+#include "validate/run/side_by_side.h"
 #include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
@@ -170,32 +174,62 @@ std::optional<render::Picture> picture_if_current(const std::filesystem::path& f
   return std::nullopt;
 }
 
-/// Encodes and writes one frame while the next is traced; at most one is under way.
-class FrameWriter {
- public:
-  FrameWriter(const OutputFolder& folder, render::ExrParts parts)
-      : folder_(folder), parts_(parts) {}
-  ~FrameWriter() {
-    if (busy_.valid()) busy_.wait();
-  }
-  FrameWriter(const FrameWriter&) = delete;
-  FrameWriter& operator=(const FrameWriter&) = delete;
+/// How many frames to have under way at once: as many as there are threads, fewer where their
+/// layers, in memory and as a file, would fill it. Says so then.
+std::size_t frames_at_once(const RenderRequest& request, Progress& progress) {
+  constexpr double kBytesOfPixel = 2.0 * 64 * sizeof(float);  // all layers have fewer channels
+  const render::Settings& s = request.settings;
+  const std::size_t most = pieces_in_memory(kBytesOfPixel * static_cast<double>(s.width) *
+                                            static_cast<double>(s.height));
+  const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
+  if (most < threads)
+    progress.say("backbend: memory is free for " + std::to_string(most) +
+                 (most == 1 ? " frame" : " frames") + " at a time, so no more are under way");
+  return most;
+}
 
-  void write(const std::string& name, render::Frame frame) {
-    wait();
-    busy_ = std::async(std::launch::async, [this, name, frame = std::move(frame)] {
-      folder_.write(name, render::encode_exr(frame, parts_));
-    });
-  }
-  /// Throws what went wrong with the frame under way.
-  void wait() {
-    if (busy_.valid()) busy_.get();
-  }
+/// Frames of a sequence while they are made, in any order.
+struct Sequence {
+  RenderedFiles files;
+  std::vector<render::Picture> pictures;
+  std::vector<std::string> labels;
+  std::atomic<std::size_t> kept = 0;
 
- private:
-  const OutputFolder& folder_;
-  render::ExrParts parts_;
-  std::future<void> busy_;
+  void plan(std::string name, std::string label) {
+    files.frames.emplace_back(std::move(name));
+    labels.push_back(std::move(label));
+  }
+  /// `make(n)` for each planned frame, as many at once as fit; each fills its picture.
+  /// A studio's own rig may remember what it was asked before: its frames go one after another.
+  void make(const RenderRequest& request, Progress& progress,
+            const std::function<void(std::size_t)>& make) {
+    pictures.resize(labels.size());
+    progress.start("frames", labels.size());
+    for_each_side_by_side(
+        labels.size(),
+        [&](std::size_t n) {
+          poll_interrupt();
+          make(n);
+          progress.step();
+        },
+        is_external(request.rig.spec) ? 1 : frames_at_once(request, progress));
+    files.kept = kept;
+  }
+  /// Takes frame n from an earlier run, where that is good.
+  bool keep(const RenderRequest& request, const OutputFolder& folder, std::size_t n,
+            const std::string& stamp) {
+    if (!request.resume) return false;
+    auto picture = picture_if_current(folder.path() / files.frames[n], stamp);
+    if (!picture) return false;
+    pictures[n] = std::move(*picture);
+    ++kept;
+    return true;
+  }
+  void write(const RenderRequest& request, const OutputFolder& folder, std::size_t n,
+             const render::Frame& frame) {
+    pictures[n] = render::picture_from(frame);
+    folder.write(files.frames[n], render::encode_exr(frame, request.parts));
+  }
 };
 
 render::Picture sheet_of(const std::vector<render::Picture>& pictures,
@@ -446,46 +480,30 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
   const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
   const std::vector<TurntableView> turn = turntable_views(views, light_views, photographer, aspect);
   const BurnIn burn_in = burn_in_of(studio, request, request.pose, posed);
-  RenderedFiles files;
-  std::vector<render::Picture> pictures;
-  std::vector<std::string> labels;
-  FrameWriter writer(folder, request.parts);
   const std::vector<std::size_t> wanted = frames_of(request, turn.size());
-  progress.start("frames", wanted.size());
-  for (const std::size_t i : wanted) {
-    poll_interrupt();
-    const std::string name =
-        studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr";
-    const std::string stamp =
-        stamp_of(studio, request.pose, turn[i].camera, turn[i].light_turn_deg);
-    files.frames.emplace_back(name);
-    labels.push_back(turn[i].label);
-    if (request.resume) {
-      if (auto picture = picture_if_current(folder.path() / name, stamp)) {
-        pictures.push_back(std::move(*picture));
-        ++files.kept;
-        progress.step();
-        continue;
-      }
-    }
+  Sequence sequence;
+  for (const std::size_t i : wanted)
+    sequence.plan(studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr",
+                  turn[i].label);
+  sequence.make(request, progress, [&](std::size_t n) {
+    const TurntableView& view = turn[wanted[n]];
+    const std::string stamp = stamp_of(studio, request.pose, view.camera, view.light_turn_deg);
+    if (sequence.keep(request, folder, n, stamp)) return;
     render::Settings settings = studio.settings(request);
-    settings.light_turn_deg += turn[i].light_turn_deg;
-    render::Frame frame = photographer.shoot(turn[i].camera, settings);
+    settings.light_turn_deg += view.light_turn_deg;
+    render::Frame frame = photographer.shoot(view.camera, settings);
     add_provenance(frame, studio, request, request.pose, stamp);
-    pictures.push_back(render::picture_from(frame));
-    writer.write(name, std::move(frame));
-    progress.step();
-  }
-  writer.wait();
-  if (request.frames) return files;
-  finish_sequence(studio, request, pictures, labels, title_of(studio, request), folder, files,
-                  [&](std::size_t i) {
-                    render::Picture picture = pictures[i];
+    sequence.write(request, folder, n, frame);
+  });
+  if (request.frames) return sequence.files;
+  finish_sequence(studio, request, sequence.pictures, sequence.labels, title_of(studio, request),
+                  folder, sequence.files, [&](std::size_t i) {
+                    render::Picture picture = sequence.pictures[i];
                     heat.put_legend(picture);
                     burn_in.put(picture);
                     return picture;
                   });
-  return files;
+  return sequence.files;
 }
 
 RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
@@ -493,61 +511,59 @@ RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
   const Studio studio(request);
   const std::size_t count = sweep.pose_count();
   const auto pose_at = [&](std::size_t i) { return sweep.pose_at(sweep.control_at(i)); };
-  Photographer photographer(studio.stage, framing_box(studio, request, sweep));
+  PhotographerPool cameras(studio.stage, framing_box(studio, request, sweep));
   folder.prepare();
   const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
   const render::Camera camera =
-      render::view_camera(request.view, photographer.box(), photographer.facing(), aspect);
+      render::view_camera(request.view, cameras.box(), cameras.facing(), aspect);
   const Heat heat(studio, request);
-  RenderedFiles files;
-  std::vector<render::Picture> pictures;
-  std::vector<std::string> labels;
-  std::vector<BurnIn> burn_in;
-  FrameWriter writer(folder, request.parts);
-  PosedCharacter now, before;
   const std::vector<std::size_t> wanted = frames_of(request, count);
-  std::optional<std::size_t> posed;  // the frame that `now` is of
-  progress.start("frames", wanted.size());
-  for (const std::size_t i : wanted) {
-    poll_interrupt();
+  std::vector<BurnIn> burn_in(wanted.size());
+  PosedCharacter last_posed;  // of a rig that may remember
+  std::optional<std::size_t> last;
+  Sequence sequence;
+  for (const std::size_t i : wanted)
+    sequence.plan(studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr",
+                  pose_at(i).text());
+  sequence.make(request, progress, [&](std::size_t n) {
+    const std::size_t i = wanted[n];
     const PoseDegrees pose = pose_at(i);
-    const std::string name =
-        studio.name + "." + std::to_string(kFirstFrame + static_cast<int>(i)) + ".exr";
     // The motion layer is from the pose before.
     const std::string stamp = stamp_of(studio, pose, camera) + (i > 0 ? "" : "-first");
-    files.frames.emplace_back(name);
-    labels.push_back(pose.text());
-    std::optional<render::Picture> kept;
-    if (request.resume) kept = picture_if_current(folder.path() / name, stamp);
-    if (i > 0)
-      before = posed == i - 1 ? std::move(now) : studio.posed(pose_at(i - 1), request.mapping);
-    now = studio.posed(pose, request.mapping);
-    posed = i;
-    burn_in.push_back(burn_in_of(studio, request, pose, now));
-    if (kept) {
-      pictures.push_back(std::move(*kept));
-      ++files.kept;
-    } else {
-      const std::vector<float> strain = heat.of(pose, now);
-      photographer.pose(now, strain, i > 0 ? &before : nullptr, studio.controllers(request, pose));
-      render::Frame frame = photographer.shoot(camera, studio.settings(request));
-      add_provenance(frame, studio, request, pose, stamp);
-      pictures.push_back(render::picture_from(frame));
-      writer.write(name, std::move(frame));
+    const bool kept = sequence.keep(request, folder, n, stamp);
+    PosedCharacter before;
+    if (last == i - 1 && i > 0) {
+      before = std::move(last_posed);
+    } else if (i > 0 && !kept) {
+      before = studio.posed(pose_at(i - 1), request.mapping);
     }
-    progress.step();
-  }
-  writer.wait();
-  if (request.frames) return files;
-  finish_sequence(studio, request, pictures, labels,
+    PosedCharacter now = studio.posed(pose, request.mapping);
+    burn_in[n] = burn_in_of(studio, request, pose, now);
+    // Handed on where frames follow each other on one thread.
+    const auto hand_on = [&] {
+      if (!is_external(request.rig.spec)) return;
+      last = i;
+      last_posed = std::move(now);
+    };
+    if (kept) return hand_on();
+    const std::vector<float> strain = heat.of(pose, now);
+    const PhotographerPool::Loan photographer(cameras);
+    photographer->pose(now, strain, i > 0 ? &before : nullptr, studio.controllers(request, pose));
+    render::Frame frame = photographer->shoot(camera, studio.settings(request));
+    add_provenance(frame, studio, request, pose, stamp);
+    sequence.write(request, folder, n, frame);
+    hand_on();
+  });
+  if (request.frames) return sequence.files;
+  finish_sequence(studio, request, sequence.pictures, sequence.labels,
                   studio.stage.character().name + "  " + request.rig.name + "  " + sweep.name,
-                  folder, files, [&](std::size_t i) {
-                    render::Picture picture = pictures[i];
+                  folder, sequence.files, [&](std::size_t i) {
+                    render::Picture picture = sequence.pictures[i];
                     heat.put_legend(picture);
                     burn_in[i].put(picture);
                     return picture;
                   });
-  return files;
+  return sequence.files;
 }
 
 RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sweep>& sweeps,
@@ -563,48 +579,33 @@ RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sw
     posed.push_back(studio.posed(extreme.pose, request.mapping));
     box.add(render::bounds_of(posed.back().mesh.position));
   }
-  Photographer photographer(studio.stage, box);
+  PhotographerPool cameras(studio.stage, box);
   const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
-  const render::Camera camera =
-      render::view_camera(request.view, box, photographer.facing(), aspect);
-
-  RenderedFiles files;
-  std::vector<render::Picture> pictures;
-  std::vector<std::string> labels;
-  FrameWriter writer(folder, request.parts);
-  progress.start("frames", extremes.size());
-  for (std::size_t i = 0; i < extremes.size(); ++i) {
-    poll_interrupt();
-    const std::string name = studio.name + "_" + extremes[i].label + ".exr";
-    const std::string stamp = stamp_of(studio, extremes[i].pose, camera);
-    files.frames.emplace_back(name);
-    labels.push_back(extremes[i].caption);
-    std::optional<render::Picture> kept;
-    if (request.resume) kept = picture_if_current(folder.path() / name, stamp);
-    if (kept) {
-      pictures.push_back(std::move(*kept));
-      ++files.kept;
-    } else {
-      photographer.pose(posed[i], {}, nullptr, studio.controllers(request, extremes[i].pose));
-      render::Frame frame = photographer.shoot(camera, studio.settings(request));
-      add_provenance(frame, studio, request, extremes[i].pose, stamp);
-      pictures.push_back(render::picture_from(frame));
-      writer.write(name, std::move(frame));
-    }
-    progress.step();
-  }
-  writer.wait();
-  if (!pictures.empty()) {
-    files.sheet = studio.name + "_extremes.png";
+  const render::Camera camera = render::view_camera(request.view, box, cameras.facing(), aspect);
+  Sequence sequence;
+  for (const ExtremePose& extreme : extremes)
+    sequence.plan(studio.name + "_" + extreme.label + ".exr", extreme.caption);
+  sequence.make(request, progress, [&](std::size_t n) {
+    const PoseDegrees& pose = extremes[n].pose;
+    const std::string stamp = stamp_of(studio, pose, camera);
+    if (sequence.keep(request, folder, n, stamp)) return;
+    const PhotographerPool::Loan photographer(cameras);
+    photographer->pose(posed[n], {}, nullptr, studio.controllers(request, pose));
+    render::Frame frame = photographer->shoot(camera, studio.settings(request));
+    add_provenance(frame, studio, request, pose, stamp);
+    sequence.write(request, folder, n, frame);
+  });
+  if (!sequence.pictures.empty()) {
+    sequence.files.sheet = studio.name + "_extremes.png";
     std::vector<render::SheetCell> cells;
-    for (std::size_t i = 0; i < pictures.size(); ++i)
-      cells.push_back(
-          {render::shrink(pictures[i], kSheetCellWidth, kSheetCellWidth), labels[i], false});
-    folder.write(files.sheet,
+    for (std::size_t i = 0; i < sequence.pictures.size(); ++i)
+      cells.push_back({render::shrink(sequence.pictures[i], kSheetCellWidth, kSheetCellWidth),
+                       sequence.labels[i], false});
+    folder.write(sequence.files.sheet,
                  render::encode_png(render::contact_sheet(
                      cells, 4, studio.stage.character().name + "  " + request.rig.name)));
   }
-  return files;
+  return sequence.files;
 }
 
 }  // namespace backbend::validate

@@ -81,10 +81,10 @@ bool measure_records(const Stage& stage, const BodyMetrics& body, const std::str
   if (!complete) return false;
   // What poses take from the search and from each other: last, so that no stored pose comes over
   // it, and everywhere, for it takes no time.
-  for (RigRecord& rig : records) {
-    measure_behaviour(stage, rig);
-    for (SweepRecord& sweep : rig.sweeps) take_flips(sweep, std::move(sweep.flips));
-  }
+  oneapi::tbb::parallel_for(std::size_t{0}, records.size(), [&](std::size_t r) {
+    measure_behaviour(stage, records[r]);
+    for (SweepRecord& sweep : records[r].sweeps) take_flips(sweep, std::move(sweep.flips));
+  });
   return true;
 }
 

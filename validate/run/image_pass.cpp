@@ -1,6 +1,5 @@
 #include "validate/run/image_pass.h"
 
-#include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -12,6 +11,7 @@
 #include "validate/metrics/proxy_weights.h"
 #include "validate/run/arm_pose.h"
 #include "validate/run/ideal_bend.h"
+#include "validate/run/side_by_side.h"
 
 namespace backbend::validate {
 namespace {
@@ -103,39 +103,9 @@ ImageWitness witness_of(const ImageReading& reading, std::string metric, double 
 
 }  // namespace
 
-/// One of the pass's photographers, for as long as a task needs it.
-class ImagePass::Camera {
- public:
-  explicit Camera(ImagePass& pass) : pass_(pass) {
-    {
-      const std::lock_guard lock(pass_.cameras_mutex_);
-      if (!pass_.cameras_.empty()) {
-        photographer_ = std::move(pass_.cameras_.back());
-        pass_.cameras_.pop_back();
-      }
-    }
-    if (!photographer_)
-      photographer_ = std::make_unique<Photographer>(pass_.stage_, pass_.box_, pass_.topology_);
-  }
-  ~Camera() {
-    const std::lock_guard lock(pass_.cameras_mutex_);
-    pass_.cameras_.push_back(std::move(photographer_));
-  }
-  Camera(const Camera&) = delete;
-  Camera& operator=(const Camera&) = delete;
-
-  Photographer& operator*() const { return *photographer_; }
-
- private:
-  ImagePass& pass_;
-  std::unique_ptr<Photographer> photographer_;
-};
-
-ImagePass::ImagePass(const Stage& stage, const render::Bounds& box, std::string character,
-                     Ledger& ledger)
-    : stage_(stage),
-      box_(box),
-      topology_(stage.topology()),
+ImagePass::ImagePass(PhotographerPool& cameras, std::string character, Ledger& ledger)
+    : stage_(cameras.stage()),
+      cameras_(cameras),
       character_(std::move(character)),
       ledger_(ledger) {}
 
@@ -255,9 +225,11 @@ ImageWitness ImagePass::witness(Photographer& camera, const RigRecord& rig,
 }
 
 /// What a flip is to be compared with: a whole step of the same sweep.
-void ImagePass::add_usual_step(const SweepRecord& sweep, Finding& finding) const {
-  const auto steps = series_.find(sweep.sweep.name);
-  if (steps == series_.end()) return;
+void ImagePass::add_usual_step(const RigRecord& rig, const SweepRecord& sweep,
+                               Finding& finding) const {
+  const Series& of_rig = series_.at(&rig);
+  const auto steps = of_rig.find(sweep.sweep.name);
+  if (steps == of_rig.end()) return;
   std::vector<double> changes = steps->second.at("image_change");
   const double usual = upper_median(changes);
   finding.image.note +=
@@ -293,12 +265,12 @@ ImageSteps ImagePass::steps_between(Photographer& camera, const RigRecord& rig,
   return steps;
 }
 
-std::vector<ImagePass::Unit> ImagePass::units_of(const RigRecord& rig) {
-  std::vector<Unit> units;
+void ImagePass::add_units(const RigRecord& rig, std::vector<Unit>& units) {
   for (const SweepRecord& sweep : rig.sweeps) {
     if (!sweep.sweep.watched) continue;
     for (std::size_t first = 0; first < sweep.poses.size(); first += kPosesOfUnit) {
       Unit unit;
+      unit.rig = &rig;
       unit.sweep = &sweep;
       unit.first = first;
       unit.count = std::min(kPosesOfUnit, sweep.poses.size() - first);
@@ -307,13 +279,12 @@ std::vector<ImagePass::Unit> ImagePass::units_of(const RigRecord& rig) {
       units.push_back(std::move(unit));
     }
   }
-  return units;
 }
 
 /// Units that follow each other. What the pose before one shows is known where that was looked at
 /// just now, and looked at once more where it was not.
-void ImagePass::look_at_units(const RigRecord& rig, std::span<Unit> units, Progress& progress) {
-  std::optional<Camera> camera;
+void ImagePass::look_at_units(std::span<Unit> units, Progress& progress) {
+  std::optional<PhotographerPool::Loan> camera;
   std::optional<Look> before;  // at the pose before the next unit
   for (Unit& unit : units) {
     if (unit.first == 0) before.reset();
@@ -322,9 +293,9 @@ void ImagePass::look_at_units(const RigRecord& rig, std::span<Unit> units, Progr
       before.reset();
       progress.step(unit.count);
     } else if (unit.own) {
-      if (!camera) camera.emplace(*this);
+      if (!camera) camera.emplace(cameras_);
       unit.steps =
-          steps_between(**camera, rig, *unit.sweep, unit.first, unit.count, before, progress);
+          steps_between(**camera, *unit.rig, *unit.sweep, unit.first, unit.count, before, progress);
       ledger_.keep(unit.name, pack_steps(unit.steps));
     } else {
       if (ledger_.assembles()) ledger_.miss(unit.name);
@@ -343,37 +314,58 @@ void ImagePass::find_witness(const RigRecord& rig, const SweepRecord& sweep, std
   } else if (ledger_.mode() == Ledger::Mode::merge) {
     ledger_.miss(unit);
   } else {
-    const Camera camera(*this);
+    const PhotographerPool::Loan camera(cameras_);
     finding.image = witness(*camera, rig, sweep, finding);
     ledger_.keep(unit, pack_witness(finding.image));
   }
 }
 
-void ImagePass::look(const RigRecord& rig, std::vector<Finding>& findings, Progress& progress) {
-  // Tasks of others wait meanwhile: a thread that waits for a part of its picture must not start
-  // another one within it.
-  const auto for_each = [](std::size_t count, const auto& work) {
-    oneapi::tbb::parallel_for(
-        std::size_t{0}, count,
-        [&](std::size_t i) { oneapi::tbb::this_task_arena::isolate([&] { work(i); }); },
-        oneapi::tbb::simple_partitioner());
-  };
-  std::vector<Unit> units = units_of(rig);
-  // Few tasks look at few poses twice; several for each thread keep all of them at work.
-  constexpr std::size_t kTasksOfThread = 3;
+void ImagePass::look(std::span<const RigRecord> rigs, std::span<std::vector<Finding>> findings,
+                     Progress& progress) {
+  std::vector<Unit> units;
+  for (const RigRecord& rig : rigs) add_units(rig, units);
+  SideBySide work;
+  const SideBySide::Group all = work.group();
+  // A piece of many units looks at few poses twice: long pieces first, and at the end short ones,
+  // so that all threads end at the same time.
+  constexpr std::size_t kPiecesOfThread = 3;
   const auto threads = static_cast<std::size_t>(oneapi::tbb::this_task_arena::max_concurrency());
-  const std::size_t of_task =
-      threads == 1 ? units.size()
-                   : std::max<std::size_t>(1, units.size() / (threads * kTasksOfThread));
-  const std::size_t tasks = of_task == 0 ? 0 : (units.size() + of_task - 1) / of_task;
-  for_each(tasks, [&](std::size_t task) {
-    const std::size_t first = task * of_task;
-    look_at_units(rig, std::span(units).subspan(first, std::min(of_task, units.size() - first)),
-                  progress);
-  });
-  series_.clear();
+  for (std::size_t first = 0; first < units.size();) {
+    const std::size_t left = units.size() - first;
+    const std::size_t count =
+        threads == 1 ? left : std::max<std::size_t>(1, left / (threads * kPiecesOfThread));
+    work.add(all, [this, piece = std::span(units).subspan(first, count), &progress] {
+      look_at_units(piece, progress);
+    });
+    first += count;
+  }
+  struct Question {
+    const RigRecord* rig;
+    const SweepRecord* sweep;
+    Finding* finding;
+  };
+  std::vector<Question> questions;
+  for (std::size_t r = 0; r < rigs.size(); ++r) {
+    const std::vector<bool> shown = worst_of_each_code(findings[r]);
+    for (const SweepRecord& sweep : rigs[r].sweeps) {
+      for (std::size_t i = 0; i < findings[r].size(); ++i) {
+        Finding& finding = findings[r][i];
+        if (finding.sweep != sweep.sweep.name) continue;
+        if (!shown[i]) {
+          finding.image.note = "not looked at: worse ones of this check were";
+          continue;
+        }
+        questions.push_back({&rigs[r], &sweep, &finding});
+        work.add(all, [this, &rig = rigs[r], &sweep, i, &finding] {
+          find_witness(rig, sweep, i, finding);
+        });
+      }
+    }
+  }
+  work.run();
+  for (const RigRecord& rig : rigs) series_[&rig].clear();
   for (const Unit& unit : units) {
-    auto& series = series_[unit.sweep->sweep.name];
+    auto& series = series_[unit.rig][unit.sweep->sweep.name];
     const auto add = [&](const char* name, const std::vector<double>& values) {
       series[name].insert(series[name].end(), values.begin(), values.end());
     };
@@ -381,38 +373,19 @@ void ImagePass::look(const RigRecord& rig, std::vector<Finding>& findings, Progr
     add("silhouette_step", unit.steps.step);
     add("motion_change", unit.steps.pop);
   }
-
-  struct Question {
-    const SweepRecord* sweep;
-    std::size_t finding;
-  };
-  std::vector<Question> questions;
-  const std::vector<bool> shown = worst_of_each_code(findings);
-  for (const SweepRecord& sweep : rig.sweeps) {
-    for (std::size_t i = 0; i < findings.size(); ++i) {
-      if (findings[i].sweep != sweep.sweep.name) continue;
-      if (shown[i])
-        questions.push_back({&sweep, i});
-      else
-        findings[i].image.note = "not looked at: worse ones of this check were";
-    }
-  }
-  for_each(questions.size(), [&](std::size_t q) {
-    const Question& question = questions[q];
-    find_witness(rig, *question.sweep, question.finding, findings[question.finding]);
-  });
   for (const Question& question : questions)
-    if (findings[question.finding].code == "BB001")
-      add_usual_step(*question.sweep, findings[question.finding]);
+    if (question.finding->code == "BB001")
+      add_usual_step(*question.rig, *question.sweep, *question.finding);
 }
 
 std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
                                                const std::vector<Finding>& findings,
                                                const JudgeContext& context) const {
   std::vector<Finding> out;
+  const Series& of_rig = series_.at(&rig);
   for (const SweepRecord& sweep : rig.sweeps) {
-    const auto series = series_.find(sweep.sweep.name);
-    if (series == series_.end()) continue;
+    const auto series = of_rig.find(sweep.sweep.name);
+    if (series == of_rig.end()) continue;
     const std::vector<double>& change = series->second.at("motion_change");
     if (change.size() != sweep.poses.size()) continue;  // a shard saw its share
     const std::vector<double> score = pop_scores(change);
@@ -447,10 +420,11 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
   return out;
 }
 
-void ImagePass::add_series(RigResult& result) const {
+void ImagePass::add_series(const RigRecord& rig, RigResult& result) const {
+  const Series& of_rig = series_.at(&rig);
   for (SweepSeries& sweep : result.sweeps) {
-    const auto found = series_.find(sweep.sweep);
-    if (found == series_.end()) continue;
+    const auto found = of_rig.find(sweep.sweep);
+    if (found == of_rig.end()) continue;
     for (const auto& [name, values] : found->second) sweep.metric[name] = values;
     sweep.metric_unit["image_change"] = "deg";
     sweep.metric_unit["silhouette_step"] = "px";

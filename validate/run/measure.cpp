@@ -204,7 +204,8 @@ void measure_flips(RigRecord& rig) {
 
 void measure_behaviour(const Stage& stage, RigRecord& rig) {
   const Measured left_over = return_to_rest(*rig.system);
-  for (SweepRecord& sweep : rig.sweeps) {
+  oneapi::tbb::parallel_for(std::size_t{0}, rig.sweeps.size(), [&](std::size_t s) {
+    SweepRecord& sweep = rig.sweeps[s];
     for (PoseRecord& pose : sweep.poses)
       if (pose.rest_noted) pose.at(MetricId::return_to_rest) = left_over;
     oneapi::tbb::parallel_for(std::size_t{0}, sweep.poses.size(), [&](std::size_t i) {
@@ -212,7 +213,7 @@ void measure_behaviour(const Stage& stage, RigRecord& rig) {
         record_behaviour(stage, rig, sweep.poses[i]);
     });
     record_predictability(*rig.system, sweep);
-  }
+  });
 }
 
 const std::array<MetricInfo, kMetricCount>& pose_metrics() {

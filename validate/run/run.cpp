@@ -34,6 +34,7 @@
 #include "validate/run/judge_input.h"
 #include "validate/run/owner.h"
 #include "validate/run/place.h"
+#include "validate/run/side_by_side.h"
 #include "validate/run/verdict.h"
 #include "validate/sweeps/external_spec.h"
 
@@ -413,42 +414,57 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   if (!measure_records(stage, body, content, records, ledger, progress)) return run;
 
   const render::Bounds box = run.box = framing_of(stage, records);
-  ImagePass pictures(stage, box, content, ledger);
+  PhotographerPool cameras(stage, box);
+  ImagePass pictures(cameras, content, ledger);
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
-  std::vector<std::vector<Finding>> findings, contradictions;
-  for (RigRecord& record : records) {
-    const JudgeContext& context = is_external(record.plan.spec) ? external_context : own_context;
-    findings.push_back(judge_rig(record, context));
-    book_owners(stage, body, record, judges_weights, findings.back());
-    ExternalJudgement external = judge_external(record, context);
-    findings.back().insert(findings.back().begin(), external.findings.begin(),
-                           external.findings.end());
-    const DeformerJudgement deformers = judge_deformers(record, context);
-    findings.back().insert(findings.back().begin(), deformers.findings.begin(),
-                           deformers.findings.end());
-    if (deformers.measured) {
-      const std::string note = blending_note(record, deformers.blending, stage, places);
+  const auto context_of = [&](const RigRecord& record) -> const JudgeContext& {
+    return is_external(record.plan.spec) ? external_context : own_context;
+  };
+  std::vector<std::vector<Finding>> findings(records.size()), contradictions;
+  std::vector<ExternalJudgement> external(records.size());
+  std::vector<DeformerJudgement> deformers(records.size());
+  const auto judge = [&](std::size_t i) {
+    RigRecord& record = records[i];
+    findings[i] = judge_rig(record, context_of(record));
+    book_owners(stage, body, record, judges_weights, findings[i]);
+    external[i] = judge_external(record, context_of(record));
+    findings[i].insert(findings[i].begin(), external[i].findings.begin(),
+                       external[i].findings.end());
+    deformers[i] = judge_deformers(record, context_of(record));
+    findings[i].insert(findings[i].begin(), deformers[i].findings.begin(),
+                       deformers[i].findings.end());
+    // What a rig of the studio's does is for its rigger, not for who wrote ours.
+    if (is_external(record.plan.spec))
+      for (Finding& finding : findings[i])
+        if (finding.owner == Owner::solver) finding.owner = Owner::rig;
+    name_places(stage, places, record, findings[i]);
+    say_to_artist(confirmed.sidecar, record, findings[i]);
+  };
+  // A studio's own rig may remember what it was asked before: those are asked in their order.
+  for_each_side_by_side(records.size(), [&](std::size_t i) {
+    if (!is_external(records[i].plan.spec)) judge(i);
+  });
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (is_external(records[i].plan.spec)) judge(i);
+  if (request.image_pass) pictures.look(records, findings, progress);
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    const JudgeContext& context = context_of(records[i]);
+    if (deformers[i].measured) {
+      const std::string note = blending_note(records[i], deformers[i].blending, stage, places);
       report.characters.back().notes.push_back(note);
       report.reasons.push_back(note);
     }
-    // What a rig of the studio's does is for its rigger, not for who wrote ours.
-    if (is_external(record.plan.spec))
-      for (Finding& finding : findings.back())
-        if (finding.owner == Owner::solver) finding.owner = Owner::rig;
-    name_places(stage, places, record, findings.back());
-    say_to_artist(confirmed.sidecar, record, findings.back());
-    if (request.image_pass) pictures.look(record, findings.back(), progress);
-    report.rigs.push_back(result_of(record, context, findings.back()));
-    take_external(external, report.rigs.back());
-    for (const Coverage& each : deformers.coverage) report.rigs.back().coverage.push_back(each);
-    cut_headroom(record, deformers.findings, report.rigs.back().headroom);
+    report.rigs.push_back(result_of(records[i], context, findings[i]));
+    take_external(external[i], report.rigs.back());
+    for (const Coverage& each : deformers[i].coverage) report.rigs.back().coverage.push_back(each);
+    cut_headroom(records[i], deformers[i].findings, report.rigs.back().headroom);
     if (!request.image_pass) continue;
-    pictures.add_series(report.rigs.back());
-    contradictions.push_back(pictures.contradictions(record, findings.back(), context));
-    report.rigs.back().coverage.push_back(agreement_coverage(record, findings.back()));
+    pictures.add_series(records[i], report.rigs.back());
+    contradictions.push_back(pictures.contradictions(records[i], findings[i], context));
+    report.rigs.back().coverage.push_back(agreement_coverage(records[i], findings[i]));
   }
   if (suite.pictures.enabled) {
-    make_evidence(stage, body, places, box, suite.pictures, records, findings, folder, ledger,
+    make_evidence(cameras, body, places, suite.pictures, records, findings, folder, ledger,
                   progress, report);
   }
   for (std::vector<Finding>& each : findings) {
