@@ -16,6 +16,7 @@ namespace {
 constexpr int kReach = 5;  // pixels
 constexpr int kPatch = 1;
 constexpr int kBorder = kReach + kPatch;
+constexpr int kRows = 8;  // filtered together; what they need stays in the cache
 // Differences up to this many times the noise count as noise.
 constexpr float kColorScale = 0.7f;
 constexpr float kTolerance = 4.0f;          // where a colour's distance stops counting
@@ -130,7 +131,7 @@ struct Filter {
 
   Float8 color_distance(const Planes& guide, int x, int y, int dx, int dy) const;
   Float8 feature_weight(int x, int y, int dx, int dy) const;
-  void filter_row(int y, Denoised& out) const;
+  void filter_rows(int first, int end, Denoised& out) const;
 };
 
 // Squared distance of two pixels' colours over what noise explains.
@@ -161,46 +162,66 @@ Float8 Filter::feature_weight(int x, int y, int dx, int dy) const {
          falling(step * step);
 }
 
-void Filter::filter_row(int y, Denoised& out) const {
-  const int padded = depth.padded;
-  // Distances of single pixels for the rows of a patch, summed over its columns: with one patch to
-  // the left and right of the row.
-  std::vector<float> by_a(padded + 16), by_b(padded + 16);
-  RowSums of_a(padded), of_b(padded);
+// Rows from `first` to before `end` together: the distances of a row's single pixels serve the
+// patches of three rows.
+void Filter::filter_rows(int first, int end, Denoised& out) const {
+  const int padded = depth.padded, count = end - first;
+  // Distances of single pixels by row, from one patch above the first row, with one patch to the
+  // left and right; of one row's patches summed over their columns.
+  const auto stride = static_cast<std::size_t>(padded) + 16;
+  std::vector<float> pixel_a(stride * static_cast<std::size_t>(count + 2 * kPatch));
+  std::vector<float> pixel_b(pixel_a.size()), by_a(stride), by_b(stride);
+  std::vector<RowSums> of_a(static_cast<std::size_t>(count), RowSums(padded)), of_b = of_a;
   constexpr float kPerTerm = 1.0f / (3.0f * (2 * kPatch + 1) * (2 * kPatch + 1));
+  const auto for_each_packet = [&](const auto& act) {
+    for (int x = -kPatch; x < padded + kPatch; x += 8)
+      act(std::min(x, padded + kPatch - 8));  // the last packet is moved back into the border
+  };
   for (int dy = -kReach; dy <= kReach; ++dy) {
     for (int dx = -kReach; dx <= kReach; ++dx) {
-      for (int x = -kPatch; x < padded + kPatch; x += 8) {
-        // The last packet is moved back so that it stays within the border.
-        const int at = std::min(x, padded + kPatch - 8);
-        Float8 sum_a = splat(0.0f), sum_b = splat(0.0f);
-        for (int patch = -kPatch; patch <= kPatch; ++patch) {
-          sum_a += color_distance(a, at, y + patch, dx, dy);
-          sum_b += color_distance(b, at, y + patch, dx, dy);
-        }
-        store(&by_a[at + kPatch], sum_a);
-        store(&by_b[at + kPatch], sum_b);
+      for (int row = 0; row < count + 2 * kPatch; ++row) {
+        const std::size_t at_row = static_cast<std::size_t>(row) * stride + kPatch;
+        for_each_packet([&](int x) {
+          const std::size_t at = at_row + x;
+          store(&pixel_a[at], color_distance(a, x, first - kPatch + row, dx, dy));
+          store(&pixel_b[at], color_distance(b, x, first - kPatch + row, dx, dy));
+        });
       }
-      const auto patch_weight = [&](const std::vector<float>& columns, int x) {
-        const Float8 sum = load(&columns[x]) + load(&columns[x + 1]) + load(&columns[x + 2]);
-        return falling(max(sum, splat(0.0f)) * (kPerTerm / kTolerance));
-      };
-      for (int x = 0; x < padded; x += 8) {
-        const Float8 feature = feature_weight(x, y, dx, dy);
-        of_a.add(x, feature * patch_weight(by_b, x), a, y + dy, dx);
-        of_b.add(x, feature * patch_weight(by_a, x), b, y + dy, dx);
+      for (int row = 0; row < count; ++row) {
+        const int y = first + row;
+        for_each_packet([&](int x) {
+          Float8 sum_a = splat(0.0f), sum_b = splat(0.0f);
+          for (int patch = 0; patch <= 2 * kPatch; ++patch) {
+            const std::size_t at = static_cast<std::size_t>(row + patch) * stride + kPatch + x;
+            sum_a += load(&pixel_a[at]);
+            sum_b += load(&pixel_b[at]);
+          }
+          store(&by_a[x + kPatch], sum_a);
+          store(&by_b[x + kPatch], sum_b);
+        });
+        const auto patch_weight = [&](const std::vector<float>& columns, int x) {
+          const Float8 sum = load(&columns[x]) + load(&columns[x + 1]) + load(&columns[x + 2]);
+          return falling(max(sum, splat(0.0f)) * (kPerTerm / kTolerance));
+        };
+        for (int x = 0; x < padded; x += 8) {
+          const Float8 feature = feature_weight(x, y, dx, dy);
+          of_a[row].add(x, feature * patch_weight(by_b, x), a, y + dy, dx);
+          of_b[row].add(x, feature * patch_weight(by_a, x), b, y + dy, dx);
+        }
       }
     }
   }
-  for (int x = 0; x < width; ++x) {
-    const std::array<float, 3> from_a = of_a.mean(x), from_b = of_b.mean(x);
-    const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
-    float squared = 0.0f;
-    for (int c = 0; c < 3; ++c) {
-      out.color[pixel * 3 + c] = 0.5f * (from_a[c] + from_b[c]);
-      squared += 0.25f * (from_a[c] - from_b[c]) * (from_a[c] - from_b[c]);
+  for (int y = first; y < end; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const std::array<float, 3> from_a = of_a[y - first].mean(x), from_b = of_b[y - first].mean(x);
+      const std::size_t pixel = static_cast<std::size_t>(y) * width + x;
+      float squared = 0.0f;
+      for (int c = 0; c < 3; ++c) {
+        out.color[pixel * 3 + c] = 0.5f * (from_a[c] + from_b[c]);
+        squared += 0.25f * (from_a[c] - from_b[c]) * (from_a[c] - from_b[c]);
+      }
+      out.error[pixel] = squared / 3.0f;
     }
-    out.error[pixel] = squared / 3.0f;
   }
 }
 
@@ -234,9 +255,9 @@ Denoised denoise(const DenoiseInput& in) {
   const auto pixels = static_cast<std::size_t>(width) * height;
   Denoised out{std::vector<float>(pixels * 3), std::vector<float>(pixels)};
   on_threads(in.threads, [&] {
-    tbb::parallel_for(0, height, [&](int y) {
+    tbb::parallel_for(0, (height + kRows - 1) / kRows, [&](int strip) {
       const FlushDenormals flush;  // the same arithmetic on every thread
-      filter.filter_row(y, out);
+      filter.filter_rows(strip * kRows, std::min(height, (strip + 1) * kRows), out);
     });
   });
   settle_errors(out, width, height);

@@ -38,8 +38,10 @@ Case BodyPoses::draw_case(Draw& draw) const {
   }
 }
 
+// No detector reads crossings.
 BodyMeasures BodyPoses::measure(const Case& c, const skin::PosedMesh& mesh) const {
-  return body_.metrics().measure(rig_rest_, c.control, c.chain, mesh, c.pose.twist);
+  return body_.metrics().measure(rig_rest_, c.control, c.chain, mesh, c.pose.twist, false,
+                                 Crossing::left_out);
 }
 
 PosedCharacter BodyPoses::posed_by_other(const Case& c) const {
@@ -48,7 +50,8 @@ PosedCharacter BodyPoses::posed_by_other(const Case& c) const {
 
 BodyMeasures BodyPoses::measure_other(const Case& c, const PosedCharacter& other) const {
   const std::vector<double> control = other_->controls_for(c.pose, solver::Mapping::chest);
-  return body_.metrics().measure(other_rest_, control, other.spine, other.mesh, c.pose.twist);
+  return body_.metrics().measure(other_rest_, control, other.spine, other.mesh, c.pose.twist, false,
+                                 Crossing::left_out);
 }
 
 double BodyPoses::fault_place(Draw& draw) const {

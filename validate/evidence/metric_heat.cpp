@@ -90,7 +90,7 @@ VertexHeat metric_heat(const Stage& stage, const BodyMetrics& body, const HeatPo
   const bool narrow = code == "BB030" || code == "BB031";
   if (!kink && !wring && !narrow) return {};
   const BodyMeasures measured = body.measure(rest, pose.control, pose.posed.spine, pose.posed.mesh,
-                                             pose.twist, pose.stretches);
+                                             pose.twist, pose.stretches, Crossing::left_out);
   std::vector<double> of_slice;
   if (narrow)
     for (const double ratio : measured.slices.area_ratio)

@@ -26,6 +26,7 @@
 #include "validate/report/report.h"
 #include "validate/run/confirmed.h"
 #include "validate/run/measure.h"
+#include "validate/run/pictures_ahead.h"
 #include "validate/run/side_by_side.h"
 #include "validate/sweeps/external_spec.h"
 
@@ -60,6 +61,7 @@ Environment read_environment(const std::string& file) {
 
 /// A character under a rig, ready to be rendered.
 struct Studio {
+  PicturesAhead pictures_ahead;
   Environment environment;
   std::unique_ptr<const Stage> stage_held;
   const Stage& stage;

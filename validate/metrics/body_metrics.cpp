@@ -153,7 +153,7 @@ BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec
 
 BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> control,
                                   const solver::SpinePose& pose, const skin::PosedMesh& mesh,
-                                  double twist, bool stretches) const {
+                                  double twist, bool stretches, Crossing crossing) const {
   BodyMeasures out;
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
   out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist),
@@ -169,9 +169,11 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
   if (out.surface.not_finite > 0) return out;
   out.slices =
       measure_slices(slices_, rest_slices_, pose_slices(slices_, mesh.position), asked, window_);
-  const SelfIntersection::Measures crossing = self_intersection(mesh.position);
-  out.crossing = crossing.area;
-  out.crossing_vertex = crossing.vertex;
+  if (crossing == Crossing::measured) {
+    const SelfIntersection::Measures found = self_intersection(mesh.position);
+    out.crossing = found.area;
+    out.crossing_vertex = found.vertex;
+  }
   if (has_arms_) {
     const PartDrift drift = part_drift(rest_position_, arm_, pose.arms, pose.chest);
     out.arm_drift = drift.distance / height_;

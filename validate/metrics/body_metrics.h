@@ -24,9 +24,13 @@ struct BodyMeasures {
                            // where the character has no arms that the chest carries
   int arm_drift_vertex = -1;
   double crossing = 0.0;  // share of the surface whose triangles run through others and did not at
-                          // rest; NaN where nothing else was measured either
+                          // rest; NaN where it was left out or nothing was measured
   int crossing_vertex = -1;
 };
+
+/// Whether measure() looks for triangles that run through others, which costs a third of it and
+/// more; left out, BodyMeasures::crossing stays NaN.
+enum class Crossing { measured, left_out };
 
 /// A rig's curves at rest: made once per rig and character.
 struct RigAtRest {
@@ -55,7 +59,7 @@ class BodyMetrics {
   /// rest stays unmeasured (NaN, and the counts say so).
   BodyMeasures measure(const RigAtRest& rig, std::span<const double> control,
                        const solver::SpinePose& pose, const skin::PosedMesh& mesh, double twist,
-                       bool stretches = false) const;
+                       bool stretches = false, Crossing crossing = Crossing::measured) const;
 
   /// The part of measure() that costs most, alone.
   SelfIntersection::Measures self_intersection(std::span<const glm::vec3> position) const {

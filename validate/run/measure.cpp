@@ -295,7 +295,7 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
 }
 
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
-                  PoseRecord& record) {
+                  PoseRecord& record, Crossing crossing) {
   // Which way a triangle should face is what the joints make of it: deformers that turn a patch
   // over turn the normals of their own points with it.
   const skin::PosedMesh own = posed.blended
@@ -303,7 +303,7 @@ void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedChar
                                   : skin::PosedMesh{};
   const BodyMeasures measures =
       body.measure(rig, record.control, posed.spine, posed.blended ? own : posed.mesh,
-                   glm::radians(record.body.twist), record.body.stretch != 0.0);
+                   glm::radians(record.body.twist), record.body.stretch != 0.0, crossing);
   record_chain(*rig.system, posed.spine, measures.chain, record);
   record_mesh(measures, record);
   record.bounds = render::bounds_of(posed.mesh.position);

@@ -119,7 +119,7 @@ void take_flips(SweepRecord& record, FlipReport flips);
 
 /// Fills chain and mesh metrics of one pose whose body and control are set.
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
-                  PoseRecord& record);
+                  PoseRecord& record, Crossing crossing = Crossing::measured);
 
 /// Fills what poses owe to the rig alone: mirror asymmetry, return to rest, predictability, a
 /// human's range of motion. Poses whose chain is not finite keep NaN.

@@ -39,38 +39,42 @@ class SecondOpinions {
   }
 
   /// Under `even`: the ideal bend and twist with the same ends and the same weights.
-  PoseRecord ideal(const PoseDegrees& pose) const {
+  PoseRecord ideal(const PoseDegrees& pose, Crossing crossing) const {
     const IdealBend ideal(pose);
     if (ideal.spec.options.empty())
-      return measured(*even_, ideal.pose, skin::SkinningMethod::linear, stage_.character());
+      return measured(*even_, ideal.pose, skin::SkinningMethod::linear, stage_.character(),
+                      crossing);
     return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear,
-                    stage_.character());
+                    stage_.character(), crossing);
   }
-  PoseRecord dual_quaternion(const PoseDegrees& pose) const {
-    return measured(*rig_.system, pose, skin::SkinningMethod::dual_quaternion, stage_.character());
+  PoseRecord dual_quaternion(const PoseDegrees& pose, Crossing crossing) const {
+    return measured(*rig_.system, pose, skin::SkinningMethod::dual_quaternion, stage_.character(),
+                    crossing);
   }
   /// Linear blending of the same joints, where the rig gives its own points; every metric NaN
   /// where it does not.
-  PoseRecord blended(const PoseDegrees& pose) const {
+  PoseRecord blended(const PoseDegrees& pose, Crossing crossing) const {
     const ExternalRig* external = external_rig(*rig_.system);
     if (!external || !external->gives_points()) return {};
-    return measured(*rig_.system, pose, skin::SkinningMethod::linear, stage_.character());
+    return measured(*rig_.system, pose, skin::SkinningMethod::linear, stage_.character(), crossing);
   }
   /// The same rig with clean proxy weights; every metric NaN where there can be none.
-  PoseRecord proxy(const PoseDegrees& pose) const {
+  PoseRecord proxy(const PoseDegrees& pose, Crossing crossing) const {
     if (!proxy_) return {};
-    return measured(*rig_.system, pose, skin::SkinningMethod::linear, *proxy_);
+    return measured(*rig_.system, pose, skin::SkinningMethod::linear, *proxy_, crossing);
   }
   /// `even` with clean proxy weights: what this skeleton can do at its best.
-  PoseRecord ideal_proxy(const PoseDegrees& pose) const {
+  PoseRecord ideal_proxy(const PoseDegrees& pose, Crossing crossing) const {
     if (!proxy_) return {};
     const IdealBend ideal(pose);
-    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear, *proxy_);
+    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear, *proxy_,
+                    crossing);
   }
 
  private:
   PoseRecord measured(const solver::SpineSystem& system, const PoseDegrees& pose,
-                      skin::SkinningMethod method, const skin::Character& character) const {
+                      skin::SkinningMethod method, const skin::Character& character,
+                      Crossing crossing) const {
     PoseRecord record;
     record.body = pose;
     record.control = controls_at(system, pose, rig_.mapping);
@@ -78,7 +82,7 @@ class SecondOpinions {
     posed.spine = system.solve(record.control);
     posed.world_from_node = stage_.driver().drive(system, posed.spine);
     posed.mesh = skin::skin(character, posed.world_from_node, method);
-    measure_pose(body_, rig_at_rest(system), posed, record);
+    measure_pose(body_, rig_at_rest(system), posed, record, crossing);
     return record;
   }
 
@@ -180,6 +184,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   // A pose of a sweep is solved again once, however many findings name it.
   struct Opinions {
     bool on_mesh = false;
+    Crossing crossing = Crossing::left_out;  // unless a finding is of them
     PoseDegrees pose;
     PoseRecord ideal, proxy, ideal_proxy, dual, blended;
   };
@@ -193,6 +198,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     Opinions& each = by_pose[{finding.sweep, finding.control_deg}];
     each.pose = pose_of(rig, finding);
     each.on_mesh = each.on_mesh || on_mesh;
+    if (metric_of(finding.code) == MetricId::self_intersection) each.crossing = Crossing::measured;
     any_on_mesh = any_on_mesh || on_mesh;
   }
   if (any_on_mesh) opinions.make_proxy();
@@ -204,12 +210,12 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   for (auto& [place, each] : by_pose) todo.push_back(&each);
   oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
     Opinions& each = *todo[i];
-    each.ideal = opinions.ideal(each.pose);
+    each.ideal = opinions.ideal(each.pose, each.crossing);
     if (!each.on_mesh) return;
-    each.proxy = opinions.proxy(each.pose);
-    each.ideal_proxy = is_ideal ? each.proxy : opinions.ideal_proxy(each.pose);
-    each.dual = opinions.dual_quaternion(each.pose);
-    each.blended = opinions.blended(each.pose);
+    each.proxy = opinions.proxy(each.pose, each.crossing);
+    each.ideal_proxy = is_ideal ? each.proxy : opinions.ideal_proxy(each.pose, each.crossing);
+    each.dual = opinions.dual_quaternion(each.pose, each.crossing);
+    each.blended = opinions.blended(each.pose, each.crossing);
   });
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);

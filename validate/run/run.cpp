@@ -33,6 +33,7 @@
 #include "validate/run/judge_external.h"
 #include "validate/run/judge_input.h"
 #include "validate/run/owner.h"
+#include "validate/run/pictures_ahead.h"
 #include "validate/run/place.h"
 #include "validate/run/side_by_side.h"
 #include "validate/run/verdict.h"
@@ -326,6 +327,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
                            Ledger& ledger, Progress& progress, Report& report) {
   ConfirmedCharacter confirmed = load_confirmed(file, request.hints);
   skin::require_possible_import(confirmed.character);
+  const PicturesAhead pictures_ahead;
   // Findings and pictures are named by the character: a second file of the same name gets a number.
   const std::string name = confirmed.character.name;
   const auto taken = [&](const CharacterFacts& each) {
