@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <numbers>
 
+#include "skin/dual_quaternions.h"
 #include "skin/gltf_reader.h"
 #include "skin/skinning.h"
 #include "skin/skinning_plan.h"
@@ -208,6 +209,7 @@ void skinning(benchmark::State& state, const Character& character, Method method
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   const std::vector<glm::dmat4> world = bent(character);
   const SkinningPlan plan(character);
+  const DualQuaternionPlan dual(character);
   const PlainKernel plain(character);
   const std::size_t vertices = character.vertex_count();
   Triad triad(vertices);
@@ -220,6 +222,13 @@ void skinning(benchmark::State& state, const Character& character, Method method
   plan.skin(world, ours);
   if (ours.position != expected.position || ours.normal != expected.normal)
     return state.SkipWithError("the plan is not what skin() gives");
+  if (method == Method::dual_quaternion) {
+    const PosedMesh slow = backbend::skin::skin(character, world, SkinningMethod::dual_quaternion);
+    dual.skin(world, ours);
+    if (ours.position != slow.position || ours.normal != slow.normal)
+      return state.SkipWithError("the dual quaternion plan is not what skin() gives");
+    plan.skin(world, ours);
+  }
   plain.skin(character, world, theirs);
   for (std::size_t v = 0; v < vertices; ++v) {
     // The four largest weights alone differ from all of them by what the others weigh.
@@ -229,7 +238,7 @@ void skinning(benchmark::State& state, const Character& character, Method method
   }
 
   const int repetitions = std::max(1, static_cast<int>(4'000'000 / vertices));
-  std::vector<double> own, of_bound, of_plain;
+  std::vector<double> own, of_bound, of_plain, of_linear;
   for (auto _ : state) {
     const double bound_s = kBytesPerVertex * static_cast<double>(vertices) *
                            std::min(seconds_of(repetitions, [&] { triad.run<false>(); }),
@@ -240,16 +249,19 @@ void skinning(benchmark::State& state, const Character& character, Method method
       if (method == Method::linear)
         plan.skin(world, ours);
       else
-        ours = backbend::skin::skin(character, world, SkinningMethod::dual_quaternion);
+        dual.skin(world, ours);
     });
+    const double linear_s = seconds_of(repetitions, [&] { plan.skin(world, theirs); });
     state.SetIterationTime(own_s);
     own.push_back(own_s);
     of_bound.push_back(bound_s / own_s);
     of_plain.push_back(plain_s / own_s);
+    of_linear.push_back(linear_s / own_s);
   }
   state.counters["Mverts/s"] = 1e-6 * static_cast<double>(vertices) / median(own);
   state.counters["of_bound"] = median(of_bound);
   state.counters["times_plain"] = median(of_plain);
+  if (method == Method::dual_quaternion) state.counters["times_linear"] = median(of_linear);
   state.counters["padded"] = plan.padded_share();
   state.counters["single"] = plan.single_share();
 }

@@ -10,6 +10,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
+#include "skin/dual_quaternions.h"
 #include "skin/matrix_facts.h"
 #include "skin/skinning_plan.h"
 
@@ -128,6 +129,42 @@ TEST_P(WithInfluences, APlanGivesTheSameBitsWhereNeighboursShareTheirJoints) {
       EXPECT_EQ(posed.normal[0], glm::vec3(0.0f, 1.0f, 0.0f));
     }
   }
+}
+
+// Vertices of one to all influences, one of none, and neighbours that share all of their joints.
+TEST_P(WithInfluences, ADualQuaternionPlanGivesTheSameBits) {
+  for (const std::size_t vertices : {1u, 7u, 8u, 100u, 5003u}) {
+    for (const std::size_t joints : {9u, static_cast<unsigned>(GetParam())}) {
+      Character character = random_character(vertices, joints, GetParam(), 31);
+      for (std::size_t v = 0; v < vertices; v += 3)
+        character.influences[v].weight[v % static_cast<std::size_t>(GetParam())] = 0.0f;
+      for (std::size_t v = 4; v < vertices; v += 11) character.influences[v].weight.fill(0.0f);
+      const DualQuaternionPlan plan(character);
+      PosedMesh posed;
+      for (const bool stretched : {false, true}) {
+        auto world = random_motions(character.nodes.size(), 32);
+        if (stretched) world[0] = glm::scale(world[0], glm::dvec3(1.0, 2.0, 0.5));
+        plan.skin(world, posed);
+        const PosedMesh plain = skin(character, world, SkinningMethod::dual_quaternion);
+        EXPECT_EQ(posed.position, plain.position) << vertices << " " << joints;
+        EXPECT_EQ(posed.normal, plain.normal) << vertices << " " << joints;
+      }
+    }
+  }
+}
+
+TEST(DualQuaternionPlan, IsTheSameOnOneThreadAndOnMany) {
+  const Character character = random_character(20011, 40, 4, 33);
+  const auto world = random_motions(character.nodes.size(), 34);
+  const DualQuaternionPlan plan(character);
+  PosedMesh one, many;
+  {
+    const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
+    plan.skin(world, one);
+  }
+  plan.skin(world, many);
+  EXPECT_EQ(one.position, many.position);
+  EXPECT_EQ(one.normal, many.normal);
 }
 
 TEST(SkinningPlan, WastesLittleWhereManyVerticesShareTheirJoints) {

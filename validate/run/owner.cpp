@@ -79,9 +79,13 @@ class SecondOpinions {
     record.body = pose;
     record.control = controls_at(system, pose, rig_.mapping);
     PosedCharacter posed;
-    posed.spine = system.solve(record.control);
-    posed.world_from_node = stage_.driver().drive(system, posed.spine);
-    posed.mesh = skin::skin(character, posed.world_from_node, method);
+    if (&character == &stage_.character()) {
+      posed = stage_.pose(system, record.control, method);
+    } else {
+      posed.spine = system.solve(record.control);
+      posed.world_from_node = stage_.driver().drive(system, posed.spine);
+      posed.mesh = skin::skin(character, posed.world_from_node, method);
+    }
     measure_pose(body_, rig_at_rest(system), posed, record, crossing);
     return record;
   }

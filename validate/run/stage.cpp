@@ -1,5 +1,7 @@
 #include "validate/run/stage.h"
 
+#include <oneapi/tbb/task_arena.h>
+
 #include <algorithm>
 
 #include "render/png.h"
@@ -140,7 +142,18 @@ PosedCharacter Stage::pose(const solver::SpineSystem& system, solver::SpinePose 
   PosedCharacter posed;
   posed.spine = std::move(spine);
   posed.world_from_node = driver_.drive(system, posed.spine);
-  posed.mesh = skin::skin(character_, posed.world_from_node, method);
+  if (method == skin::SkinningMethod::linear) {
+    std::call_once(linear_made_,
+                   [&] { linear_ = std::make_unique<const skin::SkinningPlan>(character_); });
+    linear_->skin(posed.world_from_node, posed.mesh);
+  } else {
+    // Others wait for it: it must not start their work meanwhile.
+    std::call_once(dual_made_, [&] {
+      oneapi::tbb::this_task_arena::isolate(
+          [&] { dual_ = std::make_unique<const skin::DualQuaternionPlan>(character_); });
+    });
+    dual_->skin(posed.world_from_node, posed.mesh);
+  }
   return posed;
 }
 

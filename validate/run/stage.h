@@ -10,8 +10,10 @@
 
 #include "render/scene.h"
 #include "skin/anatomy.h"
+#include "skin/dual_quaternions.h"
 #include "skin/sidecar.h"
 #include "skin/skinning.h"
+#include "skin/skinning_plan.h"
 #include "solver/spine_system.h"
 #include "validate/sweeps/sweep.h"
 
@@ -87,6 +89,10 @@ class Stage {
   std::vector<skin::Region> regions_;
   skin::PosedMesh rest_;
   std::vector<skin::SidecarControl> controls_;
+  // Layouts for posing many times, made when the first pose needs them.
+  mutable std::once_flag linear_made_, dual_made_;
+  mutable std::unique_ptr<const skin::SkinningPlan> linear_;
+  mutable std::unique_ptr<const skin::DualQuaternionPlan> dual_;
   mutable std::mutex external_mutex_;
   mutable std::map<std::string, std::shared_ptr<const ExternalRig>> external_;  // by their text
 };
