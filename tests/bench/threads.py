@@ -7,10 +7,11 @@ Each job runs with 1 to as many threads as there are processors, in turns, so th
 machine does meets all alike; `--threads 1,2,4` names others. Printed for each: medians of the wall
 and of processor seconds (with those of encoders that it starts), the wall over one thread's, and
 the serial share s of the whole, fitted by least squares to wall(n) = wall(1) (s + (1 - s) / n). On
-a machine with other work the wall of several threads is too long, and so is s: `busy` is the mean
-number of threads that could run, which waiting for a processor does not change, while the job took
-its time; its least would be 1 and its most the number of threads. What the job writes is compared,
-byte for byte, with what it wrote with one thread.
+a machine with other work the wall of several threads is too long, and so is s. That is what the
+next columns are for, which waiting for a processor does not change: `busy` is the mean number of
+threads that could run, encoders' included; `alone` is the time in which only one could, over the
+time of all of them, so about the serial share. What the job writes is compared, byte for byte, with
+what it wrote with one thread.
 """
 
 import argparse
@@ -60,7 +61,7 @@ def runnable(pids):
 
 
 def run(command, log):
-    """Wall, processor seconds, and how many threads could run at a time, on the mean."""
+    """Wall, processor seconds, and of threads that could run: the mean, and the share alone."""
     before = os.times()
     start = time.monotonic()
     samples = []
@@ -76,7 +77,8 @@ def run(command, log):
             sys.exit(f"{' '.join(command)}: exit {child.returncode}\n{out.read()[-2000:]}")
     processor = (after.children_user - before.children_user
                  + after.children_system - before.children_system)
-    return wall, processor, statistics.mean(samples or [1])
+    samples = samples or [1]
+    return wall, processor, statistics.mean(samples), samples.count(1) / sum(samples)
 
 
 def differing(a, b):
@@ -122,8 +124,8 @@ def main():
     if unknown:
         parser.error(f"--jobs: unknown {', '.join(sorted(unknown))}; known: {', '.join(JOBS)}")
     program = os.path.abspath(options.program)
-    print("| job | threads | wall, s | over one thread's | processor, s | busy | serial share |\n"
-          "|---|---|---|---|---|---|---|")
+    print("| job | threads | wall, s | over one thread's | processor, s | busy | alone | "
+          "serial share |\n|---|---|---|---|---|---|---|---|")
     failed = False
     with tempfile.TemporaryDirectory() as scratch:
         for job in options.jobs.split(","):
@@ -147,12 +149,13 @@ def main():
                             print(f"{job}, {n} threads: {name} differs from one thread's",
                                   file=sys.stderr)
                             failed = True
-            walls = {n: statistics.median(wall for wall, _, _ in seen[n]) for n in threads}
+            middle = {n: [statistics.median(each) for each in zip(*seen[n])] for n in threads}
+            walls = {n: middle[n][0] for n in threads}
             for n in threads:
                 share = f"{100.0 * serial_share(walls):.1f} %" if n == max(threads) > 1 else ""
+                alone = f"{100.0 * middle[n][3]:.1f} %" if n > 1 else ""
                 print(f"| {job} | {n} | {walls[n]:.2f} | {walls[n] / walls[1]:.2f} | "
-                      f"{statistics.median(p for _, p, _ in seen[n]):.2f} | "
-                      f"{statistics.median(b for _, _, b in seen[n]):.2f} | {share} |", flush=True)
+                      f"{middle[n][1]:.2f} | {middle[n][2]:.2f} | {alone} | {share} |", flush=True)
     return 1 if failed else 0
 
 

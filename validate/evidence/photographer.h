@@ -23,8 +23,8 @@ render::Facing facing_of(const skin::Anatomy& anatomy);
 std::vector<render::OverlayLine> controller_lines(
     const std::vector<solver::ControllerShape>& shapes);
 
-/// Takes pictures of one character, all framed alike. Not for use from two threads at once: a
-/// picture is made by all threads itself.
+/// Takes pictures of one character, all framed alike. Poses are set by one thread at a time; of one
+/// pose several may be shot at once. Of several poses: PhotographerPool.
 class Photographer {
  public:
   /// `box` holds every pose that is to be compared.
