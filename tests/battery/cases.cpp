@@ -96,9 +96,11 @@ struct CaseMaker::Stock {
   std::map<std::string, skin::Clip> clips;
 
   const Character& read(const std::string& file) {
-    auto [entry, is_new] = original.try_emplace(file);
-    if (is_new) entry->second = welded(validate::load_character(folder / file));
-    return entry->second;
+    // Read first: a file that cannot be read must not leave an empty body behind.
+    auto known = original.find(file);
+    if (known == original.end())
+      known = original.emplace(file, welded(validate::load_character(folder / file))).first;
+    return known->second;
   }
   /// A character with about so many vertices at most; 0: all it has.
   const Character& body_of(const std::string& file, Index vertices) {
@@ -112,9 +114,11 @@ struct CaseMaker::Stock {
     return entry->second;
   }
   const skin::Clip& clip(const std::string& file, const std::string& animation) {
-    auto [entry, is_new] = clips.try_emplace(file + " " + animation);
-    if (is_new) entry->second = load_motion(folder / file, animation);
-    return entry->second;
+    const std::string key = file + " " + animation;
+    auto known = clips.find(key);
+    if (known == clips.end())
+      known = clips.emplace(key, load_motion(folder / file, animation)).first;
+    return known->second;
   }
 
   std::optional<Case> clean_rig(std::uint64_t number, Draw& draw);

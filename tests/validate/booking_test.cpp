@@ -97,7 +97,7 @@ TEST(BookMeshFinding, WhatCleanWeightsAndTheIdealBendShareIsTheSkeletonsAndNever
 
 TEST(BookMeshFinding, WhatCleanWeightsCureIsTheWeightsAndDecidesWhereItIsPlain) {
   MeshContext facts{
-      .value = 52.0, .ideal = 52.0, .proxy = 12.0, .ideal_proxy = 12.0, .judging_weights = true};
+      .value = 62.0, .ideal = 62.0, .proxy = 12.0, .ideal_proxy = 12.0, .judging_weights = true};
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::weights);
   EXPECT_TRUE(book_mesh_finding(kKink, 25.0, facts).decides);
   // Healthy weights that were cut down exceed the limit, too.

@@ -80,7 +80,8 @@ class SecondOpinions {
     record.control = controls_at(system, pose, rig_.mapping);
     PosedCharacter posed;
     if (&character == &stage_.character()) {
-      posed = stage_.pose(system, record.control, method);
+      // Of the joints, not of the points that a rig of the studio's may give.
+      posed = stage_.pose(system, system.solve(record.control), method);
     } else {
       posed.spine = system.solve(record.control);
       posed.world_from_node = stage_.driver().drive(system, posed.spine);
