@@ -627,24 +627,38 @@ class FaultFinder {
   }
 
   void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
-    // The skeleton first.
+    // The skeleton first: of what is asked, for a shield in one hand or a forelock is no fault.
+    std::vector<bool> lopsided(image_.size(), false);
     for (Index n = 0; n < image_.size(); ++n) {
-      if (!(total_[n] > kLeastArea * all_)) continue;
       const int node = static_cast<int>(n);
-      if (glm::distance(mirror_(at(node)), at(image_[n])) > kJointSlack * size_) {
+      lopsided[n] = glm::distance(mirror_(at(node)), at(image_[n])) > kJointSlack * size_;
+      if (lopsided[n] && is_upper_body(node) && total_[n] > kLeastArea * all_) {
         out.not_applicable = "the skeleton is not symmetric: joint " +
                              in_quotes(character_.nodes[n].name) + " has no mirror image";
         return;
       }
     }
-    Index by_place = 0;
-    const std::vector<PlaceWeights> image = weights_of_images(by_place);
-    const auto mirrored = static_cast<Index>(std::count_if(
-        image.begin(), image.end(), [](const PlaceWeights& each) { return !each.empty(); }));
-    const double share = static_cast<double>(mirrored) / static_cast<double>(point_.size());
+    Index by_place = 0, asked = 0, mirrored = 0;
+    std::vector<PlaceWeights> image = weights_of_images(by_place);
+    const auto moved_by_lopsided = [&](const PlaceWeights& weights) {
+      return std::any_of(weights.begin(), weights.end(), [&](const NodeWeight& w) {
+        return w.weight >= kCounts && lopsided[static_cast<Index>(w.node)];
+      });
+    };
+    for (Index p = 0; p < point_.size(); ++p) {
+      double upper = 0.0;
+      for (const NodeWeight& w : weights_[p]) upper += is_upper_body(w.node) ? w.weight : 0.0;
+      const bool apart = moved_by_lopsided(weights_[p]) || moved_by_lopsided(image[p]);
+      if (upper > kMostly && !apart) {
+        ++asked;
+        mirrored += image[p].empty() ? 0 : 1;
+      }
+      if (apart) image[p].clear();
+    }
+    const double share = static_cast<double>(mirrored) / std::max(1.0, static_cast<double>(asked));
     if (share < kMirrored) {
       out.not_applicable = "the body is not symmetric: " + number_text(100.0 * share, 3) +
-                           " % of its places have a mirror image, " +
+                           " % of the places of its torso and arms have a mirror image, " +
                            number_text(100.0 * kMirrored, 3) + " % are needed";
       return;
     }

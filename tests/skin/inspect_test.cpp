@@ -147,7 +147,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            symmetry: 40.9 % of places have a mirror image, 6 of them weighted differently by over 5 % (worst 70 %, vertex 23)
            on the other side: none
            far from its area: none
-           left against right: not applicable, the skeleton is not symmetric: joint 'fix_1' has no mirror image
+           left against right: none
            out of order along the spine: none
            different at one place: none
            bleed: fix_7 weighs 1 place apart from its area (largest 0.092, vertex 37)

@@ -21,7 +21,7 @@ namespace backbend::skin {
 namespace {
 
 // As the table of checks has them: BB063 to BB068, as shares.
-constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.03, kSeam = 0.2,
+constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.06, kSeam = 0.2,
                  kBindOff = 0.001;
 
 bool is_clean(const Character& character) {
