@@ -627,38 +627,24 @@ class FaultFinder {
   }
 
   void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
-    // The skeleton first: of what is asked, for a shield in one hand or a forelock is no fault.
-    std::vector<bool> lopsided(image_.size(), false);
+    // The skeleton first.
     for (Index n = 0; n < image_.size(); ++n) {
+      if (!(total_[n] > kLeastArea * all_)) continue;
       const int node = static_cast<int>(n);
-      lopsided[n] = glm::distance(mirror_(at(node)), at(image_[n])) > kJointSlack * size_;
-      if (lopsided[n] && is_upper_body(node) && total_[n] > kLeastArea * all_) {
+      if (glm::distance(mirror_(at(node)), at(image_[n])) > kJointSlack * size_) {
         out.not_applicable = "the skeleton is not symmetric: joint " +
                              in_quotes(character_.nodes[n].name) + " has no mirror image";
         return;
       }
     }
-    Index by_place = 0, asked = 0, mirrored = 0;
-    std::vector<PlaceWeights> image = weights_of_images(by_place);
-    const auto moved_by_lopsided = [&](const PlaceWeights& weights) {
-      return std::any_of(weights.begin(), weights.end(), [&](const NodeWeight& w) {
-        return w.weight >= kCounts && lopsided[static_cast<Index>(w.node)];
-      });
-    };
-    for (Index p = 0; p < point_.size(); ++p) {
-      double upper = 0.0;
-      for (const NodeWeight& w : weights_[p]) upper += is_upper_body(w.node) ? w.weight : 0.0;
-      const bool apart = moved_by_lopsided(weights_[p]) || moved_by_lopsided(image[p]);
-      if (upper > kMostly && !apart) {
-        ++asked;
-        mirrored += image[p].empty() ? 0 : 1;
-      }
-      if (apart) image[p].clear();
-    }
-    const double share = static_cast<double>(mirrored) / std::max(1.0, static_cast<double>(asked));
+    Index by_place = 0;
+    const std::vector<PlaceWeights> image = weights_of_images(by_place);
+    const auto mirrored = static_cast<Index>(std::count_if(
+        image.begin(), image.end(), [](const PlaceWeights& each) { return !each.empty(); }));
+    const double share = static_cast<double>(mirrored) / static_cast<double>(point_.size());
     if (share < kMirrored) {
       out.not_applicable = "the body is not symmetric: " + number_text(100.0 * share, 3) +
-                           " % of the places of its torso and arms have a mirror image, " +
+                           " % of its places have a mirror image, " +
                            number_text(100.0 * kMirrored, 3) + " % are needed";
       return;
     }
@@ -922,8 +908,8 @@ class FaultFinder {
   std::vector<double> arc_;                // ... and their places along it
   std::vector<double> along_, beside_;     // of each place that the spine moves: along it, off it
   std::vector<Index> edges_, first_edge_;  // neighbours of each place, one after another
-  std::vector<std::vector<bool>>
-      ends_;  // of each part, by place: where its surface ends; a prop's: nowhere
+  /// Of each part, by place: where its surface ends. A prop's ends nowhere.
+  std::vector<std::vector<bool>> ends_;
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::vector<Hump>> hump_;
   std::map<int, std::unique_ptr<PointCells>> area_;

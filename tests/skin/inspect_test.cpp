@@ -147,7 +147,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            symmetry: 40.9 % of places have a mirror image, 6 of them weighted differently by over 5 % (worst 70 %, vertex 23)
            on the other side: none
            far from its area: none
-           left against right: none
+           left against right: not applicable, the skeleton is not symmetric: joint 'fix_1' has no mirror image
            out of order along the spine: none
            different at one place: none
            bleed: fix_7 weighs 1 place apart from its area (largest 0.092, vertex 37)
@@ -200,8 +200,8 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
 "largest":0.07400000095367432,"places":1,"vertex":37},{"joint":"fix_5",
 "largest":0.07999999821186066,"places":1,"vertex":37},{"joint":"fix_6",
 "largest":0.085999995470047,"places":1,"vertex":37},{"joint":"fix_7",
-"largest":0.09200000017881393,"places":1,"vertex":37}],"faults":{"asymmetry":{"joints":0,"worst":[]},
-"bind_off":[],
+"largest":0.09200000017881393,"places":1,"vertex":37}],"faults":{"asymmetry":{"not_applicable":
+"the skeleton is not symmetric: joint 'fix_1' has no mirror image"},"bind_off":[],
 "far":{"joints":0,"worst":[]},"order":{"joints":0,"worst":[]},"seams":{"joints":0,"worst":[]},
 "wrong_side":{"joints":0,"worst":[]}},"more_than_four":3,
 "most_influences":8,"off_sum":1210,"symmetry":{"asymmetric_places":6,

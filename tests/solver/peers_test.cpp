@@ -18,17 +18,22 @@ std::vector<double> chest(const SpineSystem& system, const std::string& axis, do
   return control;
 }
 
+/// What the default rig's chest control makes of its curve when it is turned about X.
+Curve curve_of(double deg) {
+  const double a = radians(deg);
+  return Curve::bezier({dvec3(0, 0, 0),
+                        {0, 2.4, 0},
+                        dvec3(0, 6, 0) - 2.4 * dvec3(0, std::cos(a), std::sin(a)),
+                        {0, 6, 0}});
+}
+
 const Options kNoScale{{"y_scale_mode", "none"}};
 
 TEST(SplineIk, JointsMarchAlongTheCurveAtFixedBoneLength) {
   const auto ik = build("spline_ik", kNoScale);
   for (double deg = -170.0; deg <= 170.0; deg += 17.0) {
     const SpinePose pose = ik->solve(chest(*ik, "rz", deg));
-    const double a = radians(deg);
-    const Curve curve = Curve::bezier({dvec3(0, 0, 0),
-                                       {0, 2.4, 0},
-                                       dvec3(0, 6, 0) - 2.4 * dvec3(0, std::cos(a), std::sin(a)),
-                                       {0, 6, 0}});
+    const Curve curve = curve_of(deg);
     for (std::size_t k = 0; k <= 10; ++k) {
       if (k > 0) {
         EXPECT_NEAR(glm::length(pose.position[k] - pose.position[k - 1]), 0.6, 1e-9);
@@ -54,11 +59,7 @@ TEST(SplineIk, FitCurveStretchesTheBonesOverAllOfTheCurve) {
   const auto ik = build("spline_ik");  // as Blender's constraint, unless told otherwise
   for (double deg = -170.0; deg <= 170.0; deg += 17.0) {
     const SpinePose pose = ik->solve(chest(*ik, "rz", deg));
-    const double a = radians(deg);
-    const Curve curve = Curve::bezier({dvec3(0, 0, 0),
-                                       {0, 2.4, 0},
-                                       dvec3(0, 6, 0) - 2.4 * dvec3(0, std::cos(a), std::sin(a)),
-                                       {0, 6, 0}});
+    const Curve curve = curve_of(deg);
     for (std::size_t k = 0; k <= 10; ++k)
       expect_near(pose.position[k], curve.at_fraction(double(k) / 10.0).position, 1e-9);
     EXPECT_NEAR(measure(pose, "tip_gap"), 0.0, 1e-9);

@@ -156,7 +156,7 @@ std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
 }
 
-constexpr int kMostSpineJoints = 33;  // a human's vertebrae: more is no advice
+constexpr int kMostSpineJoints = 33;  // a human's vertebrae; nobody would build more
 
 /// `5 joints cannot carry this pose within the limit: about 9 would`
 std::string skeleton_text(const Stage& stage, const Check& check, const Finding& finding,
