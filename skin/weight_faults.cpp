@@ -49,6 +49,7 @@ constexpr double kMirrored = 0.95;      // of the places, to speak of a symmetri
 constexpr double kMirrorSlack = 0.002;  // between a place and its image
 constexpr double kSurfaceSlack = 0.01;  // ... and the surface, where no place has one
 constexpr double kUnlikeSides = 0.35;   // of a joint's weight, between sides of other vertices
+constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint to be compared so
 constexpr double kJointSlack = 0.01;    // between a joint and its image
 constexpr double kPatch = 0.005;        // of the places, and ...
 constexpr double kPatchPlaces = 6.0;    // ... this many: fewer are single slips
@@ -686,10 +687,14 @@ class FaultFinder {
       fault.vertex = vertex_[p];
     }
     std::map<int, WeightFault> by_joint;
+    // Sides that are not built alike were painted one by one, and are never quite alike.
+    const bool unlike =
+        static_cast<double>(by_place) < kMirrored * static_cast<double>(point_.size());
     for (auto& [key, fault] : faults) {
       fault.node = key.first;
       const int image_of = image_[static_cast<Index>(key.first)];
       const double all = image_of == key.first ? whole[key] : total_[static_cast<Index>(image_of)];
+      if (unlike && all < kLeastUnlike * all_) continue;
       fault.value = std::min(1.0, lacks[key] / std::max(all, 1e-300));
       fault.other =
           std::max_element(instead[key].begin(), instead[key].end(),
@@ -698,8 +703,7 @@ class FaultFinder {
       if (WeightFault& known = by_joint[key.first]; fault.value > known.value) known = fault;
     }
     keep_patches(by_joint);
-    // Sides that are not built alike were painted one by one, and are never quite alike.
-    if (static_cast<double>(by_place) < kMirrored * static_cast<double>(point_.size()))
+    if (unlike)
       std::erase_if(by_joint, [](const auto& each) { return each.second.value < kUnlikeSides; });
     take(by_joint, out);
     keep_patches(swapped);
