@@ -23,6 +23,11 @@ class PointCells {
   const glm::dvec3& point(std::size_t index) const { return points_[index]; }
   /// The nearest point within one edge length, or size(). The first of several as near.
   std::size_t nearest(const glm::dvec3& at) const {
+    return nearest(at, [](std::size_t) { return true; });
+  }
+  /// The same of those points whose index `counts`.
+  template <class Counts>
+  std::size_t nearest(const glm::dvec3& at, const Counts& counts) const {
     std::size_t best = points_.size();
     if (!has_cell(at)) return best;
     double least = edge_;
@@ -34,7 +39,7 @@ class PointCells {
                                      Cell{Key{x + dx, y + dy, z - 1}, std::size_t{0}});
         for (; cell != cells_.end() && cell->first <= Key{x + dx, y + dy, z + 1}; ++cell) {
           const double distance = glm::distance(points_[cell->second], at);
-          if (distance >= least) continue;
+          if (distance >= least || !counts(cell->second)) continue;
           least = distance;
           best = cell->second;
         }

@@ -29,6 +29,8 @@ constexpr double kAcross = 0.9;         // ... of the joint's own, from its area
 constexpr double kFar = 0.15;           // from a joint's area
 constexpr double kSpilt = 0.2;          // a weight that fades halves within less
 constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
+constexpr double kShellGap = 0.03;      // from one shell to another that it lies on
+constexpr double kPiece = 0.05;         // of the places: a piece of costume, bound as a whole
 constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
 constexpr double kFarJoints = 3.0;      // along the skeleton
 constexpr double kHumpJoints = 2.0;     // ... for a weight that rises again where it should fade
@@ -259,7 +261,7 @@ class FaultFinder {
   bool stands_alone(int node, Index place) {
     auto& island = island_[node];
     if (island.empty()) {
-      if (edges_.empty()) list_edges();
+      if (edges_.of.empty()) list_edges();
       island.assign(weights_.size(), false);
       std::vector<bool> has(weights_.size(), false);
       std::vector<Index> pending;
@@ -279,10 +281,10 @@ class FaultFinder {
       while (!pending.empty()) {
         const Index p = pending.back();
         pending.pop_back();
-        for (Index e = first_edge_[p]; e < first_edge_[p + 1]; ++e)
-          if (has[edges_[e]] && !reached[edges_[e]]) {
-            reached[edges_[e]] = true;
-            pending.push_back(edges_[e]);
+        for (Index e = linked_.first[p]; e < linked_.first[p + 1]; ++e)
+          if (has[linked_.of[e]] && !reached[linked_.of[e]]) {
+            reached[linked_.of[e]] = true;
+            pending.push_back(linked_.of[e]);
           }
       }
       for (Index p = 0; p < weights_.size(); ++p) island[p] = has[p] && !reached[p];
@@ -304,7 +306,7 @@ class FaultFinder {
   /// By flooding from the heaviest place down (0-dimensional persistence): where two risen areas
   /// meet, the lower peak's is a hump as high as its peak is above the meeting place.
   std::vector<Hump> humps_of(int node) {
-    if (edges_.empty()) list_edges();
+    if (edges_.of.empty()) list_edges();
     struct Area {
       Index peak = 0;  // its heaviest place
       std::vector<Index> places;
@@ -323,8 +325,8 @@ class FaultFinder {
     };
     for (const auto& [negative, p] : order) {
       Index own = kDry;
-      for (Index e = first_edge_[p]; e < first_edge_[p + 1]; ++e) {
-        const Index other = area_of[edges_[e]];
+      for (Index e = linked_.first[p]; e < linked_.first[p + 1]; ++e) {
+        const Index other = area_of[linked_.of[e]];
         if (other == kDry || other == own) continue;
         if (own == kDry) {
           own = other;
@@ -383,6 +385,20 @@ class FaultFinder {
     return 0.0;
   }
 
+  /// The neighbours of each place, one after another.
+  struct Neighbours {
+    std::vector<Index> first, of;  // of place p: of[first[p]] to of[first[p + 1] - 1]
+    Neighbours() = default;
+    Neighbours(std::vector<std::pair<Index, Index>> pairs, Index places) : first(places + 1, 0) {
+      std::sort(pairs.begin(), pairs.end());
+      for (const auto& [a, b] : pairs) {
+        ++first[a + 1];
+        of.push_back(b);
+      }
+      for (Index p = 0; p < places; ++p) first[p + 1] += first[p];
+    }
+  };
+
   void list_edges() {
     std::vector<std::pair<Index, Index>> pairs;
     for (const glm::uvec3& t : character_.triangles)
@@ -391,13 +407,67 @@ class FaultFinder {
         pairs.emplace_back(a, b);
         pairs.emplace_back(b, a);
       }
-    std::sort(pairs.begin(), pairs.end());
-    first_edge_.assign(weights_.size() + 1, 0);
-    for (const auto& [a, b] : pairs) {
-      ++first_edge_[a + 1];
-      edges_.push_back(b);
+    edges_ = Neighbours(pairs, weights_.size());
+    find_shells();
+    link_shells(pairs);
+    linked_ = Neighbours(std::move(pairs), weights_.size());
+  }
+
+  /// The pieces of the surface that no edges join.
+  void find_shells() {
+    const Index none = weights_.size();
+    shell_.assign(weights_.size(), none);
+    std::vector<Index> pending;
+    for (Index start = 0; start < shell_.size(); ++start) {
+      if (shell_[start] != none) continue;
+      shell_[start] = shell_size_.size();
+      shell_size_.push_back(0);
+      pending.push_back(start);
+      while (!pending.empty()) {
+        const Index p = pending.back();
+        pending.pop_back();
+        ++shell_size_.back();
+        for (Index e = edges_.first[p]; e < edges_.first[p + 1]; ++e)
+          if (shell_[edges_.of[e]] == none) {
+            shell_[edges_.of[e]] = shell_size_.size() - 1;
+            pending.push_back(edges_.of[e]);
+          }
+      }
     }
-    for (Index p = 0; p < weights_.size(); ++p) first_edge_[p + 1] += first_edge_[p];
+    largest_shell_ = static_cast<Index>(std::max_element(shell_size_.begin(), shell_size_.end()) -
+                                        shell_size_.begin());
+  }
+
+  /// From each place of a shell to the nearest place of another: a belt's or a tuft's weights go on
+  /// where the body's below them do, though no edge leads there. The largest shell's places ask
+  /// for none.
+  void link_shells(std::vector<std::pair<Index, Index>>& pairs) const {
+    if (shell_size_.size() < 2) return;
+    const PointCells cells(point_, kShellGap * size_);
+    for (Index p = 0; p < shell_.size(); ++p) {
+      if (shell_[p] == largest_shell_) continue;
+      const Index q = cells.nearest(point_[p], [&](Index i) { return shell_[i] != shell_[p]; });
+      if (q == cells.size()) continue;
+      pairs.emplace_back(p, q);
+      pairs.emplace_back(q, p);
+    }
+  }
+
+  /// Whether a joint weighs on all of a small shell: a piece of costume that was bound so as a
+  /// whole.
+  bool holds_shell(int node, Index place) {
+    if (edges_.of.empty()) list_edges();
+    const Index shell = shell_[place];
+    if (shell == largest_shell_ ||
+        static_cast<double>(shell_size_[shell]) > kPiece * static_cast<double>(shell_.size()))
+      return false;
+    auto& held = held_[node];
+    if (held.empty()) {
+      held.assign(shell_size_.size(), 0);
+      for (Index p = 0; p < shell_.size(); ++p)
+        if (weight_at(p, node) >= kCounts) ++held[shell_[p]];
+    }
+    return held[shell] == shell_size_[shell];
   }
 
   /// How far the nearest place is at which a joint weighs twice as much, or about as much as it
@@ -546,7 +616,7 @@ class FaultFinder {
         const bool asked = !vertebra || (on_torso(rival) && distant);
         const Hump hump = asked ? hump_at(w.node, p) : Hump::none;
         const bool alone =
-            !is_wrong && asked && distance > kIsland * size_ &&
+            !is_wrong && asked && distance > kIsland * size_ && !holds_shell(w.node, p) &&
             (hump == Hump::small || ((distant || (distance >= far_away && steps >= kLedJoints)) &&
                                      (hump == Hump::leads || stands_alone(w.node, p))));
         if (!is_wrong && !alone && !(distant && distance >= far_away)) continue;
@@ -579,12 +649,13 @@ class FaultFinder {
   /// nearest point of the triangles around the nearest places. Empty where the surface is too far
   /// off: the body has no other side there. Counts those with a place.
   std::vector<PlaceWeights> weights_of_images(Index& by_place) {
-    if (edges_.empty()) list_edges();
+    if (edges_.of.empty()) list_edges();
     double length = 0.0;
     for (Index p = 0; p < point_.size(); ++p)
-      for (Index e = first_edge_[p]; e < first_edge_[p + 1]; ++e)
-        length += glm::distance(point_[p], point_[edges_[e]]);
-    const double mean_edge = edges_.empty() ? 0.0 : length / static_cast<double>(edges_.size());
+      for (Index e = edges_.first[p]; e < edges_.first[p + 1]; ++e)
+        length += glm::distance(point_[p], point_[edges_.of[e]]);
+    const double mean_edge =
+        edges_.of.empty() ? 0.0 : length / static_cast<double>(edges_.of.size());
     const PointCells cells(point_, std::max(kMirrorSlack * size_, mean_edge));
     std::vector<std::vector<Index>> triangles(point_.size());
     for (Index t = 0; t < character_.triangles.size(); ++t)
@@ -615,8 +686,8 @@ class FaultFinder {
         }
       };
       look_around(nearest);
-      for (Index e = first_edge_[nearest]; e < first_edge_[nearest + 1]; ++e)
-        look_around(edges_[e]);
+      for (Index e = edges_.first[nearest]; e < edges_.first[nearest + 1]; ++e)
+        look_around(edges_.of[e]);
       if (found == nullptr) continue;
       std::map<int, double> mixed;
       for (int k = 0; k < 3; ++k)
@@ -911,7 +982,10 @@ class FaultFinder {
   std::vector<glm::dvec3> chain_;          // the spine's joints
   std::vector<double> arc_;                // ... and their places along it
   std::vector<double> along_, beside_;     // of each place that the spine moves: along it, off it
-  std::vector<Index> edges_, first_edge_;  // neighbours of each place, one after another
+  std::vector<Index> shell_, shell_size_;  // of each place, and its count of places
+  Index largest_shell_ = 0;
+  std::map<int, std::vector<Index>> held_;  // of each shell: places that a joint weighs
+  Neighbours edges_, linked_;               // along the surface; and from shell to shell, too
   /// Of each part, by place: where its surface ends. A prop's ends nowhere.
   std::vector<std::vector<bool>> ends_;
   std::map<int, std::vector<bool>> island_;

@@ -338,6 +338,106 @@ void add_patch(Character& character, int node) {
   }
 }
 
+/// The vertices that `chosen` takes and the triangles between them once more, as a part of its own
+/// that lies 1 % of the height in front of the body (which faces +Z). Its first vertex.
+template <class Chosen>
+std::size_t add_piece(Character& character, double height, const Chosen& chosen) {
+  const std::size_t first = character.vertex_count(), triangles = character.triangles.size();
+  const std::vector<glm::vec3> rest = rest_mesh(character).position;
+  std::map<std::uint32_t, std::uint32_t> copy_of, copy_of_place;
+  for (std::uint32_t v = 0; v < first; ++v) {
+    if (!chosen(rest[v])) continue;
+    copy_of[v] = static_cast<std::uint32_t>(character.vertex_count());
+    character.bind_position.push_back(character.bind_position[v] +
+                                      glm::vec3(0.0F, 0.0F, 0.01F * static_cast<float>(height)));
+    character.bind_normal.push_back(character.bind_normal[v]);
+    if (!character.uv.empty()) character.uv.push_back(character.uv[v]);
+    character.influences.push_back(character.influences[v]);
+    const auto [place, is_new] = copy_of_place.insert(
+        {character.place[v], static_cast<std::uint32_t>(character.place_count)});
+    character.place_count += is_new;
+    character.place.push_back(place->second);
+  }
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const glm::uvec3 corner = character.triangles[t];
+    if (copy_of.count(corner.x) && copy_of.count(corner.y) && copy_of.count(corner.z))
+      character.triangles.emplace_back(copy_of[corner.x], copy_of[corner.y], copy_of[corner.z]);
+  }
+  character.parts.push_back({"piece", 0, static_cast<std::uint32_t>(triangles),
+                             static_cast<std::uint32_t>(character.triangles.size() - triangles),
+                             static_cast<std::uint32_t>(first),
+                             static_cast<std::uint32_t>(character.vertex_count() - first)});
+  return first;
+}
+
+TEST(FarInfluence, OfAPieceOfCostumeCountsWhereItIsNotBoundSoAsAWhole) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character natural = decimated(read_character(shared_character("mh_male_13k.glb")), 4000);
+  Character dressed = with_dense_spine(natural, find_anatomy(natural), 16);
+  const Anatomy anatomy = find_anatomy(dressed);
+  const auto node_at = [&](int node) {
+    return glm::vec3(dressed.nodes[static_cast<std::size_t>(node)].world_from_node[3]);
+  };
+  const int low = anatomy.spine[anatomy.chest_index / 4];
+  const int high = anatomy.spine[anatomy.chest_index - 2];
+  const auto height = static_cast<float>(anatomy.height);
+  const std::size_t first = add_piece(dressed, anatomy.height, [&](const glm::vec3& at) {
+    return at.z > node_at(low).z && std::abs(at.x - node_at(low).x) < 0.06F * height &&
+           std::abs(at.y - node_at(low).y) < 0.04F * height;
+  });
+  EXPECT_FALSE(names(find_weight_faults(dressed, anatomy).far, kFar, high));
+  const auto joint = static_cast<std::uint16_t>(
+      std::find_if(dressed.joints.begin(), dressed.joints.end(),
+                   [&](const SkinJoint& each) { return each.node == high; }) -
+      dressed.joints.begin());
+  const std::vector<glm::vec3> rest = rest_mesh(dressed).position;
+  for (const bool whole : {true, false}) {
+    Character bound = dressed;
+    std::size_t places = 0;
+    for (std::size_t v = first; v < bound.vertex_count(); ++v) {
+      if (!whole && rest[v].x > node_at(low).x) continue;
+      Influences& in = bound.influences[v];
+      in.joint = {in.joint[0], joint};
+      in.weight = {0.85F, 0.15F};
+      ++places;
+    }
+    ASSERT_GE(places, 20u);
+    EXPECT_EQ(names(find_weight_faults(bound, anatomy).far, kFar, high), !whole) << places;
+  }
+}
+
+TEST(FarInfluence, OfASkirtThatMovesAsTheBodyBelowItIsNone) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character natural = read_character(shared_character("mh_male_13k.glb"));
+  Character dressed = with_dense_spine(natural, find_anatomy(natural), 16);
+  const Anatomy anatomy = find_anatomy(dressed);
+  const glm::vec3 hips =
+      dressed.nodes[static_cast<std::size_t>(anatomy.spine[0])].world_from_node[3];
+  const auto height = static_cast<float>(anatomy.height);
+  // The left thigh's weight fades up the belly's left, over a quarter of the height.
+  const auto thigh = static_cast<std::uint16_t>(
+      std::find_if(dressed.joints.begin(), dressed.joints.end(),
+                   [&](const SkinJoint& each) { return each.node == anatomy.left_leg.front(); }) -
+      dressed.joints.begin());
+  const std::vector<glm::vec3> rest = rest_mesh(dressed).position;
+  const auto is_belly = [&](const glm::vec3& at) {
+    return at.z > hips.z && at.x > hips.x && at.x < hips.x + 0.1F * height && at.y > hips.y &&
+           at.y < hips.y + 0.25F * height;
+  };
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    if (!is_belly(rest[v])) continue;
+    Influences& in = dressed.influences[v];
+    const float share = 0.45F * (1.0F - (rest[v].y - hips.y) / (0.25F * height));
+    in.joint = {in.joint[0], thigh};
+    in.weight = {1.0F - share, share};
+  }
+  ASSERT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar);
+  add_piece(dressed, anatomy.height, [&](const glm::vec3& at) {
+    return is_belly(at) && at.y > hips.y + 0.05F * height;
+  });
+  EXPECT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar);
+}
+
 TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   const Character character = read_character(shared_character("mh_male_13k.glb"));
