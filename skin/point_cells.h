@@ -21,6 +21,14 @@ class PointCells {
   }
   std::size_t size() const { return points_.size(); }
   const glm::dvec3& point(std::size_t index) const { return points_[index]; }
+  /// Calls `take` with the index of each point within `radius`, of at most one edge length.
+  template <class Take>
+  void each_within(const glm::dvec3& at, double radius, const Take& take) const {
+    if (!has_cell(at)) return;
+    each_around(at, [&](std::size_t p) {
+      if (glm::distance(points_[p], at) <= radius) take(p);
+    });
+  }
   /// The nearest point within one edge length, or size(). The first of several as near.
   std::size_t nearest(const glm::dvec3& at) const {
     return nearest(at, [](std::size_t) { return true; });
@@ -31,25 +39,30 @@ class PointCells {
     std::size_t best = points_.size();
     if (!has_cell(at)) return best;
     double least = edge_;
-    const auto [x, y, z] = key(at);
-    for (long dx = -1; dx <= 1; ++dx)
-      for (long dy = -1; dy <= 1; ++dy) {
-        // Cells are sorted by z last: three in a row are one run.
-        auto cell = std::lower_bound(cells_.begin(), cells_.end(),
-                                     Cell{Key{x + dx, y + dy, z - 1}, std::size_t{0}});
-        for (; cell != cells_.end() && cell->first <= Key{x + dx, y + dy, z + 1}; ++cell) {
-          const double distance = glm::distance(points_[cell->second], at);
-          if (distance >= least || !counts(cell->second)) continue;
-          least = distance;
-          best = cell->second;
-        }
-      }
+    each_around(at, [&](std::size_t p) {
+      const double distance = glm::distance(points_[p], at);
+      if (distance >= least || !counts(p)) return;
+      least = distance;
+      best = p;
+    });
     return best;
   }
 
  private:
   using Key = std::tuple<long, long, long>;
   using Cell = std::pair<Key, std::size_t>;
+  template <class Take>
+  void each_around(const glm::dvec3& at, const Take& take) const {
+    const auto [x, y, z] = key(at);
+    for (long dx = -1; dx <= 1; ++dx)
+      for (long dy = -1; dy <= 1; ++dy) {
+        // Cells are sorted by z last: three in a row are one run.
+        auto cell = std::lower_bound(cells_.begin(), cells_.end(),
+                                     Cell{Key{x + dx, y + dy, z - 1}, std::size_t{0}});
+        for (; cell != cells_.end() && cell->first <= Key{x + dx, y + dy, z + 1}; ++cell)
+          take(cell->second);
+      }
+  }
   /// Cells are counted in whole numbers; single precision has none of an edge out there anyway.
   bool has_cell(const glm::dvec3& p) const {
     constexpr double kMost = 1e15;

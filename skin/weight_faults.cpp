@@ -59,9 +59,15 @@ constexpr double kPlacesBehind = 24.0;  // of a joint above the hips: low bodies
 constexpr double kShareBehind = 0.02;   // ... and of all places
 constexpr double kPlacesUneven = 12.0;  // ... where both sides do not have it alike
 constexpr double kUneven = 0.25;        // of its places
-constexpr double kOneSided = 0.8;       // of the weight, at most, at the place's mirror image
-constexpr double kFollows = 0.25;       // of its weight, where a joint leads
-constexpr double kLeastArea = 0.002;    // of all weight: less has no middle to speak of
+constexpr double kDiffers = 0.05;       // of a vertex's weight, between a place and its image
+constexpr double kUnevenTorso = 0.03;   // of the torso's places: not painted to mirror itself
+constexpr double kMostOfTorso = 0.15;   // ... for a patch of it
+constexpr double kNearImage = 0.03;     // from a place's image
+constexpr double kLeastOneSided = 0.08;  // of a vertex's weight, for such a patch
+constexpr double kPlacesOneSided = 8.0;  // of a patch that the other side has nowhere near
+constexpr double kOneSided = 0.8;        // of the weight, at most, at the place's mirror image
+constexpr double kFollows = 0.25;        // of its weight, where a joint leads
+constexpr double kLeastArea = 0.002;     // of all weight: less has no middle to speak of
 
 /// The weights of one place on nodes.
 struct NodeWeight {
@@ -157,6 +163,7 @@ class FaultFinder {
     if (!(size_ > 0.0) || !(all_ > 0.0)) return out;
     image_ = mirrored_nodes(character_, mirror_);
     find_distant(out);
+    find_one_sided(out.far);
     find_asymmetry(out.asymmetry, out.wrong_side);
     find_order(out.order);
     find_seams(out.seams);
@@ -553,7 +560,6 @@ class FaultFinder {
     for (Index n = 0; n < total_.size(); ++n)
       meant[n] = total_[n] > 0.0 && above_hips(static_cast<int>(n)) && follows(static_cast<int>(n));
     std::map<int, WeightFault> all, one_sided;
-    std::vector<PlaceWeights> image;
     for (Index p = 0; p < weights_.size(); ++p)
       for (const NodeWeight& w : weights_[p]) {
         if (w.weight < kCounts || !meant[static_cast<Index>(w.node)]) continue;
@@ -561,10 +567,8 @@ class FaultFinder {
         if (rival < 0 || !on_torso(rival)) continue;
         const double distance = glm::distance(at(w.node), point_[p]);
         add(all, w.node, rival, w.weight, distance, p);
-        Index by_place = 0;
-        if (image.empty()) image = weights_of_images(by_place);
         double there = 0.0;
-        for (const NodeWeight& other : image[p])
+        for (const NodeWeight& other : weights_of_images()[p])
           if (other.node == w.node) there += other.weight;
         if (there <= kOneSided * w.weight) add(one_sided, w.node, rival, w.weight, distance, p);
       }
@@ -648,7 +652,8 @@ class FaultFinder {
   /// The weights of the surface where each place's mirror image is: of the place there, else of the
   /// nearest point of the triangles around the nearest places. Empty where the surface is too far
   /// off: the body has no other side there. Counts those with a place.
-  std::vector<PlaceWeights> weights_of_images(Index& by_place) {
+  const std::vector<PlaceWeights>& weights_of_images() {
+    if (!images_.empty()) return images_;
     if (edges_.of.empty()) list_edges();
     double length = 0.0;
     for (Index p = 0; p < point_.size(); ++p)
@@ -661,14 +666,15 @@ class FaultFinder {
     for (Index t = 0; t < character_.triangles.size(); ++t)
       for (int k = 0; k < 3; ++k)
         triangles[character_.place[character_.triangles[t][k]]].push_back(t);
-    std::vector<PlaceWeights> out(point_.size());
+    std::vector<PlaceWeights>& out = images_;
+    out.resize(point_.size());
     for (Index p = 0; p < point_.size(); ++p) {
       const glm::dvec3 at = mirror_(point_[p]);
       const Index nearest = cells.nearest(at);
       if (nearest == point_.size()) continue;
       if (glm::distance(point_[nearest], at) <= kMirrorSlack * size_) {
         out[p] = weights_[nearest];
-        ++by_place;
+        ++images_by_place_;
         continue;
       }
       TrianglePoint best;
@@ -698,6 +704,77 @@ class FaultFinder {
     return out;
   }
 
+  /// The share of the places that have a mirror image.
+  double mirrored_share() {
+    const std::vector<PlaceWeights>& image = weights_of_images();
+    return static_cast<double>(
+               std::count_if(image.begin(), image.end(),
+                             [](const PlaceWeights& each) { return !each.empty(); })) /
+           static_cast<double>(point_.size());
+  }
+
+  /// Patches of the torso with a weight, of a joint two or more away, that the other side has
+  /// nowhere near: of a body that mirrors itself and whose torso is painted so elsewhere.
+  void find_one_sided(WeightAnswer& out) {
+    if (mirrored_share() < kMirrored) return;
+    const std::vector<PlaceWeights>& image = weights_of_images();
+    const double near = kNearImage * size_;
+    const PointCells cells(point_, near);
+    // Of joints at one place, such as the two sides' at the hips, each is the other's image.
+    std::map<int, std::vector<int>> images;
+    const auto images_of = [&](int node) -> const std::vector<int>& {
+      const auto [found, is_new] = images.insert({node, {}});
+      for (Index n = 0; is_new && n < total_.size(); ++n)
+        if (glm::distance(mirror_(at(node)), at(static_cast<int>(n))) <= kJointSlack * size_)
+          found->second.push_back(static_cast<int>(n));
+      return found->second;
+    };
+    std::map<int, WeightFault> faults;
+    std::map<int, std::vector<Index>> places;
+    std::vector<bool> differs(weights_.size(), false);
+    Index torso = 0;
+    for (Index p = 0; p < weights_.size(); ++p) {
+      if (weights_[p].empty() || image[p].empty() || !on_torso(main_[p])) continue;
+      ++torso;
+      for (const NodeWeight& w : weights_[p]) {
+        const std::vector<int>& others = images_of(w.node);
+        if (w.weight < kCounts || others.empty()) continue;
+        double there = 0.0;
+        const auto look = [&](Index q) {
+          double sum = 0.0;
+          for (const NodeWeight& each : image[q])
+            if (std::find(others.begin(), others.end(), each.node) != others.end())
+              sum += each.weight;
+          there = std::max(there, sum);
+        };
+        look(p);
+        // The sides' vertices and triangles need not be the same: what is near may have it.
+        for (Index e = edges_.first[p]; e < edges_.first[p + 1] && there < w.weight; ++e)
+          look(edges_.of[e]);
+        if (there < w.weight) cells.each_within(point_[p], near, look);
+        const double excess = w.weight - there;
+        if (excess > kDiffers) differs[p] = true;
+        if (excess < kCounts) continue;
+        const int rival = heaviest_but(p, w.node);
+        if (rival < 0 || steps_between(rival, w.node) < kHumpJoints) continue;
+        add(faults, w.node, rival, excess, glm::distance(at(w.node), point_[p]), p);
+        places[w.node].push_back(p);
+      }
+    }
+    std::erase_if(faults, [](const auto& each) { return each.second.value < kLeastOneSided; });
+    keep_patches(faults, kPlacesOneSided);
+    // A larger one is how that torso is.
+    std::erase_if(faults, [&](const auto& each) {
+      return static_cast<double>(each.second.places) > kMostOfTorso * static_cast<double>(torso);
+    });
+    for (const auto& each : faults)
+      for (const Index p : places[each.first]) differs[p] = false;
+    const auto uneven = std::count(differs.begin(), differs.end(), true);
+    if (static_cast<double>(uneven) > kUnevenTorso * static_cast<double>(torso)) return;
+    for (const WeightFault& each : out.faults) faults.erase(each.node);
+    take(faults, out);
+  }
+
   void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
     // The skeleton first.
     for (Index n = 0; n < image_.size(); ++n) {
@@ -709,11 +786,8 @@ class FaultFinder {
         return;
       }
     }
-    Index by_place = 0;
-    const std::vector<PlaceWeights> image = weights_of_images(by_place);
-    const auto mirrored = static_cast<Index>(std::count_if(
-        image.begin(), image.end(), [](const PlaceWeights& each) { return !each.empty(); }));
-    const double share = static_cast<double>(mirrored) / static_cast<double>(point_.size());
+    const std::vector<PlaceWeights>& image = weights_of_images();
+    const double share = mirrored_share();
     if (share < kMirrored) {
       out.not_applicable = "the body is not symmetric: " + number_text(100.0 * share, 3) +
                            " % of its places have a mirror image, " +
@@ -760,7 +834,7 @@ class FaultFinder {
     std::map<int, WeightFault> by_joint;
     // Sides that are not built alike were painted one by one, and are never quite alike.
     const bool unlike =
-        static_cast<double>(by_place) < kMirrored * static_cast<double>(point_.size());
+        static_cast<double>(images_by_place_) < kMirrored * static_cast<double>(point_.size());
     for (auto& [key, fault] : faults) {
       fault.node = key.first;
       const int image_of = image_[static_cast<Index>(key.first)];
@@ -984,6 +1058,8 @@ class FaultFinder {
   std::vector<double> along_, beside_;     // of each place that the spine moves: along it, off it
   std::vector<Index> shell_, shell_size_;  // of each place, and its count of places
   Index largest_shell_ = 0;
+  std::vector<PlaceWeights> images_;        // of the surface where each place's mirror image is
+  Index images_by_place_ = 0;               // ... of a place there
   std::map<int, std::vector<Index>> held_;  // of each shell: places that a joint weighs
   Neighbours edges_, linked_;               // along the surface; and from shell to shell, too
   /// Of each part, by place: where its surface ends. A prop's ends nowhere.

@@ -266,6 +266,20 @@ TEST_P(PlantedWeights, WeightLeftToAJointAboveTheHipsIsNamed) {
   EXPECT_TRUE(names(find_weight_faults(character, anatomy).far, kFar, above));
 }
 
+/// Gives a joint a share of a vertex's weight; the others keep their proportions.
+void give(Influences& in, std::uint16_t joint, float share) {
+  for (float& weight : in.weight) weight *= 1.0F - share;
+  // Largest first, and the first unused place ends the list.
+  std::size_t k = 0;
+  while (k + 1 < in.weight.size() && in.weight[k] >= share) ++k;
+  std::copy_backward(in.weight.begin() + static_cast<std::ptrdiff_t>(k), in.weight.end() - 1,
+                     in.weight.end());
+  std::copy_backward(in.joint.begin() + static_cast<std::ptrdiff_t>(k), in.joint.end() - 1,
+                     in.joint.end());
+  in.joint[k] = joint;
+  in.weight[k] = share;
+}
+
 TEST(WeightLeftToAJointAboveTheHips, IsNamedOnAFewPlacesWhereBothSidesDoNotHaveItAlike) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   Character character = decimated(read_character(shared_character("mh_male_13k.glb")), 2000);
@@ -280,18 +294,6 @@ TEST(WeightLeftToAJointAboveTheHips, IsNamedOnAFewPlacesWhereBothSidesDoNotHaveI
       std::find_if(character.joints.begin(), character.joints.end(),
                    [&](const SkinJoint& joint) { return joint.node == above; }) -
       character.joints.begin());
-  const auto give_a_fifth = [&](Influences& in) {
-    for (float& weight : in.weight) weight *= 0.8F;
-    // Largest first, and the first unused place ends the list.
-    std::size_t k = 0;
-    while (k + 1 < in.weight.size() && in.weight[k] >= 0.2F) ++k;
-    std::copy_backward(in.weight.begin() + static_cast<std::ptrdiff_t>(k), in.weight.end() - 1,
-                       in.weight.end());
-    std::copy_backward(in.joint.begin() + static_cast<std::ptrdiff_t>(k), in.joint.end() - 1,
-                       in.joint.end());
-    in.joint[k] = root;
-    in.weight[k] = 0.2F;
-  };
   // A patch on the left of a vertebra's area, and one on both sides alike; the body faces +Z.
   const std::vector<glm::vec3> place = rest_mesh(character).position;
   const auto top = std::max_element(place.begin(), place.end(),
@@ -309,7 +311,7 @@ TEST(WeightLeftToAJointAboveTheHips, IsNamedOnAFewPlacesWhereBothSidesDoNotHaveI
     for (std::size_t v = 0; v < place.size(); ++v) {
       const glm::vec3 at(both ? std::abs(place[v].x) : place[v].x, place[v].y, place[v].z);
       if (glm::distance(at, place[middle]) > reach) continue;
-      give_a_fifth(spoiled.influences[v]);
+      give(spoiled.influences[v], root, 0.2F);
       ++places;
     }
     ASSERT_GE(places, 12u);
@@ -432,10 +434,42 @@ TEST(FarInfluence, OfASkirtThatMovesAsTheBodyBelowItIsNone) {
     in.weight = {1.0F - share, share};
   }
   ASSERT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar);
-  add_piece(dressed, anatomy.height, [&](const glm::vec3& at) {
-    return is_belly(at) && at.y > hips.y + 0.05F * height;
-  });
+  add_piece(dressed, anatomy.height,
+            [&](const glm::vec3& at) { return is_belly(at) && at.y > hips.y + 0.05F * height; });
   EXPECT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar);
+}
+
+TEST(FarInfluence, OfAPatchThatTheOtherSideHasNowhereNearIsNamedBesideTheJointsArea) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  // The thighs; the legs' first joints start where the hips do.
+  const int left = anatomy.left_leg[1], right = anatomy.right_leg[1];
+  const auto joint = [&](int node) {
+    return static_cast<std::uint16_t>(
+        std::find_if(character.joints.begin(), character.joints.end(),
+                     [&](const SkinJoint& each) { return each.node == node; }) -
+        character.joints.begin());
+  };
+  const std::vector<glm::vec3> rest = rest_mesh(character).position;
+  const glm::vec3 vertebra =
+      character.nodes[static_cast<std::size_t>(anatomy.spine[3])].world_from_node[3];
+  const auto height = static_cast<float>(anatomy.height);
+  const glm::vec3 middle = vertebra + glm::vec3(0.07F, 0.0F, 0.05F) * height;
+  for (const bool both : {false, true}) {
+    Character spoiled = character;
+    std::size_t places = 0;
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      const glm::vec3 at(both ? std::abs(rest[v].x) : rest[v].x, rest[v].y, rest[v].z);
+      const float far = glm::distance(at, middle) / (0.06F * height);
+      if (far >= 1.0F) continue;
+      give(spoiled.influences[v], joint(rest[v].x > 0.0F ? left : right),
+           0.15F * (1.0F - far * far));
+      ++places;
+    }
+    ASSERT_GE(places, 30u);
+    EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, left), !both) << places;
+  }
 }
 
 TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {

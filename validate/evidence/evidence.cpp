@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numeric>
 #include <optional>
+#include <set>
 
 #include "render/exr.h"
 #include "render/png.h"
@@ -14,6 +16,7 @@
 #include "validate/evidence/review.h"
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
+#include "validate/report/digest.h"
 #include "validate/report/escape.h"
 #include "validate/run/side_by_side.h"
 #include "validate/sweeps/external_spec.h"
@@ -328,15 +331,19 @@ class ShownFinding {
 /// Which findings get pictures: the flips, and the worst others, one of each code.
 std::vector<std::size_t> pictured(const RigRecord& rig, const std::vector<Finding>& findings) {
   const std::size_t most = rig.plan.role == Role::proposed ? kPicturedProposed : kPicturedOthers;
+  // In the order in which the page names the worst.
+  std::vector<std::size_t> order(findings.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::ranges::stable_sort(order, std::ranges::greater{}, [&](std::size_t i) {
+    return std::pair(findings[i].verdict == Verdict::fail, times_over(findings[i]));
+  });
   std::vector<std::size_t> chosen;
-  std::vector<std::string> codes;
+  std::set<std::string> codes;
   std::size_t flips = 0;
-  for (std::size_t i = 0; i < findings.size(); ++i) {
+  for (const std::size_t i : order) {
     if (findings[i].code == "BB001") {
       if (flips++ < kPicturedFlips) chosen.push_back(i);
-    } else if (codes.size() < most &&
-               std::find(codes.begin(), codes.end(), findings[i].code) == codes.end()) {
-      codes.push_back(findings[i].code);
+    } else if (codes.size() < most && codes.insert(findings[i].code).second) {
       chosen.push_back(i);
     }
   }
