@@ -18,7 +18,7 @@ const CalibrationBody& tube() {
 
 /// By how many times a metric misses its limit.
 double factor(const PoseRecord& record, MetricId metric) {
-  const Check& check = *find_check(pose_metrics()[static_cast<std::size_t>(metric)].code);
+  const Check& check = metric_table()[static_cast<std::size_t>(metric)].check();
   return check.sense == Sense::at_most ? record.at(metric).value / check.limit
                                        : check.limit / record.at(metric).value;
 }
@@ -38,7 +38,7 @@ TEST(WorstMetric, NamesOnlyMetricsThatApplyToThePose) {
   for (std::size_t m = 0; m < kMetricCount; ++m) {
     const double other = factor(record, static_cast<MetricId>(m));
     if (std::isfinite(other)) {
-      EXPECT_LE(other, factor(record, MetricId::lost_twist)) << pose_metrics()[m].name;
+      EXPECT_LE(other, factor(record, MetricId::lost_twist)) << metric_table()[m].name;
     }
   }
 

@@ -19,40 +19,19 @@ constexpr Index kLeastFrames = 5;
 
 constexpr std::string_view kResponseCode = "BB049";
 
-/// The metrics that apply to a baked clip.
-bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, MetricId metric) {
-  switch (metric) {
-    case MetricId::gain:
-    case MetricId::flip_margin:
-    case MetricId::lost_twist:
-    case MetricId::end_gap:
-    case MetricId::arm_slide:          // arms move on purpose
-    case MetricId::chain_twist_jump:   // nor is a twist known that the chain should carry
-    case MetricId::self_intersection:  // limbs pass close by on purpose
-    case MetricId::predictability:
-    case MetricId::mirror:  // a clip has no mirrored pose
-    case MetricId::return_to_rest:
-    case MetricId::range_of_motion:
-      return false;
-    case MetricId::chain_kink:
-      return record.has_corners;
-    case MetricId::arm_drift:
-      return record.has_arms && sweep.drift_applies;
-    case MetricId::arm_shift:
-      return record.has_slides && sweep.range.count >= kLeastFrames;
-    case MetricId::mesh_kink:
-    case MetricId::twist_jump:
-      return record.has_kinks;
-    case MetricId::volume:
-      return !record.open_mesh;
-    default:
-      return true;
-  }
+/// Whether a metric applies to a sweep of a baked clip.
+bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, const Metric& metric) {
+  return is_applicable(
+      metric, ClipScope{.open_mesh = record.open_mesh,
+                        .has_kinks = record.has_kinks,
+                        .has_corners = record.has_corners,
+                        .has_drift = record.has_arms && sweep.drift_applies,
+                        .has_slides = record.has_slides && sweep.range.count >= kLeastFrames});
 }
 
 /// Stretch may be intended, and a clip has no option for it: shown, never deciding.
-bool decides(MetricId metric, const Check& check) {
-  return check.decides && metric != MetricId::length_change;
+bool decides(const Metric& metric) {
+  return metric.check().decides && metric.id != MetricId::length_change;
 }
 
 /// The owner of the motion: RIG where the clip records controls or holds points only; else MOTION
@@ -169,12 +148,13 @@ std::vector<Finding> flip_findings(const ClipRecord& record, const ClipContext& 
   return out;
 }
 
-std::optional<Index> worst_failing(const ClipSweepRecord& sweep, MetricId metric,
-                                   const Check& check, double limit) {
+std::optional<Index> worst_failing(const ClipSweepRecord& sweep, const Metric& metric,
+                                   double limit) {
+  const Check& check = metric.check();
   std::optional<Index> worst;
   double most = 0.0;
   for (Index i = 0; i < sweep.poses.size(); ++i) {
-    const double value = sweep.poses[i].at(metric).value;
+    const double value = sweep.poses[i].at(metric.id).value;
     if (judge(check, value, limit) != Verdict::fail) continue;
     const double here = excess(check, value, limit);
     // Of equal values up to rounding the first frame is the worst.
@@ -187,30 +167,30 @@ std::optional<Index> worst_failing(const ClipSweepRecord& sweep, MetricId metric
 }
 
 Finding metric_finding(const ClipRecord& record, const ClipContext& context,
-                       const ClipSweepRecord& sweep, MetricId metric, const Check& check,
-                       Index pose) {
+                       const ClipSweepRecord& sweep, const Metric& metric, Index pose) {
+  const Check& check = metric.check();
   Finding finding = start_finding(context, sweep, check.code, pose);
-  const Measured& measured = sweep.poses[pose].at(metric);
+  const Measured& measured = sweep.poses[pose].at(metric.id);
   finding.value = measured.value;
   set_place(metric, measured.place, context.system.joint_names(), finding);
-  const bool watched = metric == MetricId::arm_shift || metric == MetricId::arm_drift;
+  const bool watched = metric.id == MetricId::arm_shift || metric.id == MetricId::arm_drift;
   if (watched && measured.place >= 0)
     finding.joint = record.watched[static_cast<Index>(measured.place)].name;
-  if (!decides(metric, check)) finding.verdict = Verdict::stress;
+  if (!decides(metric)) finding.verdict = Verdict::stress;
   std::size_t frames = 0;
   for (const PoseRecord& each : sweep.poses)
-    frames += judge(check, each.at(metric).value, finding.limit) == Verdict::fail;
+    frames += judge(check, each.at(metric.id).value, finding.limit) == Verdict::fail;
   finding.detail = "beyond the limit in " + std::to_string(frames) + " of " +
                    std::to_string(sweep.poses.size()) + " frames";
-  if (metric == MetricId::arm_shift)
+  if (metric.id == MetricId::arm_shift)
     finding.detail = finding.joint + " slides on its parent by " + number_text(finding.value, 2) +
                      " % of the spine (" +
                      number_text(10.0 * finding.value * context.anatomy.spine_length, 1) +
                      " mm); " + finding.detail;
-  if (metric == MetricId::arm_drift)
+  if (metric.id == MetricId::arm_drift)
     finding.detail = finding.joint + " turns by " + number_text(finding.value, 2) +
                      " deg against what carries it, with no arm control moved; " + finding.detail;
-  if (metric == MetricId::length_change)
+  if (metric.id == MetricId::length_change)
     finding.detail += "; no option says how much stretch is meant";
   return finding;
 }
@@ -321,14 +301,13 @@ std::vector<Finding> judge_clip(const ClipRecord& record, const ClipContext& con
     if (const auto response = response_finding(context, sweep)) findings.push_back(*response);
     const std::optional<Finding> share = share_finding(record, context, sweep);
     if (share) findings.push_back(*share);
-    for (Index m = 0; m < kMetricCount; ++m) {
-      const auto metric = static_cast<MetricId>(m);
-      const Check& check = *find_check(pose_metrics()[m].code);
-      if (metric == MetricId::chain_kink && share) continue;  // the same, with its size
+    for (const Metric& metric : metric_table()) {
+      const Check& check = metric.check();
+      if (metric.id == MetricId::chain_kink && share) continue;  // the same, with its size
       if (!check.decides || !is_applicable(record, sweep, metric)) continue;
-      if (metric == MetricId::non_finite && !sweep.flips.finite) continue;  // a finding already
-      const auto worst = worst_failing(sweep, metric, check, context.limits.of(check.code).value);
-      if (worst) findings.push_back(metric_finding(record, context, sweep, metric, check, *worst));
+      if (metric.id == MetricId::non_finite && !sweep.flips.finite) continue;  // a finding already
+      const auto worst = worst_failing(sweep, metric, context.limits.of(check.code).value);
+      if (worst) findings.push_back(metric_finding(record, context, sweep, metric, *worst));
     }
   }
   std::stable_sort(findings.begin(), findings.end(), [](const Finding& a, const Finding& b) {
@@ -345,8 +324,8 @@ void book_clip_owners(const ClipContext& context, const ClipRecord& record,
   if (context.metrics == nullptr) return;
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
-    const auto metric = metric_of(finding.code);
-    if (check.subject != Subject::mesh || !metric) continue;
+    const Metric* metric = metric_of(finding.code);
+    if (check.subject != Subject::mesh || metric == nullptr) continue;
     const auto sweep =
         std::find_if(record.sweeps.begin(), record.sweeps.end(),
                      [&](const ClipSweepRecord& each) { return each.range.name == finding.sweep; });
@@ -363,7 +342,7 @@ void book_clip_owners(const ClipContext& context, const ClipRecord& record,
     measure_pose(*context.metrics, rig_at_rest(ideal), posed, clean);
     MeshContext facts;
     facts.value = finding.value;
-    facts.ideal = clean.at(*metric).value;
+    facts.ideal = clean.at(metric->id).value;
     facts.proxy = std::numeric_limits<double>::quiet_NaN();
     facts.infeasible = clean.at(MetricId::feasibility).value;
     Booking booking = book_mesh_finding(check, finding.limit, facts);
@@ -407,9 +386,8 @@ std::vector<Coverage> clip_coverage(const ClipRecord& record) {
     ++(sweep.response ? responses.measured : responses.not_applicable);
   }
   out.push_back(responses);
-  for (Index m = 0; m < kMetricCount; ++m) {
-    const auto metric = static_cast<MetricId>(m);
-    const Check& check = *find_check(pose_metrics()[m].code);
+  for (const Metric& metric : metric_table()) {
+    const Check& check = metric.check();
     if (check.subject == Subject::mesh && !record.has_mesh) continue;
     Coverage coverage{std::string(check.code), 0, 0, 0, 0};
     for (const ClipSweepRecord& sweep : record.sweeps)
@@ -418,7 +396,7 @@ std::vector<Coverage> clip_coverage(const ClipRecord& record) {
         if (!is_applicable(record, sweep, metric))
           ++coverage.not_applicable;
         else
-          ++(std::isfinite(pose.at(metric).value) ? coverage.measured : coverage.not_measured);
+          ++(std::isfinite(pose.at(metric.id).value) ? coverage.measured : coverage.not_measured);
       }
     out.push_back(coverage);
   }
@@ -434,16 +412,15 @@ std::vector<SweepSeries> clip_series(const ClipRecord& record, const LimitSet& l
     series.sweep = sweep.range.name;
     series.channel = sweep.control.empty() ? "frame" : sweep.control;
     for (const PoseRecord& pose : sweep.poses) series.control_deg.push_back(pose.control_deg);
-    for (Index m = 0; m < kMetricCount; ++m) {
-      const MetricInfo& info = pose_metrics()[m];
+    for (const Metric& metric : metric_table()) {
       std::vector<double> values;
-      for (const PoseRecord& pose : sweep.poses) values.push_back(pose.metric[m].value);
+      for (const PoseRecord& pose : sweep.poses) values.push_back(pose.at(metric.id).value);
       if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); }))
         continue;
-      const std::string name(info.name);
+      const std::string name(metric.name);
       series.metric[name] = std::move(values);
-      series.metric_unit[name] = find_check(info.code)->unit;
-      series.metric_limit[name] = limits.of(info.code).value;
+      series.metric_unit[name] = metric.check().unit;
+      series.metric_limit[name] = limits.of(metric.code).value;
     }
     out.push_back(std::move(series));
   }

@@ -356,18 +356,13 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
     const ChainMeasures chain =
         measure_chain({pose, system.rest(), curve, at_rest.curve, record.body.twist});
     record.at(MetricId::non_finite) = {chain.finite ? 0.0 : 1.0, -1};
-    if (chain.finite) {
-      record.at(MetricId::uneven_twist) = {chain.uneven_twist, -1};
-      record.at(MetricId::uneven_bend) = {chain.max_over_mean, chain.max_turn_joint};
-      record.at(MetricId::length_change) = {100.0 * chain.length_change, -1};
-    }
+    for (const Metric& metric : metric_table())
+      if (chain.finite && metric.from_chain != nullptr && metric.in_clips == InClips::as_poses)
+        record.at(metric.id) = metric.from_chain({system, pose, chain});
   }
   // What only a control can say; arms are measured over the whole sweep.
-  for (const MetricId id :
-       {MetricId::lost_twist, MetricId::end_gap, MetricId::flip_margin, MetricId::gain,
-        MetricId::arm_slide, MetricId::arm_drift, MetricId::arm_shift, MetricId::chain_twist_jump,
-        MetricId::self_intersection})
-    record.at(id) = {};
+  for (const Metric& metric : metric_table())
+    if (metric.in_clips != InClips::as_poses) record.at(metric.id) = {};
   int joint = -1;
   const double corner = system.corner_deg(frame, joint);
   record.at(MetricId::chain_kink) = {corner, joint};

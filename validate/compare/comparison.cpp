@@ -17,13 +17,9 @@ namespace {
 constexpr std::size_t kDamning = 3;
 
 /// The deciding checks that are measured at poses, by the name of their metric.
-const Check* check_of(const std::string& metric) {
-  for (const MetricInfo& info : pose_metrics()) {
-    if (info.name != metric) continue;
-    const Check* check = find_check(info.code);
-    return check->decides ? check : nullptr;
-  }
-  return nullptr;
+const Check* check_of(const std::string& name) {
+  const Metric* metric = metric_named(name);
+  return metric != nullptr && metric->check().decides ? &metric->check() : nullptr;
 }
 
 const std::vector<double>* values_of(const SweepSeries& sweep, const std::string& metric) {

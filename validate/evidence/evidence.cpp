@@ -178,7 +178,7 @@ const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
 
 /// Whether a finding is a jump between two poses, so that both sides of it are shown.
 bool has_two_sides(const Finding& finding) {
-  return finding.code == "BB001" || finding.code == "BB037";
+  return find_check(finding.code)->pictures == Witness::jump;
 }
 
 /// The pictures of one finding, as pieces of work of their own: each poses the body anew, so that

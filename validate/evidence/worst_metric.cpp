@@ -32,13 +32,12 @@ std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
   const LimitSet limits;
   const Check* worst = nullptr;
   double worst_factor = -1.0, worst_value = 0.0;
-  for (std::size_t metric = 0; metric < kMetricCount; ++metric) {
-    const double value = record.metric[metric].value;
-    const Check* check = find_check(pose_metrics()[metric].code);
-    if (check == nullptr || !std::isfinite(value)) continue;
-    if (!is_applicable(scope, static_cast<MetricId>(metric), record)) continue;
-    const double factor = factor_of_limit(*check, value, limits.of(check->code).value);
-    if (factor > worst_factor) worst = check, worst_factor = factor, worst_value = value;
+  for (const Metric& metric : metric_table()) {
+    const double value = record.at(metric.id).value;
+    if (!std::isfinite(value) || !is_applicable(metric, scope, record)) continue;
+    const Check& check = metric.check();
+    const double factor = factor_of_limit(check, value, limits.of(check.code).value);
+    if (factor > worst_factor) worst = &check, worst_factor = factor, worst_value = value;
   }
   if (worst == nullptr) return {};
   return std::string(worst->name) + " " + number_text(worst_value, 1) + " " +

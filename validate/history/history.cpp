@@ -28,13 +28,9 @@ namespace {
 
 using nlohmann::json;
 
-bool more_is_worse(const std::string& metric) {
-  for (const MetricInfo& info : pose_metrics()) {
-    if (info.name != metric) continue;
-    const Check* check = find_check(info.code);
-    return check == nullptr || check->sense == Sense::at_most;
-  }
-  return true;
+bool more_is_worse(const std::string& name) {
+  const Metric* metric = metric_named(name);
+  return metric == nullptr || metric->check().sense == Sense::at_most;
 }
 
 std::string unit_of(const RigResult& rig, const std::string& metric) {

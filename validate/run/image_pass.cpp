@@ -16,14 +16,7 @@
 namespace backbend::validate {
 namespace {
 
-/// The size of a fault that pictures showed on every calibrated body, with a margin, in the
-/// finding's unit (docs/calibration.md); infinity where it was not calibrated.
-double always_seen(std::string_view code) {
-  if (code == "BB001") return 60.0;
-  if (code == "BB011") return 32.0;
-  if (code == "BB022") return 2.0;
-  return std::numeric_limits<double>::infinity();
-}
+const Check& check_of(const Finding& finding) { return *find_check(finding.code); }
 
 /// The findings that get a picture witness, worst first and limited in number: a body that fails
 /// everywhere fails at the end of every sweep in the same way.
@@ -45,7 +38,7 @@ bool moves_alike(const solver::RigidMotion& a, const solver::RigidMotion& b) {
 /// How much of a finding its pictures can show: what it has more than the pose that they were held
 /// against.
 double seen_size(const Finding& finding) {
-  if (finding.code != "BB010" && finding.code != "BB011") return finding.value;
+  if (check_of(finding).pictures != Witness::kink) return finding.value;
   const bool by_weights = finding.image.note.find("proxy weights") != std::string::npos;
   const auto other = finding.geometry.find(by_weights ? "proxy_weights" : "ideal");
   return other == finding.geometry.end() || !std::isfinite(other->second)
@@ -213,12 +206,19 @@ ImageWitness ImagePass::witness_slices(Photographer& camera, const RigRecord& ri
 
 ImageWitness ImagePass::witness(Photographer& camera, const RigRecord& rig,
                                 const SweepRecord& sweep, const Finding& finding) {
-  const std::string& code = finding.code;
-  if (code == "BB001" || code == "BB037") return witness_flip(camera, rig, sweep, finding);
   const PoseDegrees pose = sweep.sweep.pose_at(finding.control_deg);
-  if (code == "BB010" || code == "BB011") return witness_kink(camera, rig, pose, finding);
-  if (code == "BB020" || code == "BB021" || code == "BB022") return witness_arms(camera, rig, pose);
-  if (code == "BB030") return witness_slices(camera, rig, pose);
+  switch (check_of(finding).pictures) {
+    case Witness::jump:
+      return witness_flip(camera, rig, sweep, finding);
+    case Witness::kink:
+      return witness_kink(camera, rig, pose, finding);
+    case Witness::arms:
+      return witness_arms(camera, rig, pose);
+    case Witness::slices:
+      return witness_slices(camera, rig, pose);
+    case Witness::none:
+      break;
+  }
   ImageWitness none;
   none.note = "no picture metric looks at this";
   return none;
@@ -403,7 +403,7 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
   }
   for (const Finding& finding : findings) {
     if (!finding.image.measured || finding.image.visible) continue;
-    if (!(seen_size(finding) > always_seen(finding.code))) continue;
+    if (!(seen_size(finding) > check_of(finding).always_seen)) continue;
     const auto sweep = std::ranges::find(rig.sweeps, finding.sweep, [](const SweepRecord& each) {
       return std::string_view(each.sweep.name);
     });

@@ -43,10 +43,11 @@ double compound_load(const Envelope& envelope, const PoseDegrees& pose) {
 }
 
 double limit_at(std::string_view code, double limit, double load) {
-  if (code == "BB012" || code == "BB033" || code == "BB034") return limit * load * load;
-  if (code == "BB011" || code == "BB031" || code == "BB032" || code == "BB036") return limit * load;
-  if (code == "BB030") return 1.0 - (1.0 - limit) * load;
-  return limit;
+  const Metric* metric = metric_of(code);
+  if (metric == nullptr || metric->growth == Growth::none) return limit;
+  const double factor = metric->growth == Growth::with_square ? load * load : load;
+  // Of a share that is kept, what is lost grows.
+  return metric->check().sense == Sense::at_least ? 1.0 - (1.0 - limit) * factor : limit * factor;
 }
 
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
@@ -115,16 +116,17 @@ struct Worst {
 
 /// The worst pose among those (inside or beyond the envelope) that fail. `feasible`: only those
 /// that the body is not too thick for, so that an infeasible pose hides none of them.
-std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
-                                   const Check& check, const JudgeContext& context, bool inside,
+std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep,
+                                   const Metric& metric, const JudgeContext& context, bool inside,
                                    bool feasible) {
+  const Check& check = metric.check();
   const double single = context.limits.of(check.code).value;
   std::optional<Worst> worst;
   for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
     const PoseRecord& pose = sweep.poses[i];
     if (pose.inside != inside || !is_applicable(rig, metric, pose)) continue;
     if (feasible && is_infeasible(pose)) continue;
-    const double value = pose.at(metric).value;
+    const double value = pose.at(metric.id).value;
     const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (judge(check, value, limit) != Verdict::fail) continue;
     const double here = excess(check, value, limit);
@@ -133,14 +135,15 @@ std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& swee
   return worst;
 }
 
-double first_failing_deg(const RigRecord& rig, const SweepRecord& sweep, MetricId metric,
-                         const Check& check, const JudgeContext& context) {
+double first_failing_deg(const RigRecord& rig, const SweepRecord& sweep, const Metric& metric,
+                         const JudgeContext& context) {
+  const Check& check = metric.check();
   const double single = context.limits.of(check.code).value;
   double first = std::numeric_limits<double>::quiet_NaN();
   for (const PoseRecord& pose : sweep.poses) {
     const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (!is_applicable(rig, metric, pose) ||
-        judge(check, pose.at(metric).value, limit) != Verdict::fail)
+        judge(check, pose.at(metric.id).value, limit) != Verdict::fail)
       continue;
     if (std::isnan(first) || std::abs(pose.control_deg) < std::abs(first)) first = pose.control_deg;
   }
@@ -154,21 +157,22 @@ std::string drift_story(const PoseRecord& pose) {
 }
 
 Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
-                       MetricId metric, const Check& check, std::size_t index) {
+                       const Metric& metric, std::size_t index) {
+  const Check& check = metric.check();
   const PoseRecord& pose = sweep.poses[index];
   Finding finding = start_finding(rig, context, sweep, check.code, pose.body, pose.control_deg);
   finding.pose_index = static_cast<int>(index);
-  finding.value = pose.at(metric).value;
-  set_place(metric, pose.at(metric).place, rig.system->joint_names(), finding);
+  finding.value = pose.at(metric.id).value;
+  set_place(metric, pose.at(metric.id).place, rig.system->joint_names(), finding);
   const double single = finding.limit, load = compound_load(context.envelope, pose.body);
   finding.limit = limit_at(check.code, single, load);
-  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, check, context);
+  finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, context);
   finding.detail = "beyond the limit from " + sweep.sweep.channel + " " +
                    number_text(finding.geometry["first_deg"], 2);
   if (finding.limit != single)
     finding.detail += " (limit " + number_text(single, 3) + " at the end of one channel, " +
                       number_text(finding.limit, 3) + " in this compound pose)";
-  if (metric == MetricId::arm_drift || metric == MetricId::arm_shift) {
+  if (metric.id == MetricId::arm_drift || metric.id == MetricId::arm_shift) {
     finding.detail += "; " + drift_story(pose);
     finding.geometry["twist_deg"] = pose.arms.twist_deg;
     finding.geometry["aim_deg"] = pose.arms.aim_deg;
@@ -183,62 +187,26 @@ std::string joint_name(const RigRecord& rig, int joint) {
   return name_at(rig.system->joint_names(), joint);
 }
 
-std::optional<MetricId> metric_of(std::string_view code) {
-  for (std::size_t m = 0; m < kMetricCount; ++m)
-    if (pose_metrics()[m].code == code) return static_cast<MetricId>(m);
-  return std::nullopt;
-}
-
-void set_place(MetricId metric, int place, const std::vector<std::string>& joint_names,
+void set_place(const Metric& metric, int place, const std::vector<std::string>& joint_names,
                Finding& finding) {
-  switch (metric) {
-    case MetricId::chain_kink:
-    case MetricId::uneven_bend:
-    case MetricId::flip_margin:
-    case MetricId::chain_twist_jump:
-    case MetricId::mirror:
-    case MetricId::return_to_rest:
-    case MetricId::range_of_motion:
+  switch (metric.place) {
+    case PlaceKind::joint:
       finding.joint = name_at(joint_names, place);
       break;
-    case MetricId::mesh_kink:
-    case MetricId::twist_jump:
-    case MetricId::slice_area:
-    case MetricId::surface_fold:
-    case MetricId::feasibility:
+    case PlaceKind::slice:
       finding.slice = place;
       break;
-    case MetricId::strain:
-    case MetricId::inverted:
-    case MetricId::dihedral:
-    case MetricId::arm_slide:
-    case MetricId::self_intersection:
+    case PlaceKind::vertex:
       finding.vertex = place;
       break;
-    default:
+    case PlaceKind::none:
       break;
   }
 }
 
-bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose) {
-  return is_applicable({rig.system->rest(), rig.open_mesh, rig.has_kinks, rig.has_arms}, metric,
+bool is_applicable(const RigRecord& rig, const Metric& metric, const PoseRecord& pose) {
+  return is_applicable(metric, {rig.system->rest(), rig.open_mesh, rig.has_kinks, rig.has_arms},
                        pose);
-}
-
-bool is_applicable(const MetricScope& rig, MetricId metric, const PoseRecord& pose) {
-  if (!pose.taken) return false;
-  if (metric == MetricId::flip_margin) return !rig.rest.flip_margin.empty();
-  if (metric == MetricId::volume) return !rig.open_mesh;
-  if (metric == MetricId::mesh_kink || metric == MetricId::twist_jump) return rig.has_kinks;
-  if (metric == MetricId::arm_slide) return rig.has_arms;
-  if (metric == MetricId::range_of_motion) return rig.has_arms;  // a human range fits no snake
-  if (metric == MetricId::return_to_rest) return pose.rest_noted;
-  if (metric == MetricId::chain_twist_jump)
-    return rig.rest.position.size() >= kLeastTwistJumpJoints;
-  if (metric == MetricId::lost_twist)
-    return pose.body.extension == 0 && pose.body.flexion == 0 && pose.body.side == 0 &&
-           pose.body.hip == 0;
-  return true;
 }
 
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context) {
@@ -246,19 +214,17 @@ std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context
   for (const SweepRecord& sweep : rig.sweeps) {
     for (const Jump& jump : sweep.flips.jumps)
       findings.push_back(flip_finding(rig, context, sweep, jump));
-    for (std::size_t m = 0; m < kMetricCount; ++m) {
-      const auto metric = static_cast<MetricId>(m);
-      const Check& check = *find_check(pose_metrics()[m].code);
+    for (const Metric& metric : metric_table()) {
+      const Check& check = metric.check();
       if (!check.decides) continue;
       // The gain of an interval that holds a jump is that jump, which is a finding already.
-      if (metric == MetricId::gain && !sweep.flips.jumps.empty()) continue;
-      const bool on_mesh = check.subject == Subject::mesh && metric != MetricId::feasibility;
-      auto worst = worst_failing(rig, sweep, metric, check, context, true, on_mesh);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, true, false);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, false, on_mesh);
-      if (!worst) worst = worst_failing(rig, sweep, metric, check, context, false, false);
-      if (worst)
-        findings.push_back(metric_finding(rig, context, sweep, metric, check, worst->pose));
+      if (metric.id == MetricId::gain && !sweep.flips.jumps.empty()) continue;
+      const bool on_mesh = check.subject == Subject::mesh && metric.id != MetricId::feasibility;
+      auto worst = worst_failing(rig, sweep, metric, context, true, on_mesh);
+      if (!worst) worst = worst_failing(rig, sweep, metric, context, true, false);
+      if (!worst) worst = worst_failing(rig, sweep, metric, context, false, on_mesh);
+      if (!worst) worst = worst_failing(rig, sweep, metric, context, false, false);
+      if (worst) findings.push_back(metric_finding(rig, context, sweep, metric, worst->pose));
     }
   }
   std::stable_sort(findings.begin(), findings.end(), [&](const Finding& a, const Finding& b) {
@@ -295,11 +261,10 @@ std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context
                                const PoseRecord& pose) {
   std::optional<Miss> worst;
   const double load = compound_load(context.envelope, pose.body);
-  for (std::size_t m = 0; m < kMetricCount; ++m) {
-    const auto metric = static_cast<MetricId>(m);
-    const Check& check = *find_check(pose_metrics()[m].code);
+  for (const Metric& metric : metric_table()) {
+    const Check& check = metric.check();
     if (!check.decides || !is_applicable(rig, metric, pose)) continue;
-    const double value = pose.at(metric).value;
+    const double value = pose.at(metric.id).value;
     const double limit = limit_at(check.code, context.limits.of(check.code).value, load);
     if (judge(check, value, limit) != Verdict::fail) continue;
     if (pose.inside && advisories.contains({sweep.sweep.name, std::string(check.code)})) continue;
@@ -390,18 +355,17 @@ std::vector<Coverage> coverage_of(const RigRecord& rig) {
   flips.measured += rig.search.paths - rig.search.unsure;
   flips.not_measured += rig.search.unsure;
   result.push_back(flips);
-  for (std::size_t m = 0; m < kMetricCount; ++m) {
-    const auto metric = static_cast<MetricId>(m);
-    const Check& check = *find_check(pose_metrics()[m].code);
+  for (const Metric& metric : metric_table()) {
+    const Check& check = metric.check();
     if (check.subject == Subject::mesh && !rig.has_mesh) continue;
     Coverage coverage{std::string(check.code), 0, 0, 0, 0};
     for (const SweepRecord& sweep : rig.sweeps) {
       for (const PoseRecord& pose : sweep.poses) {
-        if (metric == MetricId::return_to_rest && !pose.rest_noted) continue;  // once for a rig
+        if (metric.id == MetricId::return_to_rest && !pose.rest_noted) continue;  // once for a rig
         ++coverage.planned;
         if (!is_applicable(rig, metric, pose)) {
           ++coverage.not_applicable;
-        } else if (std::isfinite(pose.at(metric).value)) {
+        } else if (std::isfinite(pose.at(metric.id).value)) {
           ++coverage.measured;
         } else {
           ++coverage.not_measured;
@@ -430,20 +394,19 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
       series.pose_deg[std::string(channel)] = std::move(degrees);
     }
     for (const PoseRecord& pose : sweep.poses) series.control_deg.push_back(pose.control_deg);
-    for (std::size_t m = 0; m < kMetricCount; ++m) {
-      const MetricInfo& info = pose_metrics()[m];
-      const std::string name(info.name);
+    for (const Metric& metric : metric_table()) {
+      const std::string name(metric.name);
       std::vector<double>& values = series.metric[name];
       for (const PoseRecord& pose : sweep.poses)
-        values.push_back(is_applicable(rig, static_cast<MetricId>(m), pose)
-                             ? pose.metric[m].value
+        values.push_back(is_applicable(rig, metric, pose)
+                             ? pose.at(metric.id).value
                              : std::numeric_limits<double>::quiet_NaN());
       if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
         series.metric.erase(name);
         continue;
       }
-      series.metric_unit[name] = find_check(info.code)->unit;
-      series.metric_limit[name] = limits.of(info.code).value;
+      series.metric_unit[name] = metric.check().unit;
+      series.metric_limit[name] = limits.of(metric.code).value;
     }
     result.push_back(std::move(series));
   }

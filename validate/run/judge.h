@@ -42,12 +42,9 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
 std::string command_for(const RigRecord& rig, const std::string& character, DrivenChain chain,
                         const PoseDegrees& pose);
 
-/// The metric that a check judges pose by pose; nullopt for flips, input and tool checks.
-std::optional<MetricId> metric_of(std::string_view code);
-
 /// Puts the place of a metric into the finding: a joint by its name, a slice or a vertex by its
 /// number. Metrics of the whole body have none.
-void set_place(MetricId metric, int place, const std::vector<std::string>& joint_names,
+void set_place(const Metric& metric, int place, const std::vector<std::string>& joint_names,
                Finding& finding);
 
 /// Per body channel: the largest angle up to which no deciding check fails, over the sweeps that
@@ -69,18 +66,8 @@ std::vector<Coverage> coverage_of(const RigRecord& rig);
 /// The plotted values of a rig; NaN where a metric does not apply to a pose.
 std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits);
 
-/// What decides which metrics apply to a rig on a character.
-struct MetricScope {
-  const solver::SpinePose& rest;
-  bool open_mesh = false;
-  bool has_kinks = true;
-  bool has_arms = true;
-};
-
-/// Whether a value of this metric means anything at this pose: lost twist does not in a bend, a
-/// flip margin not in a rig without singular poses, a twist jump not in a chain of few joints.
-bool is_applicable(const RigRecord& rig, MetricId metric, const PoseRecord& pose);
-bool is_applicable(const MetricScope& rig, MetricId metric, const PoseRecord& pose);
+/// Whether a value of this metric means anything at this pose of the rig.
+bool is_applicable(const RigRecord& rig, const Metric& metric, const PoseRecord& pose);
 
 /// The joint's name in the pose, or an empty text for -1.
 std::string joint_name(const RigRecord& rig, int joint);

@@ -6,50 +6,20 @@
 #include <glm/trigonometric.hpp>
 
 #include "validate/live/external_rig.h"
-#include "validate/metrics/chain_corner.h"
 #include "validate/metrics/human_range.h"
 #include "validate/metrics/rig_probe.h"
-#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
-
-/// Twist by which the chain's end stays behind the chest control, degrees. The chain's own twist,
-/// summed bone by bone, says how many whole turns that is: on a curved spine the sum itself differs
-/// from the control's twist, whose axis is that of the chest.
-double lost_twist(const solver::SpineSystem& system, const solver::SpinePose& pose,
-                  const ChainMeasures& chain) {
-  // Of a studio's own rig nothing says where its chest control points: what the pose asks for does.
-  if (system.name() == kExternal) return chain.lost_twist_deg;
-  const solver::SpinePose& rest = system.rest();
-  const std::size_t tip = rest.position.size() - 1;
-  const glm::dvec3 axis = glm::normalize(rest.position[tip] - rest.position[tip - 1]);
-  solver::SpinePose end = pose;
-  end.arms.turn = pose.turn.back();
-  const double behind = -arm_drift(end, axis, 1.0).twist_deg;
-  return behind + 360.0 * std::round((chain.lost_twist_deg - behind) / 360.0);
-}
 
 void record_chain(const solver::SpineSystem& system, const solver::SpinePose& pose,
                   const ChainMeasures& chain, PoseRecord& record) {
   record.at(MetricId::non_finite) = {chain.finite ? 0.0 : 1.0, -1};
   if (!chain.finite) return;
   record.arms = chain.arms;
-  record.at(MetricId::chain_kink) = {chain.kink_deg, chain.kink_joint};
-  // No curve is known that a studio's own rig should follow: joints are held against each other.
-  if (int joint = -1; system.name() == kExternal && pose.joint_count() >= kLeastForCorners) {
-    const double corner = chain_corner(pose, system.rest(), joint);
-    record.at(MetricId::chain_kink) = {corner, joint};
-  }
-  record.at(MetricId::uneven_bend) = {chain.max_over_mean, chain.max_turn_joint};
-  record.at(MetricId::arm_drift) = {chain.arms.rotation_deg, -1};
-  record.at(MetricId::arm_shift) = {100.0 * chain.arms.shift, -1};
-  record.at(MetricId::lost_twist) = {std::abs(lost_twist(system, pose, chain)), -1};
-  record.at(MetricId::end_gap) = {100.0 * chain.end_gap, -1};
-  record.at(MetricId::length_change) = {100.0 * chain.length_change, -1};
-  record.at(MetricId::flip_margin) = {chain.least_margin_deg, chain.least_margin_joint};
-  record.at(MetricId::chain_twist_jump) = {chain.twist_jump_deg, chain.twist_jump_joint};
-  record.at(MetricId::uneven_twist) = {chain.uneven_twist, -1};
+  for (const Metric& metric : metric_table())
+    if (metric.from_chain != nullptr)
+      record.at(metric.id) = metric.from_chain({system, pose, chain});
 }
 
 void record_mesh(const BodyMeasures& body, PoseRecord& record) {
@@ -57,19 +27,8 @@ void record_mesh(const BodyMeasures& body, PoseRecord& record) {
     record.at(MetricId::non_finite).value += static_cast<double>(body.surface.not_finite);
     return;
   }
-  const SliceMeasures& slices = body.slices;
-  record.at(MetricId::feasibility) = {slices.infeasible, slices.infeasible_slice};
-  record.at(MetricId::mesh_kink) = {slices.kink_worst_deg, slices.kink_slice};
-  record.at(MetricId::surface_fold) = {100.0 * slices.folded, slices.fold_slice};
-  record.at(MetricId::twist_jump) = {slices.twist_jump_worst_deg, slices.twist_jump_slice};
-  record.at(MetricId::slice_area) = {slices.least_area_ratio, slices.area_slice};
-  const MeshMeasures& surface = body.surface;
-  record.at(MetricId::strain) = {surface.strain_most, surface.strain_vertex};
-  record.at(MetricId::inverted) = {100.0 * surface.inverted_area, surface.inverted_vertex};
-  record.at(MetricId::dihedral) = {surface.dihedral_deg, surface.dihedral_vertex};
-  record.at(MetricId::volume) = {100.0 * std::abs(surface.volume_change), -1};
-  record.at(MetricId::self_intersection) = {100.0 * body.crossing, body.crossing_vertex};
-  record.at(MetricId::arm_slide) = {100.0 * body.arm_drift, body.arm_drift_vertex};
+  for (const Metric& metric : metric_table())
+    if (metric.from_body != nullptr) record.at(metric.id) = metric.from_body(body);
 }
 
 std::vector<PoseRecord> plan_poses(const solver::SpineSystem& system, solver::Mapping mapping,
@@ -214,38 +173,6 @@ void measure_behaviour(const Stage& stage, RigRecord& rig) {
     });
     record_predictability(*rig.system, sweep);
   });
-}
-
-const std::array<MetricInfo, kMetricCount>& pose_metrics() {
-  static constexpr std::array<MetricInfo, kMetricCount> kMetrics = {
-      {{"gain", "BB002"},
-       {"flip_margin", "BB003"},
-       {"chain_kink", "BB010"},
-       {"uneven_bend", "BB013"},
-       {"arm_drift", "BB020"},
-       {"arm_shift", "BB021"},
-       {"lost_twist", "BB040"},
-       {"end_gap", "BB041"},
-       {"length_change", "BB047"},
-       {"mesh_kink", "BB011"},
-       {"surface_fold", "BB012"},
-       {"arm_slide", "BB022"},
-       {"twist_jump", "BB036"},
-       {"slice_area", "BB030"},
-       {"volume", "BB031"},
-       {"strain", "BB032"},
-       {"inverted", "BB033"},
-       {"dihedral", "BB035"},
-       {"feasibility", "BB048"},
-       {"chain_twist_jump", "BB014"},
-       {"predictability", "BB042"},
-       {"mirror_asymmetry", "BB043"},
-       {"return_to_rest", "BB044"},
-       {"range_of_motion", "BB045"},
-       {"uneven_twist", "BB046"},
-       {"non_finite", "BB050"},
-       {"self_intersection", "BB034"}}};
-  return kMetrics;
 }
 
 std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDegrees& pose,

@@ -1,10 +1,8 @@
 #pragma once
 #include <array>
-#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "render/cameras.h"
@@ -12,56 +10,12 @@
 #include "validate/metrics/chain.h"
 #include "validate/metrics/flip.h"
 #include "validate/report/report.h"
+#include "validate/run/metric_table.h"
 #include "validate/run/progress.h"
 #include "validate/run/stage.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {
-
-/// What is measured at every pose. The order is that of kMetrics.
-enum class MetricId : std::size_t {
-  gain,
-  flip_margin,
-  chain_kink,
-  uneven_bend,
-  arm_drift,
-  arm_shift,
-  lost_twist,
-  end_gap,
-  length_change,
-  mesh_kink,
-  surface_fold,
-  arm_slide,
-  twist_jump,
-  slice_area,
-  volume,
-  strain,
-  inverted,
-  dihedral,
-  feasibility,
-  chain_twist_jump,
-  predictability,
-  mirror,
-  return_to_rest,
-  range_of_motion,
-  uneven_twist,
-  non_finite,
-  self_intersection
-};
-inline constexpr std::size_t kMetricCount = 27;
-
-/// One metric of a pose: its name in plots, and the check that judges it.
-struct MetricInfo {
-  std::string_view name;
-  std::string_view code;
-};
-const std::array<MetricInfo, kMetricCount>& pose_metrics();
-
-/// A value and where on the character it was found: a joint, slice or vertex, -1 for none.
-struct Measured {
-  double value = std::numeric_limits<double>::quiet_NaN();
-  int place = -1;
-};
 
 struct PoseRecord {
   double control_deg = 0.0;

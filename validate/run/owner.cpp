@@ -197,13 +197,14 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   bool any_on_mesh = false;
   for (const Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
-    if (!metric_of(finding.code)) continue;
+    const Metric* metric = metric_of(finding.code);
+    if (metric == nullptr) continue;
     const bool on_mesh = check.subject == Subject::mesh;
     if (!on_mesh && is_ideal) continue;  // it is its own ideal
     Opinions& each = by_pose[{finding.sweep, finding.control_deg}];
     each.pose = pose_of(rig, finding);
     each.on_mesh = each.on_mesh || on_mesh;
-    if (metric_of(finding.code) == MetricId::self_intersection) each.crossing = Crossing::measured;
+    if (metric->id == MetricId::self_intersection) each.crossing = Crossing::measured;
     any_on_mesh = any_on_mesh || on_mesh;
   }
   if (any_on_mesh) opinions.make_proxy();
@@ -224,13 +225,13 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   });
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
-    const auto metric = metric_of(finding.code);
+    const Metric* metric = metric_of(finding.code);
     const auto found = by_pose.find({finding.sweep, finding.control_deg});
     const bool on_mesh = check.subject == Subject::mesh;
-    if (metric && !on_mesh && is_ideal) book_rest_shape(check, finding.value, finding);
-    if (!metric || found == by_pose.end() || (!on_mesh && is_ideal)) continue;
+    if (metric != nullptr && !on_mesh && is_ideal) book_rest_shape(check, finding.value, finding);
+    if (metric == nullptr || found == by_pose.end() || (!on_mesh && is_ideal)) continue;
     const Opinions& each = found->second;
-    const double ideal = each.ideal.at(*metric).value;
+    const double ideal = each.ideal.at(metric->id).value;
     if (!on_mesh) {
       if (!std::isfinite(ideal)) continue;  // asked of pairs of poses, not of one
       finding.geometry["ideal"] = ideal;
@@ -239,7 +240,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       book_rest_shape(check, ideal, finding);
       continue;
     }
-    if (const double blended = each.blended.at(*metric).value; std::isfinite(blended)) {
+    if (const double blended = each.blended.at(metric->id).value; std::isfinite(blended)) {
       finding.geometry["linear_blending"] = blended;
       finding.detail += "; linear blending of the same joints gives " +
                         verdict_text(check, blended, finding.limit);
@@ -252,8 +253,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     MeshContext facts;
     facts.value = finding.value;
     facts.ideal = ideal;
-    facts.proxy = each.proxy.at(*metric).value;
-    facts.ideal_proxy = each.ideal_proxy.at(*metric).value;
+    facts.proxy = each.proxy.at(metric->id).value;
+    facts.ideal_proxy = each.ideal_proxy.at(metric->id).value;
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     facts.bones = static_cast<int>(stage.anatomy().chest_index);
@@ -262,7 +263,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
-    const double dual = each.dual.at(*metric).value;
+    const double dual = each.dual.at(metric->id).value;
     finding.geometry["ideal"] = facts.ideal;
     finding.geometry["dual_quaternion"] = dual;
     finding.detail += "; the ideal bend gives " + verdict_text(check, facts.ideal, finding.limit) +

@@ -93,11 +93,8 @@ RigResult result_of(const RigRecord& record, const JudgeContext& context,
   result.sweeps = series_of(record, context.limits);
   for (const SweepSeries& series : result.sweeps) {
     for (const auto& [name, values] : series.metric) {
-      const auto info =
-          std::find_if(pose_metrics().begin(), pose_metrics().end(),
-                       [&, &metric = name](const MetricInfo& each) { return each.name == metric; });
-      const bool low_is_bad =
-          info != pose_metrics().end() && find_check(info->code)->sense == Sense::at_least;
+      const Metric* metric = metric_named(name);
+      const bool low_is_bad = metric != nullptr && metric->check().sense == Sense::at_least;
       for (const double value : values) {
         if (!std::isfinite(value)) continue;
         const auto [worst, is_new] = result.summary.emplace(name, value);

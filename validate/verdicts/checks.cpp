@@ -28,7 +28,7 @@ constexpr std::array kChecks = {
           "the bending plane; compare with `even`",
           "perceptual difference and silhouette change between the frames on both sides, against "
           "the sweep's own median",
-          "bisection certificate; class 180 deg about the tangent: up vector"},
+          "bisection certificate; class 180 deg about the tangent: up vector", Witness::jump, 60.0},
     Check{"BB002", "near-flip", Subject::chain,
           "the fastest response of any joint: degrees of turn per degree of control", "deg/deg",
           8.0, Sense::at_most, true,
@@ -56,7 +56,8 @@ constexpr std::array kChecks = {
           "overshoots, a corner in the path",
           "let the bone length follow the posed curve's length; walk joints onto the curve instead "
           "of aiming them at it",
-          "curvature from position and normal layers, less rest", "intent-referenced turning"},
+          "curvature from position and normal layers, less rest", "intent-referenced turning",
+          Witness::kink},
     Check{
         "BB011", "mesh kink", Subject::mesh,
         "the second difference, over one spine bone, of the turning of slice centres beyond what "
@@ -68,7 +69,7 @@ constexpr std::array kChecks = {
         "spread the weights over the neighbouring joints; add a joint; compare with proxy "
         "weights",
         "curvature from position and normal layers, and of the silhouette, less rest",
-        "slice centres, second difference"},
+        "slice centres, second difference", Witness::kink, 32.0},
     Check{"BB012", "surface fold", Subject::mesh,
           "the share of the torso's surface lines that runs backwards along the spine", "%", 2.0,
           Sense::at_most, true,
@@ -103,7 +104,7 @@ constexpr std::array kChecks = {
           "carries an Euler one",
           "hang the arms from the top control; distribute the true twist of the control",
           "centroid of the arm mattes after the chest's own motion is removed",
-          "hidden Euler twist 2 atan(tan(y/2) tan(z/2)), holonomy, aim gap"},
+          "hidden Euler twist 2 atan(tan(y/2) tan(z/2)), holonomy, aim gap", Witness::arms},
     Check{"BB021", "arm drift, translation", Subject::chain,
           "how far the arm roots have moved from where the chest control carries them",
           "% of spine", 2.0, Sense::at_most, true,
@@ -112,21 +113,22 @@ constexpr std::array kChecks = {
           "solve the bone length so that the chain meets its tip; hang the arms from the top "
           "control",
           "95 % Hausdorff distance of the arm mattes after the chest's motion is removed",
-          "distance of arm roots in the chest's frame"},
+          "distance of arm roots in the chest's frame", Witness::arms},
     Check{"BB022", "arm drift on the mesh", Subject::mesh,
           "the largest motion of shoulder or hand in the chest's frame while only the spine moves",
           "% of height", 1.0, Sense::at_most, true,
           "a hand that slides 1.8 cm on a human leaves its prop", Owner::solver,
           "drift of the arm roots, enlarged by the arm's length", "see BB020 and BB021",
           "95 % Hausdorff distance of the hand mattes after the chest's motion is removed",
-          "vertices of the arm regions in the chest's frame"},
+          "vertices of the arm regions in the chest's frame", Witness::arms, 2.0},
     Check{"BB030", "cross-section collapse", Subject::mesh,
           "the smallest area of a material slice of the torso, over its area at rest", "ratio",
           0.75, Sense::at_least, true,
           "linear blending across a twist of 60 deg leaves cos^2(30) = 0.75", Owner::weights,
           "twist concentrated between two joints whose weights meet over a short stretch",
           "more joints share the twist; wider weights; dual quaternions if the engine has them",
-          "silhouette overlap with the ideal pose", "area cos^2(twist/2) under linear blending"},
+          "silhouette overlap with the ideal pose", "area cos^2(twist/2) under linear blending",
+          Witness::slices},
     Check{"BB031", "volume", Subject::mesh, "change of the closed mesh's volume against rest", "%",
           10.0, Sense::at_most, true,
           "healthy bodies at the ends of the human envelope change by up to 8 %, which linear "
@@ -187,7 +189,7 @@ constexpr std::array kChecks = {
           Owner::rig, "a driver of a shape key with a step, a lattice or muscle that switches",
           "look at the driver's curve around the named angle",
           "motion layer between both sides of the jump",
-          "offsets from linear blending, bisected as flips are"},
+          "offsets from linear blending, bisected as flips are", Witness::jump},
     Check{"BB040", "lost twist", Subject::chain,
           "difference between the twist that the controls ask for and the twist that the chain "
           "carries",

@@ -1,4 +1,5 @@
 #pragma once
+#include <limits>
 #include <span>
 #include <string_view>
 
@@ -11,6 +12,10 @@ enum class Sense { at_most, at_least };
 
 /// What a check looks at, and so what it needs in order to run.
 enum class Subject { chain, mesh, input, tool };
+
+/// Which pictures a finding is held against (image_pass.h). `jump`: both of its sides, which are
+/// shown, too.
+enum class Witness { none, jump, kink, arms, slices };
 
 /// A row of the one table of checks. `list checks`, `explain`, the report's legend and
 /// docs/checks/README.md show it; a test compares the last row by row.
@@ -29,6 +34,10 @@ struct Check {
   std::string_view remedy;   // what to try
   std::string_view witness;  // what the picture is asked, empty where pictures cannot tell
   std::string_view source;   // where the formula comes from
+  Witness pictures = Witness::none;
+  /// The size of a fault that pictures showed on every calibrated body, with a margin, in the
+  /// check's unit (docs/calibration.md); infinity where it was not calibrated.
+  double always_seen = std::numeric_limits<double>::infinity();
 };
 
 /// All checks, by rising code.
