@@ -167,8 +167,8 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
   const BendIntent asked = intent(rig, curve, pose, twist, stretches);
   out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, asked, 1.0 / rig.bones);
   if (out.surface.not_finite > 0) return out;
-  out.slices =
-      measure_slices(slices_, rest_slices_, pose_slices(slices_, mesh.position), asked, window_);
+  out.slice_pose = pose_slices(slices_, mesh.position);
+  out.slices = measure_slices(slices_, rest_slices_, out.slice_pose, asked, window_);
   if (crossing == Crossing::measured) {
     const SelfIntersection::Measures found = self_intersection(mesh.position);
     out.crossing = found.area;

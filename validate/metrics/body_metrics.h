@@ -18,6 +18,7 @@ namespace backbend::validate {
 struct BodyMeasures {
   ChainMeasures chain;
   SliceMeasures slices;
+  SlicePose slice_pose;  // where the slices are; empty where nothing was measured
   MeshMeasures surface;
   double arm_drift = 0.0;  // how far what the rig moves arms with would take the arms' vertices
                            // from where the chest control takes them, share of the height; NaN

@@ -22,13 +22,14 @@ void record_chain(const solver::SpineSystem& system, const solver::SpinePose& po
       record.at(metric.id) = metric.from_chain({system, pose, chain});
 }
 
-void record_mesh(const BodyMeasures& body, PoseRecord& record) {
-  if (body.surface.not_finite > 0) {
-    record.at(MetricId::non_finite).value += static_cast<double>(body.surface.not_finite);
+void record_mesh(const BodyReading& reading, PoseRecord& record) {
+  const MeshMeasures& surface = reading.pose.surface;
+  if (surface.not_finite > 0) {
+    record.at(MetricId::non_finite).value += static_cast<double>(surface.not_finite);
     return;
   }
   for (const Metric& metric : metric_table())
-    if (metric.from_body != nullptr) record.at(metric.id) = metric.from_body(body);
+    if (metric.from_body != nullptr) record.at(metric.id) = metric.from_body(reading);
 }
 
 std::vector<PoseRecord> plan_poses(const solver::SpineSystem& system, solver::Mapping mapping,
@@ -232,7 +233,7 @@ void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedChar
       body.measure(rig, record.control, posed.spine, posed.blended ? own : posed.mesh,
                    glm::radians(record.body.twist), record.body.stretch != 0.0, crossing);
   record_chain(*rig.system, posed.spine, measures.chain, record);
-  record_mesh(measures, record);
+  record_mesh({body, measures}, record);
   record.bounds = render::bounds_of(posed.mesh.position);
 }
 

@@ -118,8 +118,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::slice,
      .growth = Growth::with_load,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{body.slices.kink_worst_deg, body.slices.kink_slice};
+         [](const BodyReading& at) {
+           return Measured{at.pose.slices.kink_worst_deg, at.pose.slices.kink_slice};
          },
      .applies = kinks_can_be_told,
      .applies_to_clip = clip_kinks_can_be_told},
@@ -129,8 +129,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::slice,
      .growth = Growth::with_square,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{100.0 * body.slices.folded, body.slices.fold_slice};
+         [](const BodyReading& at) {
+           return Measured{100.0 * at.pose.slices.folded, at.pose.slices.fold_slice};
          }},
     {.id = MetricId::arm_slide,
      .name = "arm_slide",
@@ -138,8 +138,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::vertex,
      .in_clips = InClips::not_applicable,  // arms move on purpose
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{100.0 * body.arm_drift, body.arm_drift_vertex};
+         [](const BodyReading& at) {
+           return Measured{100.0 * at.pose.arm_drift, at.pose.arm_drift_vertex};
          },
      .applies = [](const MetricScope& scope, const PoseRecord&) { return scope.has_arms; }},
     {.id = MetricId::twist_jump,
@@ -148,8 +148,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::slice,
      .growth = Growth::with_load,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{body.slices.twist_jump_worst_deg, body.slices.twist_jump_slice};
+         [](const BodyReading& at) {
+           return Measured{at.pose.slices.twist_jump_worst_deg, at.pose.slices.twist_jump_slice};
          },
      .applies = kinks_can_be_told,
      .applies_to_clip = clip_kinks_can_be_told},
@@ -159,16 +159,16 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::slice,
      .growth = Growth::with_load,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{body.slices.least_area_ratio, body.slices.area_slice};
+         [](const BodyReading& at) {
+           return Measured{at.pose.slices.least_area_ratio, at.pose.slices.area_slice};
          }},
     {.id = MetricId::volume,
      .name = "volume",
      .code = "BB031",
      .growth = Growth::with_load,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{100.0 * std::abs(body.surface.volume_change), -1};
+         [](const BodyReading& at) {
+           return Measured{100.0 * std::abs(at.pose.surface.volume_change), -1};
          },
      .applies = [](const MetricScope& scope, const PoseRecord&) { return !scope.open_mesh; },
      .applies_to_clip = [](const ClipScope& scope) { return !scope.open_mesh; }},
@@ -178,8 +178,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::vertex,
      .growth = Growth::with_load,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{body.surface.strain_most, body.surface.strain_vertex};
+         [](const BodyReading& at) {
+           return Measured{at.pose.surface.strain_most, at.pose.surface.strain_vertex};
          }},
     {.id = MetricId::inverted,
      .name = "inverted",
@@ -187,24 +187,24 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .place = PlaceKind::vertex,
      .growth = Growth::with_square,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{100.0 * body.surface.inverted_area, body.surface.inverted_vertex};
+         [](const BodyReading& at) {
+           return Measured{100.0 * at.pose.surface.inverted_area, at.pose.surface.inverted_vertex};
          }},
     {.id = MetricId::dihedral,
      .name = "dihedral",
      .code = "BB035",
      .place = PlaceKind::vertex,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{body.surface.dihedral_deg, body.surface.dihedral_vertex};
+         [](const BodyReading& at) {
+           return Measured{at.pose.surface.dihedral_deg, at.pose.surface.dihedral_vertex};
          }},
     {.id = MetricId::feasibility,
      .name = "feasibility",
      .code = "BB048",
      .place = PlaceKind::slice,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{body.slices.infeasible, body.slices.infeasible_slice};
+         [](const BodyReading& at) {
+           return Measured{at.pose.slices.infeasible, at.pose.slices.infeasible_slice};
          }},
     {.id = MetricId::chain_twist_jump,
      .name = "chain_twist_jump",
@@ -256,8 +256,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .in_clips = InClips::not_applicable,  // limbs pass close by on purpose
      .growth = Growth::with_square,
      .from_body =
-         [](const BodyMeasures& body) {
-           return Measured{100.0 * body.crossing, body.crossing_vertex};
+         [](const BodyReading& at) {
+           return Measured{100.0 * at.pose.crossing, at.pose.crossing_vertex};
          }},
 }};
 

@@ -61,6 +61,12 @@ struct ChainReading {
   const ChainMeasures& chain;
 };
 
+/// What the metrics of the mesh are read from: one finite pose of a body.
+struct BodyReading {
+  const BodyMetrics& body;
+  const BodyMeasures& pose;
+};
+
 /// What decides which metrics apply to a rig on a character.
 struct MetricScope {
   const solver::SpinePose& rest;
@@ -97,7 +103,7 @@ struct Metric {
   Growth growth = Growth::none;
   /// How one pose's value is read. A metric with neither is filled over a sweep or a rig.
   Measured (*from_chain)(const ChainReading&) = nullptr;
-  Measured (*from_body)(const BodyMeasures&) = nullptr;
+  Measured (*from_body)(const BodyReading&) = nullptr;
   /// Null: to every pose that the rig takes, and to every clip that in_clips allows.
   bool (*applies)(const MetricScope&, const PoseRecord&) = nullptr;
   bool (*applies_to_clip)(const ClipScope&) = nullptr;
