@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "validate/metrics/chain_corner.h"
+#include "validate/metrics/comb_jump.h"
 #include "validate/run/measure.h"
 #include "validate/sweeps/external_spec.h"
 
@@ -259,6 +260,19 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
          [](const BodyReading& at) {
            return Measured{100.0 * at.pose.crossing, at.pose.crossing_vertex};
          }},
+    {.id = MetricId::comb_jump,
+     .name = "comb_jump",
+     .code = "BB015",
+     .place = PlaceKind::slice,
+     .growth = Growth::with_load,
+     .from_body =
+         [](const BodyReading& at) {
+           const CombJump jump = comb_jump(at.body.slices(), at.body.rest_slices(),
+                                           at.pose.slice_pose, at.body.window());
+           return Measured{jump.angle_deg, jump.slice};
+         },
+     .applies = kinks_can_be_told,
+     .applies_to_clip = clip_kinks_can_be_told},
 }};
 
 const Metric* find(std::string_view Metric::*field, std::string_view text) {

@@ -41,6 +41,7 @@ enum class MetricId : std::size_t {
   uneven_twist,
   non_finite,
   self_intersection,
+  comb_jump,
   count  // stays last
 };
 inline constexpr std::size_t kMetricCount = static_cast<std::size_t>(MetricId::count);

@@ -95,6 +95,18 @@ constexpr std::array kChecks = {
           "look at that joint's frame; a flipped vertebra shows here as 90 to 180",
           "curvature of surface lines from the normal layer",
           "fifth difference of twists between neighbouring joints"},
+    Check{
+        "BB015", "comb jump", Subject::mesh,
+        "the largest jump, from one spine bone's length to the next, of the curvature comb of the "
+        "torso's mid lines (belly and back), more than at rest",
+        "deg", 130.0, Sense::at_most, false,
+        "humans under an even bend reach 27 to 127 at the ends of their envelope and a round belly "
+        "that "
+        "folds 256, so it is shown, to compare rigs on one body, and does not decide",
+        Owner::weights,
+        "a crease across the belly or the back: weights of neighbouring vertebrae that "
+        "meet in a line",
+        "smooth the weights there along the spine", "", "curvature combs of fairing"},
     Check{"BB020", "arm drift, rotation", Subject::chain,
           "how far the arms have turned against the chest control, twist and aim together", "deg",
           0.5, Sense::at_most, true,
