@@ -64,6 +64,7 @@ constexpr double kUnevenTorso = 0.03;   // of the torso's places: not painted to
 constexpr double kMostOfTorso = 0.15;   // ... for a patch of it
 constexpr double kNearImage = 0.03;     // from a place's image
 constexpr double kLeastOneSided = 0.08;  // of a vertex's weight, for such a patch
+constexpr std::size_t kPlacesRisen = 2;  // ... of which at the top
 constexpr double kPlacesOneSided = 8.0;  // of a patch that the other side has nowhere near
 constexpr double kOneSided = 0.8;        // of the weight, at most, at the place's mirror image
 constexpr double kFollows = 0.25;        // of its weight, where a joint leads
@@ -713,8 +714,9 @@ class FaultFinder {
            static_cast<double>(point_.size());
   }
 
-  /// Patches of the torso with a weight, of a joint two or more away, that the other side has
-  /// nowhere near: of a body that mirrors itself and whose torso is painted so elsewhere.
+  /// Patches of the torso where a weight, of a joint two or more away, rises again and that the
+  /// other side has nowhere near: of a body that mirrors itself and whose torso is painted so
+  /// elsewhere.
   void find_one_sided(WeightAnswer& out) {
     if (mirrored_share() < kMirrored) return;
     const std::vector<PlaceWeights>& image = weights_of_images();
@@ -731,6 +733,7 @@ class FaultFinder {
     };
     std::map<int, WeightFault> faults;
     std::map<int, std::vector<Index>> places;
+    std::map<int, Index> risen;  // of these places
     std::vector<bool> differs(weights_.size(), false);
     Index torso = 0;
     for (Index p = 0; p < weights_.size(); ++p) {
@@ -759,9 +762,13 @@ class FaultFinder {
         if (rival < 0 || steps_between(rival, w.node) < kHumpJoints) continue;
         add(faults, w.node, rival, excess, glm::distance(at(w.node), point_[p]), p);
         places[w.node].push_back(p);
+        risen[w.node] += hump_at(w.node, p) != Hump::none;
       }
     }
-    std::erase_if(faults, [](const auto& each) { return each.second.value < kLeastOneSided; });
+    // One side's wider brush fades from the joint's area; what was spilt rises again.
+    std::erase_if(faults, [&](const auto& each) {
+      return each.second.value < kLeastOneSided || risen[each.first] < kPlacesRisen;
+    });
     keep_patches(faults, kPlacesOneSided);
     // A larger one is how that torso is.
     std::erase_if(faults, [&](const auto& each) {

@@ -47,7 +47,7 @@ struct WeightFaults {
   /// And any weight of a joint above the hips that leads with less than a quarter of it, on what
   /// vertebrae move: it stays behind. On 24 places and 2 % of all, or on 12 and 0.5 %
   /// where the mirror images of a quarter of them have less than 0.8 of it. On a body that mirrors
-  /// itself also patches of eight places to 0.15 of the torso with 0.08 of the weight of a joint
+  /// itself also humps of eight places to 0.15 of the torso with 0.08 of the weight of a joint
   /// two or more away that the other side has nowhere within 0.03.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks

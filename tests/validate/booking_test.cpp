@@ -61,6 +61,20 @@ TEST(BookMeshFinding, WhereWeightsAreJudgedTheirFaultsDecide) {
   EXPECT_TRUE(b.decides);
 }
 
+TEST(BookMeshFinding, WeightsDecideInACompoundPoseAtTheSameMultipleOfTheLossThatItsLimitAllows) {
+  const auto decides = [](double limit, double value) {
+    return book_mesh_finding(
+               kArea, limit,
+               {.value = value, .ideal = value, .proxy = kNan, .judging_weights = true})
+        .decides;
+  };
+  // A loss of 0.25 is allowed, and 1.6 times that decides; in the compound pose 0.433.
+  EXPECT_FALSE(decides(0.75, 0.61));
+  EXPECT_TRUE(decides(0.75, 0.59));
+  EXPECT_FALSE(decides(0.567, 0.32));
+  EXPECT_TRUE(decides(0.567, 0.29));
+}
+
 TEST(BookMeshFinding, WhereWeightsAreJudgedUnderABadRigItsFaultsStayTheSolvers) {
   // Arms that a rig pulls off the chest stay off with any weights.
   const Booking b = book_mesh_finding(

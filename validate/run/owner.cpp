@@ -275,7 +275,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     }
     if (booking.owner == Owner::weights && !booking.decides && judges_weights && check.decides)
       finding.detail += "; advisory: what weights alone do decides from " +
-                        number_text(weights_factor(check) * finding.limit, 3) + " on";
+                        number_text(weights_limit(check, finding.limit), 3) + " on";
     if (booking.owner == Owner::skeleton && rows < kLeastRowsForSlices)
       finding.detail += "; the surface has " + number_text(rows, 2) + " vertices along each bone";
     if (booking.owner == Owner::skeleton)

@@ -10,6 +10,14 @@ bool compares_slices(const Check& check) {
   return check.code == "BB011" || check.code == "BB012" || check.code == "BB036";
 }
 
+/// How many times over the limit weights alone decide; of a share that is kept, of its loss.
+double weights_factor(const Check& check) {
+  if (check.code == "BB012" || check.code == "BB034") return 3.0;
+  if (check.code == "BB030") return 1.6;
+  if (check.code == "BB011") return 2.4;
+  return compares_slices(check) || check.code == "BB033" ? 2.0 : 1.0;
+}
+
 }  // namespace
 
 bool is_rest_shape(const Check& check, double limit, double value, double ideal) {
@@ -49,7 +57,7 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
       judge(check, context.ideal_proxy, limit) == Verdict::fail)
     return {Verdict::fail, Owner::pose, false};
   if (ideal_is_as_bad) {
-    const bool plain = judge(check, context.value, limit * weights_factor(check)) == Verdict::fail;
+    const bool plain = judge(check, context.value, weights_limit(check, limit)) == Verdict::fail;
     return {Verdict::fail, Owner::weights, check.decides && context.judging_weights && plain};
   }
   const bool only_weights_cure_it = judge(check, context.proxy, limit) == Verdict::pass &&
@@ -57,11 +65,9 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
   return {Verdict::fail, only_weights_cure_it ? Owner::weights : Owner::solver, check.decides};
 }
 
-double weights_factor(const Check& check) {
-  if (check.code == "BB012" || check.code == "BB034") return 3.0;
-  if (check.code == "BB030") return 0.8;
-  if (check.code == "BB011") return 2.4;
-  return compares_slices(check) || check.code == "BB033" ? 2.0 : 1.0;
+double weights_limit(const Check& check, double limit) {
+  const double factor = weights_factor(check);
+  return check.sense == Sense::at_most ? limit * factor : 1.0 - (1.0 - limit) * factor;
 }
 
 int joints_needed(const Check& check, double limit, double value, int joints) {

@@ -31,12 +31,11 @@ struct Booking {
 /// moved by one vertebra double it.
 inline constexpr double kWorseThanClean = 1.5;
 
-/// How many times its limit a value on the mesh that the ideal bend shows as well must be for the
-/// weights to decide. Limits were measured on whole bodies; cut to 2000 vertices, smoothed, or with
-/// three joints a vertex, healthy weights exceed some of them (docs/calibration.md), and nothing
-/// but a picture tells that from a fault. Below 1 where the limit is a lower one; 1 where they do
-/// not.
-double weights_factor(const Check& check);
+/// The limit beyond which the weights decide of a value on the mesh that the ideal bend shows as
+/// well. Limits were measured on whole bodies; cut to 2000 vertices, smoothed, or with three joints
+/// a vertex, healthy weights exceed some of them (docs/calibration.md), and nothing but a picture
+/// tells that from a fault. `limit` is that of the pose.
+double weights_limit(const Check& check, double limit);
 
 /// Checks that compare slices over one spine bone with those on both sides need three bones: on a
 /// shorter spine the window is the spine, and what they measure is where its joints are. Nor can
@@ -65,7 +64,7 @@ bool is_rest_shape(const Check& check, double limit, double value, double ideal)
 /// - self-intersection that clean proxy weights under the ideal bend show beyond the limit, too, is
 ///   the pose's: this body is in its own way;
 /// - where the ideal bend is as bad and clean weights are far better, the weights'; that decides
-///   only where weights are what is judged, and beyond weights_factor() times the limit;
+///   only where weights are what is judged, and beyond weights_limit();
 /// - where the ideal is better, it decides, and is the solver's; unless the ideal is still beyond
 ///   the limit and clean proxy weights are not, which makes it the weights'. Where both cure it,
 ///   these weights are good enough for a better rig.
