@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "cli/judging_commands.h"
+#include "cli/search_commands.h"
 #include "cli/settings.h"
 #include "validate/report/escape.h"
 
@@ -37,6 +38,7 @@ Program::Program()
   add_nightly(registry);
   add_check(registry);
   add_compare(registry);
+  add_hunt(registry);
   add_render(registry);
   add_turntable(registry);
   add_solve(registry);

@@ -73,31 +73,6 @@ double share_of_back(const Stage& stage) {
   return back > 0.0 ? driven / back : 1.0;
 }
 
-/// What a pose owes to the rig alone: its mirror image, what a human's spine could do of it.
-void record_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record) {
-  const solver::SpineSystem& system = *rig.system;
-  const solver::SpinePose& rest = system.rest();
-  const double length = chain_length(rest.position);
-  const glm::dvec3 left = stage.anatomy().left;
-  const solver::SpinePose pose = system.solve(record.control);
-
-  PoseDegrees other_side = record.body;
-  other_side.side = -other_side.side;
-  other_side.twist = -other_side.twist;
-  const solver::SpinePose image = system.solve(controls_at(system, other_side, rig.mapping));
-  const PoseDifference off =
-      pose_difference(pose, mirrored(image, left, rest.position.front()), length);
-  // A rest spine that leaves its middle plane does so in the pose and in the mirror image.
-  const double own =
-      pose_difference(rest, mirrored(rest, left, rest.position.front()), length).shift;
-  record.at(MetricId::mirror) = {100.0 * std::max(0.0, off.shift - 2.0 * own), off.joint};
-
-  std::vector<double> level = system.arc_fraction();
-  for (double& l : level) l *= share_of_back(stage);
-  const RangeUse use = human_range_use(pose, rest, level, left);
-  record.at(MetricId::range_of_motion) = {use.ratio, use.joint};
-}
-
 /// What is left when every control is back at rest. A system remembers nothing, so one solve says
 /// it for the whole rig.
 Measured return_to_rest(const solver::SpineSystem& system) {
@@ -162,6 +137,30 @@ void measure_flips(RigRecord& rig) {
 
 }  // namespace
 
+void measure_pose_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record) {
+  const solver::SpineSystem& system = *rig.system;
+  const solver::SpinePose& rest = system.rest();
+  const double length = chain_length(rest.position);
+  const glm::dvec3 left = stage.anatomy().left;
+  const solver::SpinePose pose = system.solve(record.control);
+
+  PoseDegrees other_side = record.body;
+  other_side.side = -other_side.side;
+  other_side.twist = -other_side.twist;
+  const solver::SpinePose image = system.solve(controls_at(system, other_side, rig.mapping));
+  const PoseDifference off =
+      pose_difference(pose, mirrored(image, left, rest.position.front()), length);
+  // A rest spine that leaves its middle plane does so in the pose and in the mirror image.
+  const double own =
+      pose_difference(rest, mirrored(rest, left, rest.position.front()), length).shift;
+  record.at(MetricId::mirror) = {100.0 * std::max(0.0, off.shift - 2.0 * own), off.joint};
+
+  std::vector<double> level = system.arc_fraction();
+  for (double& l : level) l *= share_of_back(stage);
+  const RangeUse use = human_range_use(pose, rest, level, left);
+  record.at(MetricId::range_of_motion) = {use.ratio, use.joint};
+}
+
 void measure_behaviour(const Stage& stage, RigRecord& rig) {
   const Measured left_over = return_to_rest(*rig.system);
   oneapi::tbb::parallel_for(std::size_t{0}, rig.sweeps.size(), [&](std::size_t s) {
@@ -170,7 +169,7 @@ void measure_behaviour(const Stage& stage, RigRecord& rig) {
       if (pose.rest_noted) pose.at(MetricId::return_to_rest) = left_over;
     oneapi::tbb::parallel_for(std::size_t{0}, sweep.poses.size(), [&](std::size_t i) {
       if (sweep.poses[i].at(MetricId::non_finite).value == 0.0)
-        record_behaviour(stage, rig, sweep.poses[i]);
+        measure_pose_behaviour(stage, rig, sweep.poses[i]);
     });
     record_predictability(*rig.system, sweep);
   });
@@ -202,19 +201,24 @@ void take_flips(SweepRecord& record, FlipReport flips) {
   record_gain(record);
 }
 
+solver::SpinePose measure_chain_pose(const RigAtRest& rig, PoseRecord& record) {
+  const solver::SpineSystem& system = *rig.system;
+  solver::SpinePose pose = system.solve(record.control);
+  const auto intended = system.intended_curve(record.control, kCurvePoints);
+  record_chain(system, pose,
+               measure_chain({pose, system.rest(), intended, rig.curve, record.body.twist,
+                              asked_length(rig, intended, record.body.stretch != 0.0)}),
+               record);
+  return pose;
+}
+
 RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
                              const std::vector<Sweep>& sweeps, const Envelope& envelope) {
   RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
   const RigAtRest at_rest = rig_at_rest(*rig.system);
   for (SweepRecord& sweep : rig.sweeps) {
     for (PoseRecord& record : sweep.poses) {
-      const solver::SpinePose pose = rig.system->solve(record.control);
-      const auto intended = rig.system->intended_curve(record.control, kCurvePoints);
-      record_chain(
-          *rig.system, pose,
-          measure_chain({pose, rig.system->rest(), intended, at_rest.curve, record.body.twist,
-                         asked_length(at_rest, intended, record.body.stretch != 0.0)}),
-          record);
+      measure_chain_pose(at_rest, record);
     }
   }
   measure_behaviour(stage, rig);

@@ -75,6 +75,12 @@ void take_flips(SweepRecord& record, FlipReport flips);
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
                   PoseRecord& record, Crossing crossing = Crossing::measured);
 
+/// Fills the chain metrics alone of one pose whose body and control are set, and gives the pose.
+solver::SpinePose measure_chain_pose(const RigAtRest& rig, PoseRecord& record);
+
+/// Fills mirror asymmetry and range of motion of one pose whose chain is finite.
+void measure_pose_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record);
+
 /// Fills what poses owe to the rig alone: mirror asymmetry, return to rest, predictability, a
 /// human's range of motion. Poses whose chain is not finite keep NaN.
 void measure_behaviour(const Stage& stage, RigRecord& rig);

@@ -11,6 +11,7 @@
 #include "validate/files/output_folder.h"
 #include "validate/report/number_text.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/sweeps/named_pose.h"
 
 namespace backbend::validate {
 namespace {
@@ -278,6 +279,29 @@ Sweep read_sweep(const std::string& file, const toml::table& table) {
   return sweep;
 }
 
+/// `[[pose]]`: a pose that every night measures, and where its path begins.
+Sweep read_named_pose(const std::string& file, const toml::table& table) {
+  TableReader reader(table, file, "pose");
+  const std::string name = reader.text(reader.need("name"), "name");
+  const auto pose = [&](std::string_view key, const toml::node& node) {
+    try {
+      return parse_pose(reader.text(node, key));
+    } catch (const solver::RigError& error) {
+      reader.fail(node, error.what());
+    }
+  };
+  const toml::node& node = reader.need("at");
+  const PoseDegrees at = pose("at", node);
+  const toml::node* from = reader.find("from");
+  const PoseDegrees start = from == nullptr ? PoseDegrees{} : pose("from", *from);
+  reader.finish();
+  try {
+    return named_pose(name, start, at);
+  } catch (const solver::RigError& error) {
+    reader.fail(node, error.what());
+  }
+}
+
 PicturePlan read_pictures(const std::string& file, const toml::table& table) {
   TableReader reader(table, file, "pictures");
   PicturePlan plan;
@@ -396,7 +420,9 @@ void read_inline_options(const std::string& whole, std::string_view text,
 /// Names tell apart in files, too: two that give one file name would write each other's pictures.
 void check_names(const Suite& suite) {
   std::set<std::string> sweeps;
-  for (const Sweep& sweep : suite.sweeps) sweeps.insert(sweep.name);
+  std::vector<Sweep> named = suite.sweeps;
+  named.insert(named.end(), suite.poses.begin(), suite.poses.end());
+  for (const Sweep& sweep : named) sweeps.insert(sweep.name);
   const auto tell_apart = [&](const char* what, const auto& items, const auto& name_of) {
     std::map<std::string, std::string> by_file;
     for (const auto& item : items) {
@@ -410,7 +436,7 @@ void check_names(const Suite& suite) {
     }
   };
   tell_apart("rigs", suite.rigs, [](const RigPlan& rig) { return rig.name; });
-  tell_apart("sweeps", suite.sweeps, [](const Sweep& sweep) { return sweep.name; });
+  tell_apart("sweeps", named, [](const Sweep& sweep) { return sweep.name; });
   tell_apart("characters", suite.characters,
              [](const fs::path& file) { return file.stem().string(); });
   for (const RigPlan& rig : suite.rigs) {
@@ -478,6 +504,9 @@ Suite read_suite(const fs::path& file) {
            [&](const toml::table& row) { suite.rigs.push_back(read_rig_row(file.string(), row)); });
   each_row(top, "sweep",
            [&](const toml::table& row) { suite.sweeps.push_back(read_sweep(file.string(), row)); });
+  each_row(top, "pose", [&](const toml::table& row) {
+    suite.poses.push_back(read_named_pose(file.string(), row));
+  });
   each_row(top, "limit", [&](const toml::table& row) {
     suite.rules.limits.push_back(read_limit(file.string(), row));
   });
@@ -505,9 +534,10 @@ Suite read_suite(const fs::path& file) {
 
 std::vector<Sweep> sweeps_for(const Suite& suite, const Envelope& envelope) {
   std::vector<Sweep> sweeps = suite.standard ? standard_sweeps(envelope) : suite.sweeps;
-  if (!suite.corners) return sweeps;
-  for (Sweep& corner : corner_sweeps(reach_of(envelope, sweeps)))
-    sweeps.push_back(std::move(corner));
+  if (suite.corners)
+    for (Sweep& corner : corner_sweeps(reach_of(envelope, sweeps)))
+      sweeps.push_back(std::move(corner));
+  sweeps.insert(sweeps.end(), suite.poses.begin(), suite.poses.end());
   return sweeps;
 }
 

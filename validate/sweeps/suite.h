@@ -59,6 +59,7 @@ struct Suite {
   std::vector<Sweep> sweeps;  // with `standard`: those of a human's envelope, for estimates
   bool standard = false;      // the standard sweeps of each character's envelope instead
   bool corners = false;       // and straight to each corner of it
+  std::vector<Sweep> poses;   // and to each named pose: [[pose]]
   Envelope envelope;
   bool envelope_by_kind = false;  // each character's own, by the kind of its body
   PicturePlan pictures;
@@ -72,7 +73,7 @@ struct Suite {
 Suite read_suite(const std::filesystem::path& file);
 
 /// What a suite sweeps on a character with this envelope: its sweeps, or the standard ones, then
-/// the corners.
+/// the corners, then the paths to its named poses.
 std::vector<Sweep> sweeps_for(const Suite& suite, const Envelope& envelope);
 
 /// `--rig`: the name of a system, the same with options (`curve:length=rest,bones=12`), or a TOML

@@ -1,0 +1,108 @@
+"""`backbend hunt`: the worst poses of a rig in a box, confirmed, and added to a suite that then finds them."""
+
+import json
+
+from external_rig_test import RigTest
+from harness import CommandTest, USAGE
+
+FEW = ("--evaluations", "600")
+
+
+class Hunt(CommandTest):
+    def setUp(self):
+        super().setUp()
+        self.assert_runs("body", "-o", "hero.glb", "--vertices", "1500")
+
+    def hunt(self, *words, code=1):
+        return json.loads(self.assert_runs("hunt", *words, "--character", "hero.glb", "--json", "-q", code=code).stdout)
+
+    def found(self, hunt, code):
+        return [find for find in hunt["findings"] if find["code"] == code]
+
+    def test_the_known_flip_of_the_isner_spine_is_found_at_its_angle(self):
+        hunt = self.hunt("isner", "--box", "sweep", "--envelope", "sweep", "--check", "BB001")
+        flips = self.found(hunt, "BB001")
+        self.assertTrue(any(find["from"]["extension"] < 100.87 < find["pose"]["extension"] + 0.01
+                            and set(find["pose"]) == {"extension"} for find in flips), flips)
+        for find in flips:
+            self.assertGreater(find["value"], 170)
+            self.assertIn("chest.rz", find["controls"])
+
+    def test_what_it_adds_to_a_suite_the_next_night_fails(self):
+        text = '# ours\n[suite]\ncharacters = ["hero.glb"]\ncorners = false\nenvelope = "human"\n\n' \
+               '[[rig]]\nsolver = { system = "curve" }\n\n[[sweep]]\nchannel = "side"\nto = 5\nstep = 5'
+        self.write("night.toml", text)
+        hunt = self.hunt("curve", *FEW, "--add-to", "night.toml")
+        added = (self.folder / "night.toml").read_text()
+        self.assertTrue(added.startswith(text))
+        # Several checks may be at their worst in one pose.
+        self.assertEqual(added.count("[[pose]]"), len({json.dumps(find["pose"], sort_keys=True) for find in hunt["findings"]}))
+        result = self.backbend("nightly", "night.toml", "--quick", "--json", "-o", "run")
+        night = json.loads(result.stdout)
+        for find in hunt["findings"]:
+            same = [f for f in night["findings"] if f["code"] == find["code"]
+                    and abs(f["value"] - find["value"]) < 1e-9 * abs(find["value"])]
+            self.assertTrue(same, find)
+        # A second hunt finds the same, and adds nothing twice.
+        self.hunt("curve", *FEW, "--add-to", "night.toml")
+        self.assertEqual((self.folder / "night.toml").read_text(), added)
+
+    def test_it_says_what_to_set_how_wide_it_is_and_what_it_may_have_missed(self):
+        done = self.assert_runs("hunt", "curve", "--character", "hero.glb", *FEW, "-o", "out", "--res", "64x48", code=1)
+        self.assertIn("arm drift, rotation", done.stdout)
+        self.assertRegex(done.stdout, r"set top\.r[xyz] ")
+        self.assertRegex(done.stdout, r"width of the bad region here: .*deg of bend")
+        self.assertIn("This is a search, not a proof.", done.stdout)
+        told = json.loads((self.folder / "out/hunt.json").read_text())
+        for find in told["findings"]:
+            self.assertTrue((self.folder / "out" / find["picture"]).is_file())
+            # The command that is shown renders that pose.
+            self.assertIn("backbend render hero.glb --rig curve", find["reproduce"])
+
+    def test_a_sound_rig_passes_and_says_the_worst_of_each_check(self):
+        hunt = self.hunt("even", *FEW, code=0)
+        self.assertEqual([find for find in hunt["findings"] if find["verdict"] == "fail"], [])
+        self.assertIn("BB030", [worst["code"] for worst in hunt["worst"]])
+        self.assertLessEqual(hunt["evaluations"], 600)
+
+    def test_a_box_of_ones_own_bounds_the_poses(self):
+        self.write("box.toml", "extension = [30, 50]\nside = [10, 20]\ntwist = [5, 5]\n")
+        hunt = self.hunt("curve", *FEW, "--box", "box.toml", "--check", "BB020")
+        (find,) = hunt["findings"]
+        self.assertEqual(find["pose"]["twist"], 5)
+        self.assertTrue(30 <= find["pose"]["extension"] <= 50 and 10 <= find["pose"]["side"] <= 20, find["pose"])
+
+    def test_threads_change_nothing_and_seeds_do(self):
+        def text(*words):
+            return self.assert_runs("hunt", "curve", "--character", "hero.glb", "--json", "-q", *FEW, *words, code=1).stdout
+        one = text("--threads", "1")
+        self.assertEqual(one, text("--threads", "3"))
+        self.assertNotEqual(one, text("--seed", "2"))
+
+    def test_what_it_cannot_search_is_refused(self):
+        self.write("bad.toml", "side = [10, -10]\n")
+        words = ("--character", "hero.glb")
+        self.assert_refused("hunt", "curve", *words, "--box", "bad.toml", names=["bad.toml:1", "inverted"])
+        self.assert_refused("hunt", "curve", *words, "--box", "envelop", names=["envelope"])
+        self.assert_refused("hunt", "curve", *words, "--box", "gone.toml", names=["gone.toml"])
+        self.assert_refused("hunt", "curve", *words, "--check", "BB042", code=USAGE, names=["BB042"])
+        self.assert_refused("hunt", "curve", *words, "--evaluations", "5", code=USAGE)
+        self.assert_refused("hunt", "curvy", *words, names=["curve"])
+        self.assert_refused("hunt", "curve:bonse=3", *words, names=["bonse"])
+        self.assert_refused("hunt", "curve", "--character", "gone.glb", names=["gone.glb"])
+        self.assert_refused("hunt", "curve", *words, "--add-to", "gone.toml", names=["gone.toml"])
+
+
+class LiveHunt(RigTest, CommandTest):
+    def test_a_flip_of_a_running_rig_is_found_from_both_its_sides(self):
+        # Beyond this twist one joint stays turned: no slope leads there, but poses on both sides do.
+        hunt = json.loads(self.assert_runs("hunt", self.rig("--flip", "twist=41.2345:30"), "--character", self.body,
+                                           "--chest", "neck", "--envelope", "human", "--evaluations", "400",
+                                           "--check", "BB001", "--json", "-q", code=1).stdout)
+        flips = [find for find in hunt["findings"] if find["code"] == "BB001"]
+        self.assertTrue(flips)
+        for find in flips:
+            low, high = sorted((find["from"].get("twist", 0), find["pose"].get("twist", 0)))
+            self.assertTrue(low <= 41.2345 <= high, find)
+            self.assertEqual(find["owner"].upper(), "RIG")
+            self.assertAlmostEqual(find["value"], 30, delta=0.1)

@@ -1,0 +1,113 @@
+#include <algorithm>
+
+#include "skin/body_kind.h"
+#include "skin/import_checks.h"
+#include "validate/evidence/artist.h"
+#include "validate/evidence/finding_view.h"
+#include "validate/evidence/render_job.h"
+#include "validate/hunt/hunt.h"
+#include "validate/live/external_rig.h"
+#include "validate/report/shell_word.h"
+#include "validate/run/confirmed.h"
+#include "validate/run/judge_external.h"
+#include "validate/run/run.h"
+#include "validate/sweeps/external_spec.h"
+#include "validate/sweeps/named_pose.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::validate {
+namespace {
+
+/// One picture of a find, from the side that shows it; the file's name.
+std::string take_picture(const HuntRequest& request, const HuntFind& find, std::size_t number,
+                         const OutputFolder& folder) {
+  RenderRequest picture;
+  picture.character = request.character;
+  picture.hints = request.hints;
+  picture.chain = request.chain;
+  picture.rig = request.rig;
+  picture.mapping = request.mapping;
+  picture.pose = find.pose;
+  picture.view = view_of(find.pose, find.finding).camera;
+  picture.settings.width = request.width;
+  picture.settings.height = request.height;
+  picture.settings.samples = 16;
+  picture.name = "hunt_" + std::to_string(number) + "_" + find.finding.code;
+  Progress silent(Progress::Style::none);
+  render_pose(picture, folder, silent);
+  return picture.name + ".png";
+}
+
+}  // namespace
+
+int HuntResult::exit_code() const {
+  for (const HuntFind& find : hunt.finds)
+    if (find.finding.verdict == Verdict::fail) return kExitFindings;
+  // Flips are asked of every pose, whatever else the rig has a measure for.
+  const bool measured = !hunt.worst.empty() || check == "BB001" || check == "BB002";
+  return measured ? kExitOk : kExitNotMeasured;
+}
+
+HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
+  ConfirmedCharacter confirmed = load_confirmed(request.character, request.hints);
+  skin::require_possible_import(confirmed.character);
+  const std::vector<skin::SidecarControl> controls =
+      confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>();
+  auto stage = std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints,
+                                       request.chain, controls);
+  if (auto with_its_mesh = stage->with_mesh_of(request.rig.spec))
+    stage = std::make_unique<Stage>(std::move(*with_its_mesh), confirmed.hints, request.chain,
+                                    controls);
+  const skin::BodyKindChoice kind = skin::body_kind(
+      stage->character(), request.chain == DrivenChain::neck
+                              ? skin::find_anatomy(stage->character(), confirmed.hints)
+                              : stage->anatomy());
+  Envelope envelope = envelope_for(kind.kind, request.chain == DrivenChain::neck);
+  if (confirmed.sidecar && !confirmed.sidecar->envelope.empty())
+    if (const auto own = find_envelope(confirmed.sidecar->envelope)) envelope = *own;
+  if (!request.envelope.empty()) envelope = *find_envelope(request.envelope);
+
+  HuntResult out;
+  out.facts = facts_of(stage->character(), stage->anatomy(), envelope.name);
+  out.facts.kind = skin::name_of(kind.kind);
+  out.facts.kind_reason = kind.reason;
+  out.facts.envelope_reason = kind.reason + "; " + envelope.text();
+  out.rig = request.rig.name;
+  out.mapping = mapping_name(request.mapping);
+  out.seed = request.seed;
+  out.check = request.check;
+  HuntSettings settings{find_box(request.box, envelope), request.check, request.evaluations,
+                        request.seed};
+  stage->build(request.rig.spec);  // what is wrong with the rig is said first
+  if (request.on_character) request.on_character(out.facts, settings.box);
+
+  LimitSet limits =
+      request.suite ? limits_for(request.suite->rules, stage->character().name) : LimitSet();
+  if (is_external(request.rig.spec)) limits = external_limits(std::move(limits));
+  const BodyMetrics body(stage->character(), stage->anatomy(), stage->driver());
+  const HuntScene scene{*stage,
+                        body,
+                        envelope,
+                        limits,
+                        request.rig,
+                        request.mapping,
+                        shell_word(request.character.string()),
+                        [&] { return stage->build(request.rig.spec); }};
+  out.hunt = hunt_poses(scene, settings, progress);
+  for (HuntFind& find : out.hunt.finds)
+    if (confirmed.sidecar) find.finding.artist = artist_lines(*confirmed.sidecar, find.pose);
+  if (!request.folder.empty()) {
+    const OutputFolder folder(request.folder);
+    progress.start("pictures", out.hunt.finds.size());
+    for (std::size_t i = 0; i < out.hunt.finds.size(); ++i) {
+      poll_interrupt();
+      HuntFind& find = out.hunt.finds[i];
+      find.picture = take_picture(request, find, i + 1, folder);
+      progress.step();
+    }
+    progress.finish();
+  }
+  return out;
+}
+
+}  // namespace backbend::validate
