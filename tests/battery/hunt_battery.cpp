@@ -78,7 +78,7 @@ class Measure {
   Measure(const Subject& on, std::string code, std::unique_ptr<solver::SpineSystem> system)
       : on_(on),
         check_(*find_check(code)),
-        metric_(metric_of(code).value_or(MetricId::chain_kink)),
+        metric_(metric_of(code) == nullptr ? MetricId::chain_kink : metric_of(code)->id),
         rig_(plan_rig(on.stage, on.body, on.plan, solver::Mapping::chest, {}, on.envelope)) {
     rig_.system = std::move(system);
     at_rest_ = rig_at_rest(*rig_.system);

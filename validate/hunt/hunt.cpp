@@ -48,17 +48,16 @@ std::string without_path(const std::string& detail) {
 }
 
 /// The metrics that the search climbs.
-std::vector<MetricId> objectives_of(const RigRecord& rig, const std::string& check) {
-  std::vector<MetricId> out;
-  for (Index m = 0; m < kMetricCount; ++m) {
-    const auto metric = static_cast<MetricId>(m);
-    const Check& row = *find_check(pose_metrics()[m].code);
-    if (is_of_a_path(metric)) continue;
+std::vector<const Metric*> objectives_of(const RigRecord& rig, const std::string& check) {
+  std::vector<const Metric*> out;
+  for (const Metric& metric : metric_table()) {
+    const Check& row = metric.check();
+    if (is_of_a_path(metric.id)) continue;
     // A flip margin leads to flips, whether it is asked for or not.
-    const bool leads = metric == MetricId::flip_margin &&
+    const bool leads = metric.id == MetricId::flip_margin &&
                        (check.empty() || check == "BB001" || check == "BB002") &&
                        !rig.system->rest().flip_margin.empty();
-    if (check.empty() ? row.decides || leads : row.code == check || leads) out.push_back(metric);
+    if (check.empty() ? row.decides || leads : row.code == check || leads) out.push_back(&metric);
   }
   return out;
 }
@@ -104,13 +103,13 @@ class Hunter {
                              "' remembers earlier poses: its poses cannot be searched one by one");
     at_rest_ = rig_at_rest(*rig_.system);
     objectives_ = objectives_of(rig_, settings.check);
-    needs_mesh_ = std::ranges::any_of(objectives_, [](MetricId metric) {
-      return find_check(pose_metrics()[static_cast<Index>(metric)].code)->subject == Subject::mesh;
+    needs_mesh_ = std::ranges::any_of(
+        objectives_, [](const Metric* metric) { return metric->check().subject == Subject::mesh; });
+    needs_behaviour_ = std::ranges::any_of(objectives_, [](const Metric* metric) {
+      return metric->id == MetricId::mirror || metric->id == MetricId::range_of_motion;
     });
-    needs_behaviour_ = std::ranges::any_of(objectives_, [](MetricId metric) {
-      return metric == MetricId::mirror || metric == MetricId::range_of_motion;
-    });
-    for (const MetricId each : objectives_) needs_crossing_ |= each == MetricId::self_intersection;
+    for (const Metric* each : objectives_)
+      needs_crossing_ |= each->id == MetricId::self_intersection;
   }
 
   Hunt run() {
@@ -215,14 +214,14 @@ class Hunter {
   std::vector<double> badness_of(const PoseRecord& pose) const {
     const double load = compound_load(scene_.envelope, pose.body);
     std::vector<double> out;
-    for (const MetricId metric : objectives_) {
-      const Check& check = *find_check(pose_metrics()[static_cast<Index>(metric)].code);
+    for (const Metric* metric : objectives_) {
+      const Check& check = metric->check();
       double value = std::numeric_limits<double>::quiet_NaN();
-      if (is_applicable(rig_, metric, pose) && std::isfinite(pose.at(metric).value)) {
-        value = excess(check, pose.at(metric).value,
+      if (is_applicable(rig_, *metric, pose) && std::isfinite(pose.at(metric->id).value)) {
+        value = excess(check, pose.at(metric->id).value,
                        limit_at(check.code, scene_.limits.of(check.code).value, load));
         if (is_infeasible(pose) && check.subject == Subject::mesh &&
-            metric != MetricId::feasibility)
+            metric->id != MetricId::feasibility)
           value = std::numeric_limits<double>::quiet_NaN();
       }
       out.push_back(value);
@@ -275,7 +274,8 @@ class Hunter {
   /// The worst pose of each objective, and where it fails a find.
   void take_worst(const SearchOutcome& outcome) {
     for (Index k = 0; k < objectives_.size(); ++k) {
-      const std::string code(pose_metrics()[static_cast<Index>(objectives_[k])].code);
+      const Metric& metric = *objectives_[k];
+      const std::string code(metric.code);
       if (!outcome.worst[k]) {
         hunt_.notes.push_back(code + " does not apply, or was not measured, at any pose");
         continue;
@@ -289,9 +289,9 @@ class Hunter {
       const PoseRecord& measured = rig.sweeps.front().poses.front();
       const double limit =
           limit_at(code, scene_.limits.of(code).value, compound_load(scene_.envelope, pose));
-      hunt_.worst.push_back({code, measured.at(objectives_[k]).value, limit, pose});
+      hunt_.worst.push_back({code, measured.at(metric.id).value, limit, pose});
       const auto found = std::ranges::find(findings, code, &Finding::code);
-      const bool leads_only = objectives_[k] == MetricId::flip_margin && settings_.check != code;
+      const bool leads_only = metric.id == MetricId::flip_margin && settings_.check != code;
       if (leads_only) continue;
       HuntFind find;
       if (found != findings.end()) {
@@ -309,8 +309,7 @@ class Hunter {
         find.finding.limit = limit;
         find.finding.verdict = Verdict::stress;
         find.finding.detail = "advisory: it decides nothing by itself";
-        set_place(objectives_[k], measured.at(objectives_[k]).place, rig_.system->joint_names(),
-                  find.finding);
+        set_place(metric, measured.at(metric.id).place, rig_.system->joint_names(), find.finding);
       }
       find.pose = pose;
       find.controls = controls_of(pose);
@@ -389,7 +388,7 @@ class Hunter {
   void find_jumps(const SearchOutcome& outcome, Index evaluations) {
     std::optional<std::vector<double>> least_margin;
     for (Index k = 0; k < objectives_.size(); ++k)
-      if (objectives_[k] == MetricId::flip_margin && outcome.worst[k])
+      if (objectives_[k]->id == MetricId::flip_margin && outcome.worst[k])
         least_margin = outcome.points[*outcome.worst[k]].at;
     FlipHunt flips(*rig_.system, rig_.mapping, hunt_.box, evaluations);
     const std::vector<FlipPath> paths = flips.paths(outcome.suspects, least_margin);
@@ -437,7 +436,7 @@ class Hunter {
   Progress& progress_;
   RigRecord rig_;
   RigAtRest at_rest_{};
-  std::vector<MetricId> objectives_;
+  std::vector<const Metric*> objectives_;
   bool needs_mesh_ = false, needs_behaviour_ = false, needs_crossing_ = false;
   Hunt hunt_;
 };
@@ -446,8 +445,8 @@ class Hunter {
 
 std::vector<std::string> huntable_checks() {
   std::vector<std::string> codes{"BB001", "BB002"};
-  for (Index m = 0; m < kMetricCount; ++m)
-    if (!is_of_a_path(static_cast<MetricId>(m))) codes.emplace_back(pose_metrics()[m].code);
+  for (const Metric& metric : metric_table())
+    if (!is_of_a_path(metric.id)) codes.emplace_back(metric.code);
   std::ranges::sort(codes);
   return codes;
 }
