@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "solver/arc_lanes.h"
+#include "solver/bezier.h"
 #include "solver/lanes.h"
 
 namespace backbend::solver {
@@ -257,11 +258,7 @@ ArcSeries<Real> series_of(Load load) {
 
 dvec3 CubicPiece::point(double t) const { return point_of(cv, t); }
 
-dvec3 CubicPiece::derivative(double t) const {
-  const double s = 1.0 - t;
-  return 3.0 *
-         ((s * s) * (cv[1] - cv[0]) + (2.0 * s * t) * (cv[2] - cv[1]) + (t * t) * (cv[3] - cv[2]));
-}
+dvec3 CubicPiece::derivative(double t) const { return bezier_derivative(cv, t); }
 
 dvec3 CubicPiece::second_derivative(double t) const {
   return 6.0 * ((1.0 - t) * (cv[2] - 2.0 * cv[1] + cv[0]) + t * (cv[3] - 2.0 * cv[2] + cv[1]));

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/box_solver.h"
 #include "solver/chain_measures.h"
 #include "solver/even_limits.h"
 #include "solver/even_reach.h"
@@ -71,7 +72,7 @@ std::vector<double> joint_ends(int bones) {
   return end;
 }
 
-class Even final : public SystemBase {
+class Even final : public SystemBase, public BoxSolver {
  public:
   Even(const SystemSpec& spec, const RestChain& chain) : Even(spec, chain, OptionReader(spec)) {}
 
@@ -95,6 +96,35 @@ class Even final : public SystemBase {
     control.push_back(stretchiness_ > 0.0 ? body.stretch : 1.0);
     control.push_back(0.0);
     return control;
+  }
+
+  std::string why_not_on_boxes() const override {
+    if (limited_) {
+      return "with limits its channels are shared out joint by joint, which has no interval form "
+             "yet; docs/even.md, section 6, bounds its gain by 2 on paper";
+    }
+    if (!reach_->off()) {
+      return "reach above 0 solves for the chest's place, which has no interval form yet; "
+             "docs/even.md, theorem 4, bounds its gain on paper";
+    }
+    return {};
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    std::vector<BoxReal> control = fk_controls(body.twist, -body.side, -body.back, mapping);
+    control.emplace_back(1.0);
+    control.emplace_back(0.0);
+    return control;
+  }
+
+  void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
+    const BoxTurn lower =
+        euler_turn(bone_.axes[0], from_euler_xyz(control[0], control[1], control[2]));
+    pose.rate.resize(std::size_t(bones_) + 1);
+    for (int k = 0; k <= bones_; ++k) {
+      pose.rate[std::size_t(k)] =
+          (lower * shape_.frame(k, control.subspan(kUpper, kUpperChannels))).rate;
+    }
   }
 
   std::string_view why_without(BodyChannel channel) const override {

@@ -135,7 +135,7 @@ void EvenIntegral::frames(std::span<glm::dquat> frame) const {
       };
       return TurnLanes{zy * x.cosine + zs * x.sine, along(0), along(1), along(2)};
     };
-    const TurnLanes turn = control(0, shape_.middle_axes_) * control(3, shape_.top_axes_);
+    const TurnLanes turn = upper_frame(shape_.middle_axes_, shape_.top_axes_, control);
     for (std::size_t i = 0; i < std::min<std::size_t>(4, frame.size() - k); ++i) {
       frame[k + i] = {turn.w[int(i)], turn.x[int(i)], turn.y[int(i)], turn.z[int(i)]};
     }

@@ -215,6 +215,17 @@ double EvenShape::panel_turning(std::span<const AngleShare> share) const {
   return turning;
 }
 
+BoxTurn EvenShape::frame(int k, std::span<const BoxReal> upper) const {
+  assert(share_end_.size() == 1 && upper.size() == kUpperChannels);
+  const double s = k < bones_ ? (k + 0.5) / bones_ : 1.0;
+  return upper_frame(middle_axes_, top_axes_, [&](int first, const glm::dmat3& axes) {
+    const auto angle = [&](int i) {
+      return BoxReal(weights_.of(first + i)(s)) * upper[std::size_t(first + i)];
+    };
+    return euler_turn(axes, from_euler_xyz(angle(0), angle(1), angle(2)));
+  });
+}
+
 EvenShape::Moments EvenShape::moments(std::span<const AngleShare> share) const {
   const EvenIntegral integral(*this, share);
   return panel_turning(share) <= kTurningOfRule[1] ? integral.moments<3>(rule_[1])

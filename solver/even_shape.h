@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/box_number.h"
 #include "solver/even_reach.h"
 #include "solver/even_weight.h"
 
@@ -33,6 +34,14 @@ struct AngleShare {
   UpperChannels base{};
   UpperChannels scale{};
 };
+
+/// The frame of a spine at one place, below Lower's turn: Middle's turn there, then Top's.
+/// `euler(first, axes)` is the turn by the three channels from number `first` on, each scaled by
+/// its weight at the place, in a control's rest frame.
+template <class Euler>
+auto upper_frame(const glm::dmat3& middle_axes, const glm::dmat3& top_axes, const Euler& euler) {
+  return euler(0, middle_axes) * euler(3, top_axes);
+}
 
 /// q v - v without the loss of taking the difference; exactly 0 for the identity.
 glm::dvec3 turned_by(const glm::dquat& q, const glm::dvec3& v);
@@ -63,6 +72,10 @@ class EvenShape {
   /// `field`, where not null, is laid over the frames.
   void solve(std::span<const AngleShare> share, const ReachField* field,
              std::span<glm::dquat> frame, std::span<glm::dvec3> shift) const;
+
+  /// S at bone k's middle, or at 1 for k = bones(), over a box of Middle's and Top's channels (six
+  /// of them). Of a shape with one share, and without a field.
+  BoxTurn frame(int k, std::span<const BoxReal> upper) const;
 
   /// The chest's shift without a field, and the integrals of each bump times the posed tangent,
   /// both as lengths.

@@ -58,14 +58,18 @@ FkBones::Pose FkBones::pose(std::span<const double> control) const {
   const auto own = control.first(kChannels);
   if (std::all_of(own.begin(), own.end(), [](double c) { return c == 0.0; })) return rest;
   Pose p;
-  p.joint[0] = rest.joint[0];
-  const std::array<glm::dquat, 3> euler = euler_turns(own);
-  for (int k = 0; k < 3; ++k) {
-    // A control turns in its rest frame, and the bones below carry the result.
-    const glm::dquat turn = euler_turn(axes[k], euler[k]);
-    p.turn[k] = k == 0 ? turn : p.turn[k - 1] * turn;
-    p.joint[k + 1] = p.joint[k] + p.turn[k] * (rest.joint[k + 1] - rest.joint[k]);
+  carry<PoseMath>(euler_turns(own), p);
+  return p;
+}
+
+FkBones::BoxPose FkBones::pose(std::span<const BoxReal> control) const {
+  assert(control.size() >= kChannels);
+  std::array<BoxTurn, 3> euler;
+  for (std::size_t k = 0; k < 3; ++k) {
+    euler[k] = from_euler_xyz(control[3 * k], control[3 * k + 1], control[3 * k + 2]);
   }
+  BoxPose p;
+  carry<BoxMath>(euler, p);
   return p;
 }
 
@@ -100,9 +104,7 @@ std::array<glm::dvec3, 5> FkBones::five_points(const Pose& pose) {
 }
 
 std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping) {
-  const double rx = body.twist, ry = -body.side, rz = body.flexion - body.extension;
-  if (mapping == Mapping::chest) return {0, 0, 0, 0, 0, 0, rx, ry, rz};
-  return {0, 0, 0, 0.5 * rx, 0.5 * ry, 0.5 * rz, 0.5 * rx, 0.5 * ry, 0.5 * rz};
+  return fk_controls(body.twist, -body.side, body.flexion - body.extension, mapping);
 }
 
 }  // namespace backbend::solver

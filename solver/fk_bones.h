@@ -5,7 +5,9 @@
 #include <glm/vec3.hpp>
 #include <span>
 
+#include "solver/box_number.h"
 #include "solver/lane_vectors.h"
+#include "solver/rotation.h"
 #include "solver/spine_system.h"
 
 namespace backbend::solver {
@@ -38,6 +40,13 @@ struct FkBones {
   /// fast sines.
   PoseLanes pose(const std::array<Lanes, 9>& control, int& good) const;
 
+  /// The bones over a box of poses.
+  struct BoxPose {
+    std::array<BoxVector, 4> joint;
+    std::array<BoxTurn, 3> turn;
+  };
+  BoxPose pose(std::span<const BoxReal> control) const;
+
   /// root, the three bone centres, tip: the points that the thesis draws its curve on, riding on
   /// their bones (R21, R24).
   static std::array<glm::dvec3, 5> five_points(const Pose& pose);
@@ -47,11 +56,34 @@ struct FkBones {
 
   Pose rest;
   std::array<glm::dmat3, 3> axes;  // of bone and control at rest, in columns
+
+ private:
+  /// Joints and turns from the three controls' Euler turns, each in its control's rest frame.
+  template <class Math, class Posed>
+  void carry(const std::array<typename Math::Turn, 3>& euler, Posed& p) const {
+    p.joint[0] = rest.joint[0];
+    for (std::size_t k = 0; k < 3; ++k) {
+      // A control turns in its rest frame, and the bones below carry the result.
+      const typename Math::Turn turn = euler_turn(axes[k], euler[k]);
+      p.turn[k] = k == 0 ? turn : p.turn[k - 1] * turn;
+      const typename Math::Vector bone(rest.joint[k + 1] - rest.joint[k]);
+      p.joint[k + 1] = p.joint[k] + p.turn[k] * bone;
+    }
+  }
 };
 
 /// Why systems on these bones have no channel hip.
 inline constexpr std::string_view kNoHipControl =
     "no control turns the hips; the same bend is an extension, seen from the chest";
+
+/// The nine control values for a turn of the chest: all of it on Top, or half on Middle, half on
+/// Top.
+template <class Real>
+std::vector<Real> fk_controls(const Real& rx, const Real& ry, const Real& rz, Mapping mapping) {
+  const Real no = 0.0, half = 0.5;
+  if (mapping == Mapping::chest) return {no, no, no, no, no, no, rx, ry, rz};
+  return {no, no, no, half * rx, half * ry, half * rz, half * rx, half * ry, half * rz};
+}
 
 /// The nine control values of a body pose: chest puts all of it on Top, spread half on Middle and
 /// half on Top. Channels add and never wrap.

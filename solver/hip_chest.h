@@ -34,6 +34,12 @@ class HipChest {
   };
   Ends ends(std::span<const double> control) const;
 
+  /// The turn of a control from rest, over a box of its three channels from number `first` on.
+  BoxTurn turn(std::span<const BoxReal> control, std::size_t first) const {
+    return euler_turn(axes_,
+                      from_euler_xyz(control[first], control[first + 1], control[first + 2]));
+  }
+
   const std::array<glm::dvec3, 4>& rest_cv() const { return rest_cv_; }
   const glm::dquat& rest_frame() const { return frame_; }
   double rest_length() const { return length_; }

@@ -4,7 +4,11 @@
 #include <cassert>
 #include <cmath>
 #include <glm/matrix.hpp>
+#include <optional>
 
+#include "solver/bezier.h"
+#include "solver/box_arc.h"
+#include "solver/box_solver.h"
 #include "solver/chain_measures.h"
 #include "solver/curve.h"
 #include "solver/fk_bones.h"
@@ -33,7 +37,7 @@ enum ChannelIndex {
   kChestDepth
 };
 
-class Isner final : public SystemBase {
+class Isner final : public SystemBase, public BoxSolver {
  public:
   Isner(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;
@@ -95,6 +99,54 @@ class Isner final : public SystemBase {
     return control;
   }
 
+  std::string why_not_on_boxes() const override {
+    if (slerp_ == Slerp::raw) return "slerp = \"raw\" has no interval form yet";
+    if (aim_ != Aim::none && (depth_[0] == 0.0 || depth_[1] == 0.0)) {
+      return "with a depth of 0 the curve has no velocity at its end, and a proof needs one";
+    }
+    return {};
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    std::vector<BoxReal> control;
+    for (const Channel& channel : channels_) control.emplace_back(channel.rest);
+    control[kChest] = body.twist;
+    control[kChest + 1] = -body.side;
+    control[kChest + 2] = -body.back;
+    if (mapping == Mapping::spread) {
+      const BoxVector tip =
+          bones_.pose(fk_controls(body.twist, -body.side, -body.back, mapping)).joint[3];
+      const BoxVector move = tip - bones_.rest.joint[3];
+      control[kChestMove] = move.x;
+      control[kChestMove + 1] = move.y;
+      control[kChestMove + 2] = move.z;
+    }
+    return control;
+  }
+
+  void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
+    const Ends<BoxMath> e = ends<BoxMath>(control);
+    const std::array<BoxVector, 4> cv = points(e);
+    pose.rate.resize(arc_fraction_.size());
+    std::optional<BoxArc> arc;
+    if (aim_ != Aim::none) arc.emplace(cv);
+    for (std::size_t i = 0; i < arc_fraction_.size(); ++i) {
+      const double t = arc_fraction_[i];
+      const BoxTurn q = t == 0.0 ? e.hip : t == 1.0 ? e.chest : slerp_short(e.hip, e.chest, t);
+      if (aim_ == Aim::none) {
+        pose.rate[i] = q.rate;
+        continue;
+      }
+      const BoxVector velocity = bezier_derivative(cv, parameter(*arc, t));
+      if (aim_ == Aim::shortest_arc) {
+        const BoxVector tangent = velocity / length(velocity);
+        pose.rate[i] = (shortest_arc(q * axes_[0], tangent, q * axes_[2]) * q).rate;
+        continue;
+      }
+      pose.rate[i] = rates_of_aim(velocity, q * axes_[1]);
+    }
+  }
+
   /// The Bezier over the used length: what lies past it carries no vertebra.
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {
@@ -108,14 +160,16 @@ class Isner final : public SystemBase {
   }
 
  private:
+  template <class Math>
   struct Ends {
-    dquat hip, chest;  // turns from rest
-    dvec3 hip_at, chest_at;
-    double hip_depth, chest_depth;  // lengths
+    typename Math::Turn hip, chest;  // from rest
+    typename Math::Vector hip_at, chest_at;
+    typename Math::Real hip_depth, chest_depth;  // lengths
   };
 
-  Ends ends(std::span<const double> c) const {
-    const auto moved = [&](int i) { return dvec3(c[i], c[i + 1], c[i + 2]); };
+  template <class Math = PoseMath>
+  Ends<Math> ends(std::span<const typename Math::Real> c) const {
+    const auto moved = [&](int i) { return typename Math::Vector(c[i], c[i + 1], c[i + 2]); };
     const auto turned = [&](int i) {
       return euler_turn(axes_, from_euler_xyz(c[i], c[i + 1], c[i + 2]));
     };
@@ -127,9 +181,26 @@ class Isner final : public SystemBase {
             c[kChestDepth] * rest_length_};
   }
 
-  Curve draw(const Ends& e) const {
-    return Curve::bezier({e.hip_at, e.hip_at + e.hip_depth * (e.hip * axes_[0]),
-                          e.chest_at - e.chest_depth * (e.chest * axes_[0]), e.chest_at});
+  /// The Bezier's.
+  template <class Math>
+  std::array<typename Math::Vector, 4> points(const Ends<Math>& e) const {
+    const typename Math::Vector along(axes_[0]);
+    return {e.hip_at, e.hip_at + e.hip_depth * (e.hip * along),
+            e.chest_at - e.chest_depth * (e.chest * along), e.chest_at};
+  }
+
+  Curve draw(const Ends<PoseMath>& e) const { return Curve::bezier(points(e)); }
+
+  /// Where arc fraction t of the used length is, over a box of poses.
+  BoxReal parameter(const BoxArc& arc, double t) const {
+    if (t == 0.0) return 0.0;
+    const bool fixed = length_ == Length::fixed, fits = arc.length().value.hi <= rest_length_;
+    if (t == 1.0) {
+      if (!fixed || fits) return 1.0;
+      return smaller(arc.parameter_at(rest_length_), 1.0);
+    }
+    const BoxReal used = fixed ? smaller(arc.length(), rest_length_) : arc.length();
+    return smaller(arc.parameter_at(BoxReal(t) * used), 1.0);
   }
 
   double used_length(const Curve& curve) const {
@@ -223,7 +294,7 @@ class Isner final : public SystemBase {
   }
 
   void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
-    const Ends e = ends(control);
+    const Ends<PoseMath> e = ends(control);
     const Curve curve = draw(e);
     const double used = used_length(curve);
     const std::size_t count = arc_fraction_.size();

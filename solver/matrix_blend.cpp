@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/box_solver.h"
 #include "solver/chain_measures.h"
 #include "solver/curve.h"
 #include "solver/hip_chest.h"
@@ -22,7 +23,7 @@ using glm::dvec3;
 
 enum class Style { rigify, mgear };
 
-class MatrixBlend final : public SystemBase {
+class MatrixBlend final : public SystemBase, public BoxSolver {
  public:
   MatrixBlend(const SystemSpec& spec, const RestChain& chain)
       : MatrixBlend(spec, chain, OptionReader(spec)) {}
@@ -51,6 +52,37 @@ class MatrixBlend final : public SystemBase {
       for (int i = 0; i < 3; ++i) control[9 + i] = move[i];
     }
     return control;
+  }
+
+  std::string why_not_on_boxes() const override {
+    if (style_ == Style::rigify) return {};
+    return "style = \"mgear\" has no interval form yet";
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping) const override {
+    std::vector<BoxReal> control(channels_.size(), BoxReal(0.0));
+    control[3] = body.twist;
+    control[4] = -body.side;
+    control[5] = -body.back;
+    return control;
+  }
+
+  void solve_box(std::span<const BoxReal> c, BoxPose& pose) const override {
+    const RigifySpine::ControlOf<BoxMath> hips{hip_chest_.turn(c, 0), {c[6], c[7], c[8]}};
+    const RigifySpine::ControlOf<BoxMath> chest{hip_chest_.turn(c, 3), {c[9], c[10], c[11]}};
+    std::vector<BoxTurn> turn;
+    if (halves_) {
+      halves_->lay(hips, chest, turn);
+    } else {
+      for (int k = 0; k < bones_; ++k) {
+        turn.push_back(k + 1 < bones_
+                           ? slerp_short(hips.turn, chest.turn, (double(k) + 1.0) / double(bones_))
+                           : chest.turn);
+      }
+      turn.push_back(turn.back());
+    }
+    pose.rate.clear();
+    for (const BoxTurn& t : turn) pose.rate.push_back(t.rate);
   }
 
   std::vector<dvec3> intended_curve(std::span<const double> control,

@@ -1,11 +1,13 @@
 #include "solver/neck.h"
 
 #include <algorithm>
+#include <array>
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "solver/box_solver.h"
 #include "solver/chain_measures.h"
 #include "solver/curve.h"
 #include "solver/option_reader.h"
@@ -51,7 +53,7 @@ dquat neck_axes(const dquat& bone_frame) {
   return bone_frame * dquat(0.0, 0.0, half, -half);
 }
 
-class Neck final : public SystemBase {
+class Neck final : public SystemBase, public BoxSolver {
  public:
   Neck(const SystemSpec& spec, const RestChain& chain) : head_first_(!chain.frame.empty()) {
     name_ = spec.system;
@@ -119,15 +121,22 @@ class Neck final : public SystemBase {
   /// Channels are divided by their gains: the head turns by what is asked. All of a bend on the top
   /// control, or half on each; sideways and about the neck there is one control.
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
-    const auto through = [](double angle, double gain) { return gain > 0.0 ? angle / gain : 0.0; };
-    const double back = body.extension - body.flexion;
-    const double top = mapping == Mapping::chest ? 1.0 : 0.5;
-    std::vector<double> control(channels_.size(), 0.0);
-    control[kBaseZ] = through(body.side, sum_z_);
-    control[kBaseY] = through((1.0 - top) * back, sum_base_);
-    control[kTopY] = through(top * back, sum_top_);
-    control[kRoll] = -body.twist;
-    return control;
+    return shared_out(body.extension - body.flexion, body.side, body.twist, mapping);
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    return shared_out(body.back, body.side, body.twist, mapping);
+  }
+
+  std::string why_not_on_boxes() const override {
+    return limit_.empty() ? "" : "with limits its channels are clamped, which has no interval form";
+  }
+
+  void solve_box(std::span<const BoxReal> c, BoxPose& pose) const override {
+    pose.rate.resize(vertebra_.size());
+    walk<BoxMath>(c, [&](std::size_t i, const BoxTurn& turn, const BoxVector&) {
+      pose.rate[output_of(i)] = turn.rate;
+    });
   }
 
   std::string_view why_without(BodyChannel) const override {
@@ -146,6 +155,47 @@ class Neck final : public SystemBase {
   }
 
  private:
+  template <class Real>
+  std::vector<Real> shared_out(const Real& back, const Real& side, const Real& twist,
+                               Mapping mapping) const {
+    const auto through = [](const Real& angle, double gain) {
+      return gain > 0.0 ? angle / gain : Real(0.0);
+    };
+    const double top = mapping == Mapping::chest ? 1.0 : 0.5;
+    std::vector<Real> control(channels_.size(), 0.0);
+    control[kBaseZ] = through(side, sum_z_);
+    control[kBaseY] = through((1.0 - top) * back, sum_base_);
+    control[kTopY] = through(top * back, sum_top_);
+    control[kRoll] = -twist;
+    return control;
+  }
+
+  /// The vertebrae from the fixed parent up: `visit` gets number, turn from rest and place.
+  template <class Math, class Visit>
+  void walk(std::span<const typename Math::Real> c, const Visit& visit) const {
+    using Turn = typename Math::Turn;
+    using Vector = typename Math::Vector;
+    const Vertebra& fixed = vertebra_.front();
+    Turn frame = fixed.rest * from_euler_xyz(c[kParent], c[kParent + 1], c[kParent + 2]);
+    Vector at = fixed.rest_at + Vector(c[kParentMove], c[kParentMove + 1], c[kParentMove + 2]);
+    visit(0, normalize(frame * glm::conjugate(fixed.rest)), at);
+    for (std::size_t i = 1; i < vertebra_.size(); ++i) {
+      const Vertebra& v = vertebra_[i];
+      const Turn carried = frame * share_of<Turn>(v, c);
+      at = at + carried * Vector(v.offset);
+      frame = normalize(carried * v.local);
+      const Turn rolled = frame * turn_about(kAxisX, v.roll * c[kRoll]);
+      visit(i, normalize(rolled * glm::conjugate(v.rest)), at);
+    }
+  }
+
+  /// Base Y and top Y share an axis; Z comes last, about the parent's axes at its pivot.
+  template <class Turn, class Controls>
+  static Turn share_of(const Vertebra& v, const Controls& c) {
+    return turn_about(kAxisZ, v.z * c[kBaseZ]) *
+           turn_about(kAxisY, v.base_y * c[kBaseY] + v.top_y * c[kTopY]);
+  }
+
   void read_frames(const RestChain& chain) {
     if (chain.frame.size() < 2) {
       throw RigError(name_ + ": the rest file has " + std::to_string(chain.frame.size()) +
@@ -227,38 +277,29 @@ class Neck final : public SystemBase {
   }
 
   void fill(std::span<const double> c, Detail detail, SpinePose& pose) const {
-    double upper[4];
+    std::array<double, kParentMove + 3> own;
     bool limited[4];
-    for (int i = 0; i < 4; ++i) {
-      upper[i] = limit_.empty() ? c[i] : std::clamp(c[i], -limit_[i], limit_[i]);
-      limited[i] = upper[i] != c[i];
+    std::copy_n(c.begin(), own.size(), own.begin());
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (!limit_.empty()) own[i] = std::clamp(c[i], -limit_[i], limit_[i]);
+      limited[i] = own[i] != c[i];
     }
     const std::size_t count = vertebra_.size();
     pose.position.resize(count);
     pose.turn.resize(count);
 
-    const Vertebra& fixed = vertebra_.front();
-    dquat frame = fixed.rest * from_euler_xyz(c[kParent], c[kParent + 1], c[kParent + 2]);
-    dvec3 at = fixed.rest_at + dvec3(c[kParentMove], c[kParentMove + 1], c[kParentMove + 2]);
-    pose.position[output_of(0)] = at;
-    pose.turn[output_of(0)] = glm::normalize(frame * glm::conjugate(fixed.rest));
+    walk<PoseMath>(own, [&](std::size_t i, const dquat& turn, const dvec3& at) {
+      pose.position[output_of(i)] = at;
+      pose.turn[output_of(i)] = turn;
+    });
     double worst_joint = 0.0;
     for (std::size_t i = 1; i < count; ++i) {
-      const Vertebra& v = vertebra_[i];
-      // Base Y and top Y share an axis; Z comes last, about the parent's axes at its pivot.
-      const dquat share = turn_about(kAxisZ, v.z * upper[kBaseZ]) *
-                          turn_about(kAxisY, v.base_y * upper[kBaseY] + v.top_y * upper[kTopY]);
-      const dquat carried = frame * share;
-      at += carried * v.offset;
-      frame = glm::normalize(carried * v.local);
-      const dquat rolled = frame * turn_about(kAxisX, v.roll * upper[kRoll]);
-      pose.position[output_of(i)] = at;
-      pose.turn[output_of(i)] = glm::normalize(rolled * glm::conjugate(v.rest));
-      worst_joint = std::max(worst_joint, angle_between(share, kNoTurn));
+      worst_joint =
+          std::max(worst_joint, angle_between(share_of<dquat>(vertebra_[i], own), kNoTurn));
     }
     pose.flip_margin.clear();  // sums of angles about fixed axes have no singular pose
-    const dvec3 head = vertebra_.back().rest_at;
-    pose.hip = {pose.turn[output_of(0)], fixed.rest_at, pose.position[output_of(0)]};
+    const dvec3 base = vertebra_.front().rest_at, head = vertebra_.back().rest_at;
+    pose.hip = {pose.turn[output_of(0)], base, pose.position[output_of(0)]};
     pose.chest = {pose.turn[output_of(count - 1)], head, pose.position[output_of(count - 1)]};
     pose.arms = pose.chest;
 

@@ -13,6 +13,13 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
+/// The shortest arc from where a bone is carried to where it points. Both have a length.
+template <class Turn, class Vector>
+Turn swung(const Vector& carried, const Vector& bone, const Vector& side) {
+  using glm::length;
+  return shortest_arc(carried / length(carried), bone / length(bone), side);
+}
+
 double short_of_half_turn(const dquat& a, const dquat& b) { return kPi - angle_between(a, b); }
 
 }  // namespace
@@ -27,48 +34,59 @@ RigifySpine::RigifySpine(std::vector<dvec3> rest, std::size_t pivot, const dvec3
 }
 
 /// Where the joints stand, and their turns before any bone is swung to the next.
-void RigifySpine::lay_joints(const Control& hips, const Control& chest, SpinePose& pose) const {
+template <class Math>
+void RigifySpine::lay_joints(const ControlOf<Math>& hips, const ControlOf<Math>& chest,
+                             Joints<Math>& joints) const {
+  using Vector = typename Math::Vector;
+  using Turn = typename Math::Turn;
+  using Real = typename Math::Real;
   const std::size_t bones = rest_.size() - 1;
   const std::size_t below = pivot_, above = bones - pivot_;
-  const dvec3 chest_step = chest.move / double(above), hips_step = hips.move / double(below);
+  const Vector chest_step = chest.move / Real(double(above)),
+               hips_step = hips.move / Real(double(below));
 
   // Each joint is carried by the one before, and the first of each half by nothing: it only moves.
-  const dquat above_turn = slerp_short(kNoTurn, chest.turn, 1.0 / double(above));
-  const dvec3 above_pivot = rest_[pivot_] + chest_step;
-  dvec3 at = above_pivot;
-  dquat turn = above_turn;
+  joints.above_turn = slerp_short(kNoTurn, chest.turn, 1.0 / double(above));
+  const Vector above_pivot = rest_[pivot_] + chest_step;
+  Vector at = above_pivot;
+  Turn turn = joints.above_turn;
   for (std::size_t k = pivot_ + 1; k < bones; ++k) {
-    at += turn * (rest_[k] - rest_[k - 1] + chest_step);
-    turn = k + 1 < bones ? turn * above_turn : chest.turn;
-    pose.position[k] = at;
-    pose.turn[k] = turn;
+    at = at + turn * (rest_[k] - rest_[k - 1] + chest_step);
+    turn = k + 1 < bones ? turn * joints.above_turn : chest.turn;
+    joints.position[k] = at;
+    joints.turn[k] = turn;
   }
-  pose.position[bones] = at + turn * (rest_[bones] - rest_[bones - 1]);
+  joints.position[bones] = at + turn * Vector(rest_[bones] - rest_[bones - 1]);
 
-  const dquat below_turn = slerp_short(kNoTurn, hips.turn, 1.0 / double(below));
-  const dvec3 below_pivot = rest_[pivot_] + hips_step;
+  joints.below_turn = slerp_short(kNoTurn, hips.turn, 1.0 / double(below));
+  const Vector below_pivot = rest_[pivot_] + hips_step;
   at = below_pivot;
-  turn = below_turn;
+  turn = joints.below_turn;
   for (std::size_t k = pivot_ - 1; k > 0; --k) {
-    at += turn * (rest_[k] - rest_[k + 1] + hips_step);
-    turn = k > 1 ? turn * below_turn : hips.turn;
-    pose.position[k] = at;
-    pose.turn[k] = turn;
+    at = at + turn * (rest_[k] - rest_[k + 1] + hips_step);
+    turn = k > 1 ? turn * joints.below_turn : hips.turn;
+    joints.position[k] = at;
+    joints.turn[k] = turn;
   }
-  pose.position[0] = at + turn * (rest_[0] - rest_[1]);
-  pose.turn[0] = turn;
+  joints.position[0] = at + turn * Vector(rest_[0] - rest_[1]);
+  joints.turn[0] = turn;
 
-  pose.position[pivot_] = 0.5 * (above_pivot + below_pivot);
-  pose.turn[pivot_] = slerp_short(above_turn, below_turn, 0.5);
+  joints.position[pivot_] = Real(0.5) * (above_pivot + below_pivot);
+  joints.turn[pivot_] = slerp_short(joints.above_turn, joints.below_turn, 0.5);
+}
 
+void RigifySpine::lay_margins(const Control& hips, const Control& chest,
+                              const Joints<PoseMath>& joints, std::vector<double>& margin) const {
+  const std::size_t bones = rest_.size() - 1;
+  const std::size_t below = pivot_, above = bones - pivot_;
   const double chest_margin = short_of_half_turn(kNoTurn, chest.turn);
   const double hips_margin = short_of_half_turn(kNoTurn, hips.turn);
   for (std::size_t k = 0; k < bones; ++k) {
     // The chain's ends have all of their control's turn, so nothing of theirs goes another way.
-    pose.flip_margin[k] = k == 0 || k + 1 == bones ? kPi : k < pivot_ ? hips_margin : chest_margin;
+    margin[k] = k == 0 || k + 1 == bones ? kPi : k < pivot_ ? hips_margin : chest_margin;
   }
-  double& at_pivot = pose.flip_margin[pivot_];
-  at_pivot = short_of_half_turn(above_turn, below_turn);
+  double& at_pivot = margin[pivot_];
+  at_pivot = short_of_half_turn(joints.above_turn, joints.below_turn);
   if (above > 1) at_pivot = std::min(at_pivot, chest_margin);
   if (below > 1) at_pivot = std::min(at_pivot, hips_margin);
 }
@@ -81,8 +99,7 @@ void RigifySpine::swing_to_next(std::size_t k, SpinePose& pose) const {
   double& margin = pose.flip_margin[k];
   if (!(now > 0.0)) margin = 0.0;
   if (!(before > 0.0 && now > 0.0)) return;
-  const dvec3 side = pose.turn[k] * side_;
-  pose.turn[k] = shortest_arc(carried / before, bone / now, side) * pose.turn[k];
+  pose.turn[k] = swung<dquat>(carried, bone, pose.turn[k] * side_) * pose.turn[k];
   // A bone that shrinks to nothing may point anywhere next.
   const double left = std::min(1.0, 2.0 * now / before);
   margin = std::min({margin, kPi - angle_between(carried, bone), kPi * left * left});
@@ -93,17 +110,40 @@ void RigifySpine::lay(const Control& hips, const Control& chest, SpinePose& pose
   pose.position.resize(bones + 1);
   pose.turn.resize(bones + 1);
   pose.flip_margin.resize(bones + 1);
-  lay_joints(hips, chest, pose);
+  Joints<PoseMath> joints{pose.position, pose.turn};
+  lay_joints<PoseMath>(hips, chest, joints);
+  lay_margins(hips, chest, joints, pose.flip_margin);
   for (std::size_t k = 0; k < bones; ++k) {
-    // Both ends of the outermost bones hang from one joint, and have its turn to the last bit; so
-    // has what is above the pivot while nothing moves it.
-    const bool rigid =
-        k == 0 ? pivot_ > 1 : k > pivot_ && (k + 1 == bones || chest.move == dvec3(0.0));
-    if (!rigid) swing_to_next(k, pose);
+    if (!is_rigid(k, chest.move != dvec3(0.0))) swing_to_next(k, pose);
     pose.turn[k] = glm::normalize(pose.turn[k]);
   }
   pose.turn[bones] = pose.turn[bones - 1];
   pose.flip_margin[bones] = pose.flip_margin[bones - 1];
+}
+
+bool RigifySpine::is_rigid(std::size_t k, bool chest_moves) const {
+  return k == 0 ? pivot_ > 1 : k > pivot_ && (k + 2 == rest_.size() || !chest_moves);
+}
+
+void RigifySpine::lay(const ControlOf<BoxMath>& hips, const ControlOf<BoxMath>& chest,
+                      std::vector<BoxTurn>& turn) const {
+  const std::size_t bones = rest_.size() - 1;
+  std::vector<BoxVector> position(bones + 1);
+  turn.resize(bones + 1);
+  Joints<BoxMath> joints{position, turn};
+  lay_joints<BoxMath>(hips, chest, joints);
+  const auto rests = [](const BoxReal& x) {
+    return x.value.is_zero() && std::all_of(x.slope.begin(), x.slope.end(),
+                                            [](const Interval& s) { return s.is_zero(); });
+  };
+  const bool chest_moves = !rests(chest.move.x) || !rests(chest.move.y) || !rests(chest.move.z);
+  for (std::size_t k = 0; k < bones; ++k) {
+    if (is_rigid(k, chest_moves)) continue;
+    turn[k] = swung<BoxTurn>(turn[k] * BoxVector(rest_[k + 1] - rest_[k]),
+                             position[k + 1] - position[k], turn[k] * BoxVector(side_)) *
+              turn[k];
+  }
+  turn[bones] = turn[bones - 1];
 }
 
 /// The turn at an arc fraction: a bone's own at its middle, between two middles in proportion, and

@@ -4,6 +4,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "solver/box_number.h"
 #include "solver/curve.h"
 #include "solver/spine_pose.h"
 
@@ -22,10 +23,12 @@ namespace backbend::solver {
 class RigifySpine {
  public:
   /// What a control does to its half: a turn from rest, and a move in rig space.
-  struct Control {
-    glm::dquat turn{1.0, 0.0, 0.0, 0.0};
-    glm::dvec3 move{0.0};
+  template <class Math>
+  struct ControlOf {
+    typename Math::Turn turn{glm::dquat(1.0, 0.0, 0.0, 0.0)};
+    typename Math::Vector move{0.0, 0.0, 0.0};
   };
+  using Control = ControlOf<PoseMath>;
 
   /// `rest`: the joints at rest, hips first, the last the chest's end. `pivot`: Rigify's
   /// `pivot_pos`, the number of bones below the pivot, 1 .. bones - 1. `side`: unit, where a bone
@@ -37,6 +40,10 @@ class RigifySpine {
   /// takes a fraction of it; what the two lack at the pivot; what a bone's swing lacks.
   void lay(const Control& hips, const Control& chest, SpinePose& pose) const;
 
+  /// Every joint's turn over a box of poses.
+  void lay(const ControlOf<BoxMath>& hips, const ControlOf<BoxMath>& chest,
+           std::vector<BoxTurn>& turn) const;
+
   /// The chain without its corners: every joint's part of the turn is spread from the middle of the
   /// bone before it to that of the bone after it. `count` points at equal steps of the rest's
   /// length.
@@ -44,8 +51,22 @@ class RigifySpine {
                                      std::size_t count) const;
 
  private:
-  void lay_joints(const Control& hips, const Control& chest, SpinePose& pose) const;
+  template <class Math>
+  struct Joints {
+    std::vector<typename Math::Vector>& position;
+    std::vector<typename Math::Turn>& turn;
+    typename Math::Turn above_turn{glm::dquat(1.0, 0.0, 0.0, 0.0)};  // of the first joints
+    typename Math::Turn below_turn{glm::dquat(1.0, 0.0, 0.0, 0.0)};  // of both halves
+  };
+  template <class Math>
+  void lay_joints(const ControlOf<Math>& hips, const ControlOf<Math>& chest,
+                  Joints<Math>& joints) const;
+  void lay_margins(const Control& hips, const Control& chest, const Joints<PoseMath>& joints,
+                   std::vector<double>& margin) const;
   void swing_to_next(std::size_t bone, SpinePose& pose) const;
+  /// Whether the joint at bone k's foot has the turn of the bone itself. Both ends of the outermost
+  /// bones hang from one joint; so does all above the pivot while nothing moves it.
+  bool is_rigid(std::size_t k, bool chest_moves) const;
   glm::dquat fine_turn(const Control& hips, const Control& chest, double fraction) const;
 
   std::vector<glm::dvec3> rest_;

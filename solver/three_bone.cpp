@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "solver/box_solver.h"
 #include "solver/chain_measures.h"
 #include "solver/curve.h"
 #include "solver/fk_bones.h"
@@ -12,7 +13,7 @@
 namespace backbend::solver {
 namespace {
 
-class ThreeBone final : public SystemBase {
+class ThreeBone final : public SystemBase, public BoxSolver {
  public:
   ThreeBone(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;
@@ -36,6 +37,16 @@ class ThreeBone final : public SystemBase {
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     return fk_controls_for(body, mapping);
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    return fk_controls(body.twist, -body.side, -body.back, mapping);
+  }
+
+  void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
+    const FkBones::BoxPose bones = bones_.pose(control);
+    const BoxTurn& top = bones.turn[2];
+    pose.rate = {bones.turn[0].rate, bones.turn[1].rate, top.rate, top.rate};
   }
 
   std::string_view why_without(BodyChannel channel) const override {
