@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "cli/judging_commands.h"
+#include "cli/prove_command.h"
 #include "cli/search_commands.h"
 #include "cli/settings.h"
 #include "validate/report/escape.h"
@@ -56,6 +57,7 @@ Program::Program()
   add_config(registry);
   add_bench(registry);
   add_selftest(registry);
+  add_prove(registry);
   add_merge(registry);
   add_farm(registry);
   add_completions(registry);

@@ -12,6 +12,7 @@
 #include "validate/files/output_folder.h"
 #include "validate/history/baseline.h"
 #include "validate/history/history.h"
+#include "validate/prove/proof_box.h"
 #include "validate/report/report_json.h"
 #include "validate/run/progress.h"
 #include "validate/sweeps/suite.h"
@@ -47,6 +48,8 @@ Trouble trouble_of_exception() {
     return {error.what(), kExitBadInput};
   } catch (const NoBaseline& error) {
     return {error.what(), kExitNoBaseline};
+  } catch (const ProofError& error) {
+    return {error.what(), kExitBadInput};
   } catch (const SuiteError& error) {
     return {error.what(), kExitBadInput};
   } catch (const MixedPartsError& error) {

@@ -1,0 +1,164 @@
+#include "cli/prove_command.h"
+
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "skin/body_kind.h"
+#include "validate/files/output_folder.h"
+#include "validate/prove/certificate_check.h"
+#include "validate/prove/proof_text.h"
+#include "validate/report/escape.h"
+#include "validate/run/stage.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::cli {
+
+using namespace backbend::validate;
+
+namespace {
+
+struct Options {
+  std::string rig = "even", box = "envelope", mapping = "chest", character, output, check;
+  skin::AnatomyHints hints;
+  double gain = 8.0, smallest = 1.0;
+  std::uint64_t boxes = 1000000;
+  bool resume = false;
+};
+
+/// A straight spine of three bones, for rigs that no character was named for.
+solver::RestChain straight_chain() { return {{{0, 0, 0}, {0, 2, 0}, {0, 4, 0}, {0, 6, 0}}}; }
+
+int exit_code_of(const Certificate& proof) {
+  const ProofShares shares = shares_of(proof.tree, proof.question.box);
+  if (shares.refuted_boxes > 0) return kExitFindings;
+  return shares.open_boxes > 0 ? kExitNotMeasured : kExitOk;
+}
+
+int run_proof(const Options& options, const Common& common) {
+  Certificate proof;
+  ProofQuestion& q = proof.question;
+  q.rig = read_rig(options.rig).spec;
+  q.chain = straight_chain();
+  Envelope envelope = *find_envelope("human");
+  if (!options.character.empty()) {
+    const bool neck = q.rig.system == "neck";
+    const Stage stage(load_character(options.character), options.hints,
+                      neck ? DrivenChain::neck : DrivenChain::spine);
+    q.chain.joint = stage.rest_chain().joint;
+    q.chain.left = stage.rest_chain().left;
+    envelope = envelope_for(skin::body_kind(stage.character(), stage.anatomy()).kind, neck);
+  }
+  q.mapping = *find_mapping(options.mapping);
+  const auto system = solver::build_system(q.rig, q.chain);
+  q.box = read_box(options.box, envelope, *system);
+  q.gain = options.gain;
+  q.smallest = options.smallest;
+  q.boxes = options.boxes;
+  box_solver_of(*system);
+  if (options.resume) {
+    if (options.output.empty())
+      throw CLI::ValidationError("--resume continues the certificate that -o names");
+    const Certificate before = read_certificate(options.output);
+    if (const std::string what = difference(q, before.question); !what.empty()) {
+      throw ProofError(options.output + ": of another question: its " + what + " is not the same");
+    }
+    proof.tree = before.tree;
+  }
+  Progress progress(common.progress_style());
+  try {
+    prove(q, *system, proof.tree, progress);
+  } catch (const Interrupted&) {
+    if (!options.output.empty()) {
+      write_certificate(options.output, proof);
+      std::fprintf(stderr, "backbend: what is decided is in %s; --resume goes on from there\n",
+                   options.output.c_str());
+    }
+    throw;
+  }
+  if (!options.output.empty()) write_certificate(options.output, proof);
+  std::fputs(
+      (common.json ? proof_json(proof, *system) : proof_text(proof, *system, style_of_stdout()))
+          .c_str(),
+      stdout);
+  if (!options.output.empty() && !common.quiet) {
+    std::fprintf(stderr, "wrote %s; next: backbend prove --check %s\n", options.output.c_str(),
+                 options.output.c_str());
+  }
+  return exit_code_of(proof);
+}
+
+/// `--check`: nothing of the certificate is believed. Where a rig, a box or a character is named,
+/// too, it must be theirs.
+int run_check(const Options& options, const Common& common, bool names_rig) {
+  const Certificate certificate = read_certificate(options.check);
+  if (names_rig && rig_text(read_rig(options.rig).spec) != rig_text(certificate.question.rig)) {
+    throw ProofError(options.check + ": a certificate of " + rig_text(certificate.question.rig) +
+                     ", not of " + options.rig);
+  }
+  Progress progress(common.progress_style());
+  const CertificateCheck check = check_certificate(certificate, options.check, progress);
+  const ProofShares shares = shares_of(certificate.tree, certificate.question.box);
+  if (common.json) {
+    const nlohmann::ordered_json json = {
+        {"schema", "backbend.proof_check/1"},
+        {"rig", rig_text(certificate.question.rig)},
+        {"holds", true},
+        {"certified", shares.certified},
+        {"refuted_share", shares.refuted},
+        {"open", shares.open},
+        {"gain_bound", check.gain_bound},
+        {"boxes",
+         {{"certified", check.certified}, {"refuted", check.refuted}, {"open", check.open}}}};
+    std::printf("%s\n", json.dump(1).c_str());
+  } else {
+    std::printf("%s holds: %s, %llu certified, %llu refuted and %llu open boxes fill %s\n",
+                visible(options.check).c_str(), rig_text(certificate.question.rig).c_str(),
+                static_cast<unsigned long long>(check.certified),
+                static_cast<unsigned long long>(check.refuted),
+                static_cast<unsigned long long>(check.open),
+                certificate.question.box.text().c_str());
+    std::printf("gain at most %s on %s %% of it, by the checker's own bounds\n",
+                bound_text(check.gain_bound).c_str(),
+                number_text(100.0 * shares.certified, 4).c_str());
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_prove(const Registry& registry) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = registry.add(
+      "prove",
+      "prove that a rig neither jumps nor whips at any pose of a box, or show where it does",
+      [options, &common = registry.common, &app = registry.app] {
+        if (options->check.empty()) return run_proof(*options, common);
+        return run_check(*options, common, app.get_subcommand("prove")->count("rig") > 0);
+      });
+  command->add_option("rig", options->rig,
+                      "rig: a system, a system with options, or a rig file [even]");
+  command->add_option("--box", options->box,
+                      "poses: envelope, stress, sweep, a TOML file with [box], or channels like "
+                      "extension=0:180,side=0 in degrees [envelope]");
+  command
+      ->add_option("--mapping", options->mapping,
+                   "how a bend reaches the controls: chest or spread [chest]")
+      ->check(CLI::IsMember({"chest", "spread"}));
+  command
+      ->add_option("--gain", options->gain,
+                   "the most that a joint may turn, degrees per degree of a channel [8]")
+      ->check(CLI::Range(1e-3, 1e6));
+  command->add_option("--smallest", options->smallest, "width of the smallest boxes, degrees [1]")
+      ->check(CLI::Range(1e-6, 360.0));
+  command->add_option("--boxes", options->boxes, "the most boxes to look at [1000000]")
+      ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{100000000}));
+  command->add_option("-o,--output", options->output, "write a certificate that --check verifies");
+  command->add_option("--check", options->check, "verify a certificate instead of making one");
+  command->add_flag("--resume", options->resume, "continue the search whose certificate -o names");
+  command->add_option("--character", options->character,
+                      "character whose spine is driven [a straight spine]");
+  add_anatomy_options(command, options->hints);
+}
+
+}  // namespace backbend::cli

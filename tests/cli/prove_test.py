@@ -1,0 +1,59 @@
+"""Proofs over whole boxes of poses, their certificates, and what is refused."""
+
+import json
+import signal
+import subprocess
+import time
+
+from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE
+
+
+class Prove(CommandTest):
+    def test_even_is_certified_and_its_certificate_holds(self):
+        told = self.assert_runs("prove", "even", "--json", "-o", "even.json")
+        proof = json.loads(told.stdout)
+        self.assertEqual(proof["schema"], "backbend.proof/1")
+        self.assertEqual((proof["certified"], proof["open"], proof["refuted"]), (1.0, 0.0, []))
+        self.assertLess(proof["gain_bound"], 1.00000001)
+        self.assertIn("even.json holds", self.assert_runs("prove", "--check", "even.json").stdout)
+        checked = json.loads(self.assert_runs("prove", "even", "--check", "even.json", "--json").stdout)
+        self.assertTrue(checked["holds"])
+        self.assert_refused("prove", "isner", "--check", "even.json", code=BAD_INPUT, names=["even.json", "isner"])
+
+    def test_a_flip_is_shown_with_its_pose(self):
+        told = self.backbend("prove", "isner", "--box", "extension=90:120,side=0,twist=0", "--smallest", "0.01")
+        self.assertEqual(told.returncode, 1, told.stderr)
+        for flip in ("100.8696", "114.27445", "116.23568"):
+            self.assertIn("at extension " + flip, told.stdout)
+        self.assertIn("jumps by 180 deg", told.stdout)
+
+    def test_a_stopped_search_goes_on_to_the_same_certificate(self):
+        question = ["prove", "isner", "--box", "extension=0:60,side=-20:20,twist=-20:20", "--threads", "1"]
+        whole = self.backbend(*question, "-o", "whole.json")
+        self.assertEqual(whole.returncode, 0, whole.stderr)
+        stopped = subprocess.Popen([str(BACKBEND), *question, "-o", "parts.json"], cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(0.3)
+        stopped.send_signal(signal.SIGINT)
+        said = stopped.communicate(timeout=120)[1]
+        if stopped.returncode == 130:  # else it was done before
+            self.assertIn("--resume", said)
+            self.assert_refused("prove", "--check", "parts.json", code=BAD_INPUT, names=["parts.json", "--resume"])
+            again = self.backbend(*question, "-o", "parts.json", "--resume")
+            self.assertEqual(again.returncode, 0, again.stderr)
+        self.assertEqual((self.folder / "parts.json").read_text(), (self.folder / "whole.json").read_text())
+        self.assert_refused("prove", "isner", "--box", "sweep", "-o", "whole.json", "--resume", code=BAD_INPUT,
+                            names=["whole.json", "box"])
+
+    def test_what_cannot_be_proved_is_refused_by_name(self):
+        for rig, reason in (("snake", "snake"), ("even:reach=1", "reach"), ("isner:slerp=raw", "raw")):
+            self.assert_refused("prove", rig, code=BAD_INPUT, names=[reason])
+        for box, reason in (("extension=10:0", "10"), ("extension=5", "empty"), ("extension=0:inf", "finite"),
+                            ("nosuch", "nosuch")):
+            self.assert_refused("prove", "--box", box, code=BAD_INPUT, names=[reason])
+        wrong = self.write("box.toml", "[box]\nextension = [0, 10, 20]\n")
+        self.assert_refused("prove", "--box", wrong, code=BAD_INPUT, names=["box.toml:2"])
+        self.assert_refused("prove", "--resume", code=USAGE, names=["-o"])
+        self.assert_refused("prove", "--check", "none.json", code=BAD_INPUT, names=["none.json"])
+        self.write("cut.json", '{"schema": "backbend.certif')
+        self.assert_refused("prove", "--check", "cut.json", code=BAD_INPUT, names=["cut.json"])

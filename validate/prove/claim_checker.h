@@ -1,0 +1,35 @@
+#pragma once
+#include <memory>
+
+#include "validate/prove/proof_box.h"
+
+namespace backbend::validate {
+
+/// Bounds the gain of a rig over boxes by other means than the search: it shares the interval
+/// arithmetic (solver/interval.h) and nothing else, neither the solver's code nor its templates.
+class ClaimChecker {
+ public:
+  virtual ~ClaimChecker() = default;
+  /// The most that any joint turns per unit of any one channel, over a part of the box; infinite
+  /// where that cannot be said.
+  virtual double gain_over(const SubBox& part) const = 0;
+};
+
+struct ProofQuestion;
+
+/// Throws ProofError where no checker knows the system with its options.
+std::unique_ptr<ClaimChecker> claim_checker(const ProofQuestion& question,
+                                            const solver::SpineSystem& system);
+
+/// For rigs whose joints are products of turns about fixed axes by shares of the channels
+/// (three_bone, even, neck): a joint turns by at most the sum of the shares times what a channel
+/// moves. docs/prove.md, "What the check shares".
+std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& question,
+                                          const solver::SpineSystem& system);
+
+/// For isner under the mapping chest: in the chest's frame the arc length depends on the pose by
+/// one number, and every derivative is written out by hand.
+std::unique_ptr<ClaimChecker> isner_checker(const ProofQuestion& question,
+                                            const solver::SpineSystem& system);
+
+}  // namespace backbend::validate

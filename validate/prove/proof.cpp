@@ -1,0 +1,241 @@
+#include "validate/prove/proof.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "validate/prove/refute.h"
+
+namespace backbend::validate {
+namespace {
+
+using solver::BoxReal;
+using solver::Interval;
+
+/// Rest frames and stored quaternions are rotations but for rounding, which bounds of gains do not
+/// know of; this covers it many times.
+constexpr double kSlack = 1e-12;
+
+struct Place {
+  std::uint32_t node;
+  SubBox box;
+};
+
+/// Leaves that are to be looked at, in the order in which the search makes them: what is left of
+/// one round, and what there is already of the next. A round is of boxes with as many looks above.
+std::array<std::vector<Place>, 2> pending_of(const ProofTree& tree, const ProofBox& whole) {
+  struct Step {
+    Place place;
+    std::size_t round;
+  };
+  std::vector<Step> stack{{{0, whole_of(whole)}, 0}}, pending;
+  std::size_t first = std::numeric_limits<std::size_t>::max();
+  while (!stack.empty()) {
+    const Step step = stack.back();
+    stack.pop_back();
+    const ProofNode& node = tree.node[step.place.node];
+    if (node.state == BoxState::pending) {
+      pending.push_back(step);
+      first = std::min(first, step.round);
+    }
+    if (node.state != BoxState::split) continue;
+    const auto half = halves(step.place.box, node.axis);
+    const std::size_t round = step.round + (node.looked_at ? 1 : 0);
+    stack.push_back({{node.first + 1, half[1]}, round});
+    stack.push_back({{node.first, half[0]}, round});
+  }
+  std::array<std::vector<Place>, 2> rounds;
+  for (const Step& step : pending) rounds[step.round == first ? 0 : 1].push_back(step.place);
+  return rounds;
+}
+
+/// What one box came to.
+struct Outcome {
+  double bound = 0.0;
+  bool splits = false;
+  std::optional<Refutation> refutation;
+};
+
+BoxReal variable_of(const ProofAxis& axis, int j, double low, double high, bool angle) {
+  Interval range(low, high);
+  if (angle) range = range * solver::kPiInterval / Interval(180.0);
+  if (!axis.varies()) return BoxReal(range);
+  return BoxReal::variable(j, range.lo, range.hi);
+}
+
+}  // namespace
+
+bool ProofTree::is_complete() const {
+  return std::none_of(node.begin(), node.end(),
+                      [](const ProofNode& n) { return n.state == BoxState::pending; });
+}
+
+void each_leaf(const ProofTree& tree, const ProofBox& whole,
+               const std::function<void(const SubBox&, const ProofNode&)>& visit) {
+  std::vector<Place> stack{{0, whole_of(whole)}};
+  while (!stack.empty()) {
+    const Place place = stack.back();
+    stack.pop_back();
+    const ProofNode& node = tree.node[place.node];
+    if (node.state != BoxState::split) {
+      visit(place.box, node);
+      continue;
+    }
+    const auto half = halves(place.box, node.axis);
+    stack.push_back({node.first + 1, half[1]});
+    stack.push_back({node.first, half[0]});
+  }
+}
+
+ProofShares shares_of(const ProofTree& tree, const ProofBox& whole) {
+  ProofShares shares;
+  each_leaf(tree, whole, [&](const SubBox& box, const ProofNode& node) {
+    const double share = share_of(box, whole);
+    switch (node.state) {
+      case BoxState::certified:
+        shares.certified += share;
+        ++shares.certified_boxes;
+        break;
+      case BoxState::refuted:
+      case BoxState::steep:
+        shares.refuted += share;
+        ++shares.refuted_boxes;
+        break;
+      default:
+        shares.open += share;
+        ++shares.open_boxes;
+    }
+    const bool no_jump = node.state == BoxState::certified || node.state == BoxState::steep ||
+                         node.state == BoxState::smooth;
+    if (no_jump) shares.no_jump += share;
+  });
+  return shares;
+}
+
+const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system) {
+  const std::string name(system.name());
+  const auto* solver = dynamic_cast<const solver::BoxSolver*>(&system);
+  if (!solver) {
+    throw ProofError(name +
+                     ": its solver does not run on boxes of poses yet, so nothing can be "
+                     "proved of it; docs/prove.md lists the systems that do");
+  }
+  if (const std::string why = solver->why_not_on_boxes(); !why.empty()) {
+    throw ProofError(name + ": " + why);
+  }
+  return *solver;
+}
+
+double gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
+                 const solver::BoxSolver& solver, const SubBox& part) {
+  const ProofBox& whole = question.box;
+  std::vector<BoxReal> control;
+  if (whole.of_controls) {
+    for (const solver::Channel& c : system.channels()) {
+      control.emplace_back(c.rest);
+      for (std::size_t j = 0; j < whole.axis.size(); ++j) {
+        if (whole.axis[j].channel != c.name) continue;
+        control.back() = variable_of(whole.axis[j], int(j), part.low[j], part.high[j],
+                                     c.kind == solver::Channel::Kind::rotation);
+      }
+    }
+  } else {
+    const auto own = [&](std::size_t j) {
+      return variable_of(whole.axis[j], int(j), part.low[j], part.high[j], true);
+    };
+    control = solver.controls_for(solver::BodyBox{own(0), own(1), own(2)}, question.mapping);
+  }
+  solver::BoxPose pose;
+  solver.solve_box(control, pose);
+
+  double most = 0.0;
+  for (std::size_t j = 0; j < whole.axis.size(); ++j) {
+    if (!whole.axis[j].varies()) continue;
+    // Rates are radians for half the part's width; gains are degrees for a degree, or for a unit.
+    const Interval half = Interval(0.5) * (Interval(part.high[j]) - Interval(part.low[j]));
+    for (const solver::BoxRates& rate : pose.rate) {
+      const Interval gain =
+          Interval(rate[j]) * Interval(180.0) / solver::kPiInterval / half * Interval(1.0 + kSlack);
+      if (!gain.is_finite()) return std::numeric_limits<double>::infinity();
+      most = std::max(most, gain.hi);
+    }
+  }
+  return most;
+}
+
+void prove(const ProofQuestion& question, const solver::SpineSystem& system, ProofTree& tree,
+           Progress& progress) {
+  const solver::BoxSolver& solver = box_solver_of(system);
+  const Refuter refuter(question, system);
+  constexpr std::size_t kChunk = 2048;
+
+  auto [level, next] = pending_of(tree, question.box);
+  progress.start("boxes", question.boxes);
+  std::vector<Outcome> outcome;
+  const std::function<void(const Place&, int)> split = [&](const Place& place, int levels) {
+    const int axis = levels > 0 ? widest_axis(place.box, question.smallest) : -1;
+    if (axis < 0) {
+      next.push_back(place);
+      return;
+    }
+    const auto first = static_cast<std::uint32_t>(tree.node.size());
+    tree.node.resize(tree.node.size() + 2);
+    ProofNode& node = tree.node[place.node];
+    node.state = BoxState::split;
+    node.axis = static_cast<std::int8_t>(axis);
+    node.first = first;
+    const auto half = halves(place.box, axis);
+    split({first, half[0]}, levels - 1);
+    split({first + 1, half[1]}, levels - 1);
+  };
+  const auto settle = [&](const Place& place, Outcome& own) {
+    ProofNode& node = tree.node[place.node];
+    ++tree.looked_at;
+    if (own.bound <= question.gain) {
+      node.state = BoxState::certified;
+      tree.gain_bound = std::max(tree.gain_bound, own.bound);
+    } else if (own.splits) {
+      node.looked_at = true;
+      // Far from certified: a third of the width, or so, is looked at next.
+      const int levels = own.bound > 3.0 * question.gain ? kProofAxes : 1;
+      split(place, levels);
+    } else {
+      const bool no_jump = std::isfinite(own.bound);
+      if (own.refutation) {
+        node.state = no_jump ? BoxState::steep : BoxState::refuted;
+        node.refutation = static_cast<std::uint32_t>(tree.refutation.size());
+        tree.refutation.push_back(std::move(*own.refutation));
+      } else {
+        node.state = no_jump ? BoxState::smooth : BoxState::open;
+      }
+    }
+  };
+  while (!level.empty()) {
+    for (std::size_t first = 0; first < level.size(); first += kChunk) {
+      poll_interrupt();
+      const std::size_t count = std::min(kChunk, level.size() - first);
+      // Whether a box may still be split does not depend on how many are looked at side by side.
+      const std::uint64_t before = tree.looked_at;
+      outcome.assign(count, {});
+      const std::size_t waiting = level.size() - first + next.size();
+      oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
+        const SubBox& box = level[first + i].box;
+        Outcome& own = outcome[i];
+        own.bound = gain_over(question, system, solver, box);
+        if (own.bound <= question.gain) return;
+        const bool room = before + waiting + (1 << kProofAxes) * (i + 1) <= question.boxes;
+        own.splits = room && widest_axis(box, question.smallest) >= 0;
+        if (!own.splits) own.refutation = refuter.search(box);
+      });
+      for (std::size_t i = 0; i < count; ++i) settle(level[first + i], outcome[i]);
+      progress.step(count);
+    }
+    level.swap(next);
+    next.clear();
+  }
+  progress.finish();
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,282 @@
+#include "validate/prove/proof_box.h"
+
+#include <toml++/toml.h>
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <optional>
+
+#include "solver/nearest_name.h"
+#include "solver/rotation.h"
+#include "validate/files/output_folder.h"
+
+namespace backbend::validate {
+namespace {
+
+constexpr double kMostDegrees = 36000.0;  // a hundred turns
+constexpr std::string_view kBodyAxes[kProofAxes] = {"extension", "side", "twist"};
+
+ProofBox body_box(const std::string& name, const Envelope& e) {
+  return {name,
+          false,
+          {{"extension", -e.flexion, e.extension},
+           {"side", -e.side, e.side},
+           {"twist", -e.twist, e.twist}}};
+}
+
+std::size_t control_index(const solver::SpineSystem& system, const std::string& name) {
+  const auto& channels = system.channels();
+  const auto found = std::find_if(channels.begin(), channels.end(),
+                                  [&](const solver::Channel& c) { return c.name == name; });
+  return std::size_t(found - channels.begin());
+}
+
+/// Puts what a user named in order: body channels in theirs, the missing ones at 0.
+ProofBox ordered(std::vector<ProofAxis> named, const std::string& text,
+                 const solver::SpineSystem& system) {
+  ProofBox box{text, false, {}};
+  const auto is_body = [](const ProofAxis& a) {
+    return std::find(std::begin(kBodyAxes), std::end(kBodyAxes), a.channel) != std::end(kBodyAxes);
+  };
+  std::vector<std::string> known(std::begin(kBodyAxes), std::end(kBodyAxes));
+  for (const solver::Channel& c : system.channels()) known.push_back(c.name);
+  for (const ProofAxis& a : named) {
+    if (a.channel == "flexion") {
+      throw ProofError("box '" + text +
+                       "': flexion is extension below 0: write extension = [-90, 60]");
+    }
+    if (!is_body(a) && control_index(system, a.channel) == system.channels().size()) {
+      throw ProofError("box '" + text + "': no channel '" + a.channel + "'" +
+                       solver::did_you_mean(a.channel, known));
+    }
+    box.of_controls = box.of_controls || !is_body(a);
+  }
+  if (named.empty()) throw ProofError("box '" + text + "': names no channel");
+  if (box.of_controls) {
+    for (const ProofAxis& a : named) {
+      if (is_body(a)) {
+        throw ProofError("box '" + text +
+                         "': body channels and the rig's own controls cannot be mixed");
+      }
+    }
+    if (named.size() > kProofAxes) {
+      throw ProofError("box '" + text + "': names " + std::to_string(named.size()) +
+                       " controls, expected " + std::to_string(kProofAxes) + " at most");
+    }
+    box.axis = std::move(named);
+  } else {
+    for (const std::string_view channel : kBodyAxes) {
+      ProofAxis own{std::string(channel), 0.0, 0.0};
+      for (const ProofAxis& a : named)
+        if (a.channel == channel) own = a;
+      box.axis.push_back(own);
+    }
+  }
+  return box;
+}
+
+double number_in(const std::string& word, const std::string& text) {
+  try {
+    std::size_t end = 0;
+    const double value = std::stod(word, &end);
+    if (end == word.size()) return value;
+  } catch (const std::exception&) {
+  }
+  throw ProofError("box '" + text + "': '" + word + "' is not a number");
+}
+
+std::vector<ProofAxis> axes_in_text(const std::string& text) {
+  std::vector<ProofAxis> axes;
+  for (std::size_t at = 0; at <= text.size();) {
+    const std::size_t end = std::min(text.find(',', at), text.size());
+    const std::string part = text.substr(at, end - at);
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos || equals == 0) {
+      throw ProofError("box '" + text + "': '" + part + "' is not CHANNEL=FROM:TO");
+    }
+    const std::string range = part.substr(equals + 1);
+    const std::size_t colon = range.find(':');
+    ProofAxis axis{part.substr(0, equals), 0.0, 0.0};
+    axis.low = number_in(range.substr(0, colon), text);
+    axis.high = colon == std::string::npos ? axis.low : number_in(range.substr(colon + 1), text);
+    for (const ProofAxis& a : axes)
+      if (a.channel == axis.channel)
+        throw ProofError("box '" + text + "': '" + axis.channel + "' is given twice");
+    axes.push_back(axis);
+    at = end + 1;
+  }
+  return axes;
+}
+
+std::vector<ProofAxis> axes_in_table(const toml::table& table, const std::string& prefix,
+                                     const std::string& file) {
+  std::vector<ProofAxis> axes;
+  for (const auto& [key, node] : table) {
+    const std::string name = prefix + std::string(key.str());
+    const std::string where =
+        file + ":" + std::to_string(node.source().begin.line) + ": '" + name + "'";
+    if (const toml::table* inner = node.as_table()) {
+      for (ProofAxis& a : axes_in_table(*inner, name + ".", file)) axes.push_back(std::move(a));
+    } else if (const auto one = node.value<double>()) {
+      axes.push_back({name, *one, *one});
+    } else if (const toml::array* both = node.as_array()) {
+      const auto low = both->size() == 2 ? (*both)[0].value<double>() : std::nullopt;
+      const auto high = both->size() == 2 ? (*both)[1].value<double>() : std::nullopt;
+      if (!low || !high) throw ProofError(where + " expected a number or [from, to]");
+      axes.push_back({name, *low, *high});
+    } else {
+      throw ProofError(where + " expected a number or [from, to]");
+    }
+  }
+  return axes;
+}
+
+std::vector<ProofAxis> axes_in_file(const std::string& file) {
+  constexpr std::uintmax_t kMostBytes = 1 << 20;
+  const std::string text = read_text(file, kMostBytes);
+  try {
+    const toml::table document = toml::parse(text, file);
+    for (const auto& [key, node] : document) {
+      if (key.str() != "box") {
+        throw ProofError(file + ":" + std::to_string(node.source().begin.line) + ": unknown key '" +
+                         std::string(key.str()) + "'; a box file has one table, [box]");
+      }
+    }
+    const toml::table* box = document["box"].as_table();
+    if (!box) throw ProofError(file + ": no table [box]");
+    return axes_in_table(*box, "", file);
+  } catch (const toml::parse_error& error) {
+    throw ProofError(file + ":" + std::to_string(error.source().begin.line) + ": " +
+                     std::string(error.description()));
+  }
+}
+
+}  // namespace
+
+std::string ProofBox::text() const {
+  std::string all;
+  for (const ProofAxis& a : axis) {
+    if (!all.empty()) all += ", ";
+    all += a.channel + " " + number_text(a.low);
+    if (a.varies()) all += ".." + number_text(a.high);
+  }
+  return all;
+}
+
+void check_box(const ProofBox& box, const std::string& where) {
+  bool varies = false;
+  for (const ProofAxis& a : box.axis) {
+    if (!std::isfinite(a.low) || !std::isfinite(a.high)) {
+      throw ProofError(where + ": '" + a.channel + "' is not finite");
+    }
+    if (a.low > a.high) {
+      throw ProofError(where + ": '" + a.channel + "' goes from " + number_text(a.low) + " to " +
+                       number_text(a.high) + "; the smaller value comes first");
+    }
+    if (std::max(std::abs(a.low), std::abs(a.high)) > kMostDegrees) {
+      throw ProofError(where + ": '" + a.channel + "' goes past " + number_text(kMostDegrees) +
+                       ", the most that a proof takes");
+    }
+    varies = varies || a.varies();
+  }
+  if (!varies) throw ProofError(where + ": the box is empty: no channel varies");
+}
+
+ProofBox read_box(const std::string& text, const Envelope& envelope,
+                  const solver::SpineSystem& system) {
+  ProofBox box;
+  const Envelope all = *find_envelope("sweep");
+  if (text == "envelope") {
+    box = body_box(text, envelope);
+  } else if (text == "sweep") {
+    box = body_box(text, reach_of(all, standard_sweeps(envelope)));
+  } else if (text == "stress") {
+    box = body_box(text, reach_of(all, stress_sweeps()));
+  } else if (text.find('=') != std::string::npos) {
+    box = ordered(axes_in_text(text), text, system);
+  } else if (std::filesystem::exists(text)) {
+    box = ordered(axes_in_file(text), text, system);
+  } else {
+    throw ProofError("no box '" + text +
+                     "': expected envelope, stress, sweep, a TOML file with a "
+                     "[box] table, or text like extension=0:180,side=0");
+  }
+  check_box(box, "box '" + text + "'");
+  return box;
+}
+
+SubBox whole_of(const ProofBox& box) {
+  SubBox all;
+  for (std::size_t j = 0; j < box.axis.size(); ++j) {
+    all.low[j] = box.axis[j].low;
+    all.high[j] = box.axis[j].high;
+  }
+  return all;
+}
+
+std::array<SubBox, 2> halves(const SubBox& box, int axis) {
+  const auto j = std::size_t(axis);
+  std::array<SubBox, 2> half{box, box};
+  half[0].high[j] = half[1].low[j] = 0.5 * box.low[j] + 0.5 * box.high[j];
+  return half;
+}
+
+int widest_axis(const SubBox& box, double least) {
+  int widest = -1;
+  double most = least;
+  for (int j = 0; j < kProofAxes; ++j) {
+    const double width = box.high[std::size_t(j)] - box.low[std::size_t(j)];
+    if (width > most * (1.0 + 1e-12)) {
+      most = width;
+      widest = j;
+    }
+  }
+  return widest;
+}
+
+double share_of(const SubBox& part, const ProofBox& whole) {
+  double share = 1.0;
+  for (std::size_t j = 0; j < whole.axis.size(); ++j) {
+    if (whole.axis[j].varies()) share *= (part.high[j] - part.low[j]) / whole.axis[j].width();
+  }
+  return share;
+}
+
+PoseOfBox::PoseOfBox(const ProofBox& box, const solver::SpineSystem& system,
+                     solver::Mapping mapping)
+    : box_(box), system_(system), mapping_(mapping) {
+  if (!box.of_controls) return;
+  for (const ProofAxis& a : box.axis) channel_.push_back(control_index(system, a.channel));
+}
+
+std::vector<double> PoseOfBox::at(const std::array<double, kProofAxes>& pose) const {
+  if (!box_.of_controls) {
+    return system_.controls_for(
+        PoseDegrees{std::max(pose[0], 0.0), std::max(-pose[0], 0.0), pose[1], pose[2]}.radians(),
+        mapping_);
+  }
+  std::vector<double> control;
+  for (const solver::Channel& c : system_.channels()) control.push_back(c.rest);
+  for (std::size_t j = 0; j < channel_.size(); ++j) {
+    const bool angle = system_.channels()[channel_[j]].kind == solver::Channel::Kind::rotation;
+    control[channel_[j]] = angle ? solver::radians(pose[j]) : pose[j];
+  }
+  return control;
+}
+
+std::string pose_text(const ProofBox& box, const std::array<double, kProofAxes>& pose) {
+  std::string all;
+  for (std::size_t j = 0; j < box.axis.size(); ++j) {
+    std::string channel = box.axis[j].channel;
+    double value = pose[j];
+    if (channel == "extension" && value < 0.0) {
+      channel = "flexion";
+      value = -value;
+    }
+    if (!all.empty()) all += ", ";
+    all += channel + " " + number_text(value, 5);
+  }
+  return all;
+}
+
+}  // namespace backbend::validate
