@@ -187,10 +187,10 @@ TEST(Certificate, WhoseBoxesDoNotFillTheWholeIsRefused) {
 
 TEST(CertificateCheck, HoldsForWhatWasProved) {
   Progress progress(Progress::Style::none);
-  for (const char* system : {"even", "three_bone", "neck"}) {
+  for (const char* system : {"even", "three_bone", "neck", "matrix_blend"}) {
     const Certificate proof = proved(question(system, "envelope"));
     const CertificateCheck check = check_certificate(proof, "c", progress);
-    EXPECT_EQ(check.certified, 1u) << system;
+    EXPECT_EQ(check.certified, shares_of(proof.tree, proof.question.box).certified_boxes) << system;
     EXPECT_LE(check.gain_bound, 1.0 + 1e-11) << system;
   }
 }
@@ -204,6 +204,36 @@ TEST(CertificateCheck, ConfirmsIsnersBoxesByItsOwnEvaluation) {
     EXPECT_GT(check.certified, 20u);
     EXPECT_LE(check.gain_bound, proof.tree.gain_bound * (1.0 + 1e-9));
     EXPECT_EQ(check.refuted, proof.tree.refutation.size());
+  }
+}
+
+TEST(CertificateCheck, NoPoseOutrunsTheBlendCheckersBounds) {
+  std::mt19937 random(8);
+  const auto uniform = [&] { return 2.0 * double(random()) / 4294967296.0 - 1.0; };
+  for (const double pivot : {0.0, 1.0, 3.0, 5.0}) {
+    ProofQuestion q = question("matrix_blend", "extension=-170:170,side=-90:90,twist=-90:90");
+    q.rig.options["bones"] = 6.0;
+    q.rig.options["pivot_pos"] = pivot;
+    const auto system = solver::build_system(q.rig, q.chain);
+    const auto checker = blend_checker(q, *system);
+    const Refuter plain(q, *system);
+    double largest = 0.0;
+    for (int i = 0; i < 300; ++i) {
+      SubBox box;
+      Refutation at;
+      at.check = "BB002";
+      at.axis = i % 3;
+      const double reach[] = {160.0, 60.0, 60.0};
+      for (std::size_t j = 0; j < 3; ++j) {
+        at.pose[j] = reach[j] * uniform();
+        box.low[j] = at.pose[j] - 0.1;
+        box.high[j] = at.pose[j] + 0.1;
+      }
+      const double bound = checker->gain_over(box), gain = plain.measure(at);
+      ASSERT_LE(gain, bound * (1.0 + 1e-6)) << pose_text(q.box, at.pose);
+      largest = std::max(largest, gain / bound);
+    }
+    EXPECT_GT(largest, 0.9) << pivot;
   }
 }
 

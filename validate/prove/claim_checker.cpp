@@ -85,6 +85,7 @@ std::unique_ptr<ClaimChecker> claim_checker(const ProofQuestion& question,
   const std::string& name = question.rig.system;
   if (name == "even" || name == "three_bone" || name == "neck")
     return sum_checker(question, system);
+  if (name == "matrix_blend") return blend_checker(question, system);
   if (name == "isner") return isner_checker(question, system);
   throw ProofError(name +
                    ": no checker that is independent of the search knows this system yet; "

@@ -27,6 +27,10 @@ std::unique_ptr<ClaimChecker> claim_checker(const ProofQuestion& question,
 std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& question,
                                           const solver::SpineSystem& system);
 
+/// For matrix_blend in Rigify's style: bounds of the parts of a turn in closed form.
+std::unique_ptr<ClaimChecker> blend_checker(const ProofQuestion& question,
+                                            const solver::SpineSystem& system);
+
 /// For isner under the mapping chest: in the chest's frame the arc length depends on the pose by
 /// one number, and every derivative is written out by hand.
 std::unique_ptr<ClaimChecker> isner_checker(const ProofQuestion& question,

@@ -172,7 +172,11 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
   constexpr std::size_t kChunk = 2048;
 
   auto [level, next] = pending_of(tree, question.box);
-  progress.start("boxes", question.boxes);
+  // How many boxes it takes is not known before; how much of the volume is decided is.
+  constexpr std::size_t kSteps = 1000;
+  double decided = 0.0;
+  std::size_t shown = 0;
+  progress.start("thousandths of the box", kSteps);
   std::vector<Outcome> outcome;
   const std::function<void(const Place&, int)> split = [&](const Place& place, int levels) {
     const int axis = levels > 0 ? widest_axis(place.box, question.smallest) : -1;
@@ -230,7 +234,13 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
         if (!own.splits) own.refutation = refuter.search(box);
       });
       for (std::size_t i = 0; i < count; ++i) settle(level[first + i], outcome[i]);
-      progress.step(count);
+      for (std::size_t i = 0; i < count; ++i) {
+        const Place& place = level[first + i];
+        if (!outcome[i].splits) decided += share_of(place.box, question.box);
+      }
+      const auto now = std::min(kSteps, static_cast<std::size_t>(decided * double(kSteps) + 0.5));
+      if (now > shown) progress.step(now - shown);
+      shown = std::max(shown, now);
     }
     level.swap(next);
     next.clear();
