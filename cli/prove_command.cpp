@@ -65,6 +65,11 @@ int run_proof(const Options& options, const Common& common) {
     }
     proof.tree = before.tree;
   }
+  if (!options.output.empty()) {
+    // A long search must not end at a folder that cannot be written.
+    const std::filesystem::path folder = std::filesystem::path(options.output).parent_path();
+    OutputFolder(folder.empty() ? "." : folder).prepare();
+  }
   Progress progress(common.progress_style());
   try {
     prove(q, *system, proof.tree, progress);
