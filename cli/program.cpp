@@ -44,6 +44,7 @@ Program::Program()
   add_turntable(registry);
   add_solve(registry);
   add_inspect(registry);
+  add_repair(registry);
   add_bake(registry);
   add_body(registry);
   add_calibrate(registry);

@@ -12,6 +12,7 @@ find_package(OpenEXR REQUIRED CONFIG)
 find_package(OpenImageIO REQUIRED CONFIG)
 find_package(assimp REQUIRED CONFIG)
 find_package(SQLite3 REQUIRED)
+find_package(Eigen3 3.4 REQUIRED CONFIG NO_MODULE)
 
 # Debian's OpenImageIO target lists an OpenCV include folder that its packages do not install.
 get_target_property(oiio_includes OpenImageIO::OpenImageIO INTERFACE_INCLUDE_DIRECTORIES)

@@ -289,6 +289,7 @@ class Reader {
     std::vector<std::vector<std::uint32_t>> joints;
     std::vector<std::vector<float>> weights;
     double step_slack = 0.0;
+    WeightSource source;
     if (instance.skin >= 0)
       for (int set = 0;; ++set) {
         const std::string j = "JOINTS_" + std::to_string(set), w = "WEIGHTS_" + std::to_string(set);
@@ -297,6 +298,8 @@ class Reader {
         if (attributes.count(j) == 0 || attributes.count(w) == 0)
           fail(place + j, j + " and " + w + " belong together");
         check_count(attributes.at(j), count, place + j);
+        source.joints.push_back(attributes.at(j));
+        source.weights.push_back(attributes.at(w));
         joints.push_back(accessors_.integers(attributes.at(j), 4, place + j));
         weights.push_back(attribute(instance, p, w, 4, count));
         step_slack =
@@ -320,6 +323,10 @@ class Reader {
       return;
     }
     const auto& numbers = skin_joints_[static_cast<std::size_t>(instance.skin)];
+    source.first_vertex = static_cast<std::uint32_t>(character_.influences.size());
+    source.vertex_count = static_cast<std::uint32_t>(count);
+    source.joint = numbers;
+    out_.weight_sources.push_back(std::move(source));
     std::vector<WeightEntry> entries;
     for (std::size_t v = 0; v < count; ++v) {
       entries.clear();
@@ -334,8 +341,10 @@ class Reader {
           entries.push_back({numbers[joint], weights[set][k]});
         }
       const double slack = kFloatSumSlack + step_slack * static_cast<double>(entries.size());
-      character_.influences.push_back(
-          canonical_influences(entries, slack, character_.influences.size(), tally_));
+      const std::size_t off_before = tally_.renormalised;
+      const auto number = static_cast<std::uint32_t>(character_.influences.size());
+      character_.influences.push_back(canonical_influences(entries, slack, number, tally_));
+      if (tally_.renormalised > off_before) out_.off_sum.push_back(number);
     }
   }
 

@@ -1,9 +1,11 @@
 #pragma once
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "skin/character.h"
 #include "skin/rest_pose.h"
+#include "skin/weight_source.h"
 
 namespace tinygltf {
 class Model;
@@ -15,6 +17,8 @@ namespace backbend::skin {
 struct GltfGeometry {
   std::vector<BoundSkin> skins;
   std::vector<int> vertex_skin;  // per vertex: its skin, -1 for parts that hang rigidly on a node
+  std::vector<WeightSource> weight_sources;
+  std::vector<std::uint32_t> off_sum;  // vertices whose stored weights do not sum to 1
 };
 
 /// Merges every mesh of the file's scene into `character`, whose nodes and materials stand already:

@@ -8,6 +8,7 @@
 #include "skin/gltf_geometry.h"
 #include "skin/gltf_materials.h"
 #include "skin/gltf_skeleton.h"
+#include "skin/gltf_weights.h"
 #include "skin/matrix_facts.h"
 #include "skin/printable.h"
 #include "skin/rest_pose.h"
@@ -146,7 +147,7 @@ Character read_character(const std::filesystem::path& file) {
   return read_character(load_gltf(file));
 }
 
-Character read_character(const GltfDocument& document) {
+WeightedGltf read_weighted(const GltfDocument& document) {
   std::vector<int> index_of_file_node;
   Character character = start_character(document, index_of_file_node);
   const GltfGeometry geometry =
@@ -157,8 +158,10 @@ Character read_character(const GltfDocument& document) {
   if (!has_skin(geometry))
     throw CharacterError(document.file + ": no mesh with a skin: nothing follows a skeleton");
   finish_character(document, geometry, character);
-  return character;
+  return {std::move(character), geometry.weight_sources, geometry.off_sum};
 }
+
+Character read_character(const GltfDocument& document) { return read_weighted(document).character; }
 
 Character read_skeleton(const GltfDocument& document) {
   std::vector<int> index_of_file_node;

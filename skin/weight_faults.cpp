@@ -499,6 +499,7 @@ class FaultFinder {
            Index place) {
     WeightFault& fault = faults[node];
     ++fault.places;
+    fault.vertices.push_back(vertex_[place]);
     fault.distance = std::max(fault.distance, distance);
     if (share <= fault.value) return;
     fault.node = node;
@@ -825,6 +826,7 @@ class FaultFinder {
         wrong.node = apart.most;
         wrong.other = apart.least;
         ++wrong.places;
+        wrong.vertices.push_back(vertex_[p]);
         wrong.value +=
             2.0 * apart.share /
             (total_[static_cast<Index>(apart.most)] + total_[static_cast<Index>(apart.least)]);
@@ -834,6 +836,7 @@ class FaultFinder {
       instead[key][apart.most] += apart.share;
       WeightFault& fault = faults[key];
       ++fault.places;
+      fault.vertices.push_back(vertex_[p]);
       if (apart.share <= worst[key]) continue;
       worst[key] = apart.share;
       fault.vertex = vertex_[p];

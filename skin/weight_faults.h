@@ -16,6 +16,8 @@ struct WeightFault {
   double distance = 0.0;     // how far it stands from where it should, in the file's unit
   std::uint32_t vertex = 0;  // that shows it most
   std::size_t places = 0;    // that show it
+  /// The first vertex of each of those places; none of `order`.
+  std::vector<std::uint32_t> vertices = {};
 };
 
 /// The answer to one question: all joints at fault, the worst first; or why it was not asked.

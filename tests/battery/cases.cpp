@@ -48,7 +48,8 @@ const std::vector<std::pair<std::string, std::string>> kOwnClips = {
 // Streams of the draws.
 constexpr std::uint64_t kStream[] = {11'000'000, 12'000'000, 13'000'000, 14'000'000};
 
-/// Scales weights in the file itself, which the writer would not: `factor` has one a vertex.
+}  // namespace
+
 void scale_written_weights(std::vector<std::uint8_t>& glb, const std::vector<double>& factor) {
   const auto number = [&](Index at) {
     return std::uint32_t{glb[at]} | std::uint32_t{glb[at + 1]} << 8 |
@@ -72,8 +73,6 @@ void scale_written_weights(std::vector<std::uint8_t>& glb, const std::vector<dou
       }
   }
 }
-
-}  // namespace
 
 std::string_view name_of(Family family) {
   switch (family) {

@@ -28,6 +28,10 @@ struct Case {
   skin::Character faulted;  // of a weight fault, as it was written
 };
 
+/// Scales weights in a file of encoded() itself, which the writer would not: `factor` has one a
+/// vertex.
+void scale_written_weights(std::vector<std::uint8_t>& glb, const std::vector<double>& factor);
+
 /// Makes cases of the characters and clips of a folder. Case n of a seed is the same whatever else
 /// was made before.
 class CaseMaker {

@@ -134,6 +134,7 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
           agree = share_a_joint(neighbour(i), neighbour(j));
       if (agree || unknown_further(pairs, first, end, influences, vertex_of_place, vertex)) {
         ++out.stray;
+        out.strays.push_back(vertex);
         if (foreign > out.stray_weight) {
           out.stray_weight = foreign;
           out.stray_vertex = static_cast<int>(vertex);

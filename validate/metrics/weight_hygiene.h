@@ -14,9 +14,10 @@ struct WeightHygiene {
   int worst_sum_vertex = -1;
   std::size_t unweighted = 0;  // vertices without any weight
   int unweighted_vertex = -1;
-  std::size_t stray = 0;      // vertices bound to what none of their neighbours knows
-  int stray_vertex = -1;      // the worst of them
-  double stray_weight = 0.0;  // its weight on joints foreign to its neighbours
+  std::size_t stray = 0;              // vertices bound to what none of their neighbours knows
+  int stray_vertex = -1;              // the worst of them
+  double stray_weight = 0.0;          // its weight on joints foreign to its neighbours
+  std::vector<std::uint32_t> strays;  // all of them, ascending by place
 };
 
 /// Examines the weights. A vertex is a stray if more than half of its weight is on joints that none

@@ -1,0 +1,97 @@
+#include "validate/repair/weight_reading.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/run/judge.h"
+#include "validate/run/judge_input.h"
+#include "validate/run/measure.h"
+#include "validate/run/owner.h"
+#include "validate/run/place.h"
+#include "validate/run/stage.h"
+#include "validate/sweeps/suite.h"
+#include "validate/verdicts/checks.h"
+
+namespace backbend::validate {
+namespace {
+
+void worsen(std::map<std::string, double>& excess_of, const Check& check, double value,
+            double limit) {
+  if (!std::isfinite(value)) return;
+  double& worst = excess_of[std::string(check.code)];
+  worst = std::max(worst, excess(check, value, limit));
+}
+
+void add_mesh(const RigRecord& rig, const ReadingContext& context, WeightReading& out) {
+  for (std::size_t m = 0; m < kMetricCount; ++m) {
+    const Check& check = *find_check(pose_metrics()[m].code);
+    if (check.subject != Subject::mesh || !check.decides) continue;
+    const double limit = context.limits.of(check.code).value;
+    for (const SweepRecord& sweep : rig.sweeps)
+      for (const PoseRecord& pose : sweep.poses) {
+        const auto metric = static_cast<MetricId>(m);
+        if (!pose.inside || !pose.taken || pose.at(MetricId::feasibility).value >= 1.0 ||
+            !is_applicable(rig, metric, pose))
+          continue;
+        worsen(out.excess, check, pose.at(metric).value,
+               limit_at(check.code, limit, compound_load(context.envelope, pose.body)));
+      }
+  }
+}
+
+void add_file(const skin::Character& character, const ReadingContext& context, WeightReading& out) {
+  const auto add = [&](std::string_view code, double value) {
+    worsen(out.excess, *find_check(code), value, context.limits.of(code).value);
+  };
+  add("BB060", 100.0 * std::abs(1.0 - character.worst_weight_sum));
+  add("BB061", static_cast<double>(character.unweighted.size()));
+  add("BB062", static_cast<double>(out.hygiene.stray));
+  add("BB063", 100.0 * out.faults.wrong_side.worst());
+  add("BB064", 100.0 * out.faults.far.worst());
+  add("BB065", 100.0 * out.faults.asymmetry.worst());
+  add("BB066", 100.0 * out.faults.order.worst());
+  add("BB067", 100.0 * out.faults.seams.worst());
+}
+
+}  // namespace
+
+bool is_weight_finding(const Finding& finding) {
+  if (finding.verdict != Verdict::fail) return false;
+  return finding.owner == Owner::weights || finding.code == "BB060" || finding.code == "BB061" ||
+         finding.code == "BB062";
+}
+
+WeightReading read_weights(const skin::Character& character, const ReadingContext& context,
+                           Progress& progress) {
+  const Stage stage(character, context.anatomy);
+  const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
+  std::vector<Sweep> sweeps = standard_sweeps(context.envelope);
+  for (Sweep& corner : corner_sweeps(context.envelope)) sweeps.push_back(std::move(corner));
+  RigRecord rig =
+      plan_rig(stage, body, read_rig("even"), solver::Mapping::chest, sweeps, context.envelope);
+  const RigAtRest at_rest = rig_at_rest(*rig.system);
+  WeightReading out;
+  for (const SweepRecord& sweep : rig.sweeps) out.poses += sweep.poses.size();
+  progress.start("poses", out.poses);
+  for (SweepRecord& sweep : rig.sweeps) {
+    poll_interrupt();
+    measure_poses(stage, body, rig, at_rest, sweep.poses, progress);
+  }
+  const JudgeContext judging{stage, context.limits, context.envelope, context.words};
+  progress.finish();
+  out.findings = judge_rig(rig, judging);
+  book_owners(stage, body, rig, true, out.findings);
+  out.hygiene = examine_weights(stage.character(), stage.character().influences);
+  out.faults = skin::find_weight_faults(stage.character(), stage.anatomy());
+  InputJudgement file = judge_input(rig, judging, out.hygiene, true);
+  for (Finding& finding : file.findings) out.findings.push_back(std::move(finding));
+  const PlaceNames places(stage.character(), stage.anatomy(), &body);
+  for (Finding& finding : out.findings) places.name({}, finding);
+  add_mesh(rig, context, out);
+  add_file(stage.character(), context, out);
+  for (const Slice& slice : body.slices().slice) out.slice_at.push_back(slice.s);
+  out.coordinate = body.coordinate();
+  return out;
+}
+
+}  // namespace backbend::validate

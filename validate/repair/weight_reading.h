@@ -1,0 +1,46 @@
+#pragma once
+#include <map>
+#include <string>
+#include <vector>
+
+#include "skin/anatomy.h"
+#include "skin/weight_faults.h"
+#include "validate/metrics/weight_hygiene.h"
+#include "validate/run/progress.h"
+#include "validate/sweeps/envelope.h"
+#include "validate/verdicts/finding.h"
+#include "validate/verdicts/limits.h"
+
+namespace backbend::validate {
+
+/// What `check` says of a character's weights: the file, and the mesh under the ideal bend (`even`)
+/// in the standard sweeps and corners of the envelope.
+struct WeightReading {
+  std::vector<Finding> findings;  // of every owner, worst first; the file's last
+  /// For each check of the mesh or the file that decides: the worst value inside the envelope, as a
+  /// factor of its limit there; above 1 it is beyond it. Poses that the body is too thick for do
+  /// not count.
+  std::map<std::string, double> excess;
+  skin::WeightFaults faults;
+  WeightHygiene hygiene;
+  std::vector<double> slice_at;   // of each slice: its arc fraction along the spine
+  std::vector<float> coordinate;  // of each vertex: the same; NaN off the torso
+  std::size_t poses = 0;
+};
+
+/// Whether a finding is the weights' and decides: what a repair has to remove.
+bool is_weight_finding(const Finding& finding);
+
+/// Everything that a reading depends on beside the character.
+struct ReadingContext {
+  skin::Anatomy anatomy;
+  Envelope envelope;
+  LimitSet limits;
+  std::string words;  // the character as commands name it
+};
+
+/// Measures and judges. The same bits for any number of threads.
+WeightReading read_weights(const skin::Character& character, const ReadingContext& context,
+                           Progress& progress);
+
+}  // namespace backbend::validate
