@@ -190,6 +190,10 @@ void add_explain(const Registry& registry) {
             {"owner", std::string(name_of(check->owner))},
             {"cause", std::string(check->cause)},
             {"try", std::string(check->remedy)},
+            {"repair", check->owner == Owner::weights || check->code == "BB060" ||
+                               check->code == "BB061" || check->code == "BB062"
+                           ? "backbend repair CHARACTER -o OUT.glb, where the weights are at fault"
+                           : ""},
             {"picture", std::string(check->witness)},
             {"source", std::string(check->source)}};
         if (common.json) {

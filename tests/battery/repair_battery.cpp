@@ -119,6 +119,7 @@ json line_of(const RepairScore& score) {
           {"poses", score.poses},
           {"new_at_poses", score.new_at_poses},
           {"measurements", score.measurements},
+          {"done", score.done},
           {"seconds", score.seconds}};
 }
 

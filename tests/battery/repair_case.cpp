@@ -106,6 +106,8 @@ RepairScore score_repair(const skin::Character& healthy, const skin::Character& 
   }
   out.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   out.measurements = repair.measurements;
+  for (const RepairStep& step : repair.steps)
+    if (step.taken) out.done.push_back(step.what);
   const auto known = by_key(repair_weights(twin, {}, progress).before);
   const auto before = by_key(repair.before), after = by_key(repair.after);
   for (const auto& [key, count] : before)

@@ -20,7 +20,8 @@ struct RepairScore {
   double off_before = 0.0, off_after = 0.0;
   std::size_t poses = 0, new_at_poses = 0;  // drawn poses, and findings there that the repair made
   std::size_t measurements = 0;
-  double seconds = 0.0;  // of the repair alone
+  std::vector<std::string> done;  // the changes that were kept
+  double seconds = 0.0;           // of the repair alone
 };
 
 /// Repairs `faulted`, the welded() `healthy` with a fault, by way of a file in `scratch`, and holds

@@ -203,6 +203,7 @@ void add_findings(Report& r) {
   drift.image = {true, false, "three-quarter", "arm_centroid_px", 0.3, 0.5, 0, ""};
   Finding wrapper = finding("BB030", "curve", "spread", "twist", 60, 0.71, 0.75, "of rest area");
   wrapper.owner = Owner::weights;
+  wrapper.repair = "backbend repair human.glb -o human_fixed.glb";
   wrapper.slice = 41;
   wrapper.joint = "spine01";
   wrapper.between = {"spine02", "spine01"};
@@ -373,6 +374,7 @@ Report sample_report_named(const std::string& name) {
     f.pictures = {name, name, name, name, name, name, name};
     f.between = {name, name};
     f.part = name;
+    f.repair = name;
     f.artist = {{name, name}};
   }
   for (CalibrationRow& c : r.calibration)

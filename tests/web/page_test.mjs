@@ -494,6 +494,20 @@ test("a finding names the other rig, and says what to set in the artist's progra
   await done(page);
 });
 
+test("a finding of the weights shows the command that repairs them, and no other does", async () => {
+  const page = await night({ hash: "#finding/BB030~human~curve~spread~twist~60~spine01" });
+  await titled(page, "BB030");
+  const repair = page.locator("#case .reproduce", { hasText: "Repair" });
+  assert.equal(await repair.locator("pre").innerText(), "backbend repair human.glb -o human_fixed.glb");
+  assert.equal(await repair.getByRole("button", { name: "copy repair command" }).count(), 1);
+  await shot(page, "finding-repair");
+  await done(page);
+  const other = await night({ hash: "#finding/BB020~human~curve~chest~extension~58~clavicle.L" });
+  await titled(other, "BB020");
+  assert.equal(await other.locator("#case .reproduce", { hasText: "Repair" }).count(), 0);
+  await done(other);
+});
+
 test("under a baseline what fails is counted as new or worse", async () => {
   const plain = readFileSync(join(folders.night, "index.html"), "utf8");
   const start = plain.indexOf('"provenance":{') + '"provenance":{'.length;

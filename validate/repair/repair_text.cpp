@@ -89,7 +89,8 @@ std::string repair_text(const WeightRepair& repair) {
   }
   for (const RepairStep& step : repair.steps)
     out += (step.taken ? "  done      " : "  not done  ") + step.what +
-           (step.why_not.empty() ? "" : ": " + step.why_not) + "\n";
+           (step.why_not.empty() ? "" : ": " + step.why_not) +
+           (step.costs.empty() ? "" : "; advisory: " + step.costs) + "\n";
   if (repair.touched_count > 0)
     out += "  touched   " + skin::count_text(repair.touched_count) + " of " +
            skin::count_text(repair.touched.size()) + " vertices (" +
@@ -118,7 +119,10 @@ std::string repair_json(const WeightRepair& repair) {
                       {"worst_before", number(each.worst_before)},
                       {"worst_after", number(each.worst_after)}});
   for (const RepairStep& step : repair.steps)
-    steps.push_back({{"change", step.what}, {"done", step.taken}, {"why_not", step.why_not}});
+    steps.push_back({{"change", step.what},
+                     {"done", step.taken},
+                     {"why_not", step.why_not},
+                     {"costs", step.costs}});
   for (const Finding* finding : not_cured(repair))
     rest.push_back({{"code", finding->code},
                     {"pose", finding->pose},

@@ -23,14 +23,14 @@ using skin::JointShares;
 
 namespace {
 
-constexpr double kReached = 0.002;       // of a vertex's weight: where a fault fades to nothing
-constexpr double kRises = 0.02;          // ... and how far a fading weight may rise again
-constexpr double kUnmoved = 0.002;       // smaller changes are not made
+constexpr double kReached = 0.002;  // of a vertex's weight: where a fault fades to nothing
+constexpr double kRises = 0.02;     // ... and how far a fading weight may rise again
+constexpr double kUnlike = 0.05;    // between a vertex and its mirror image: the same fault goes on
+constexpr double kUnmoved = 0.002;  // smaller changes are not made
 constexpr double kSymmetric = 0.02;      // between the rim and its mirror image, in the median
 constexpr double kImagesHealthy = 0.02;  // of a region's images, at most, may be in it themselves
 constexpr double kPairBelongs = 0.6;  // of the weight that goes over, where the partner is at home
 constexpr double kPairKept = 0.05;    // of a vertex's weight, for a joint to be at home
-constexpr double kSmoothing = 0.3;    // confidence in weights that are to be smoothed
 
 /// A part of the surface whose weights are to be found, and what is still known of them.
 struct Region {
@@ -216,24 +216,30 @@ struct WeightEdits::Parts {
     return out;
   }
 
-  /// The skeleton node with weight whose bone (to its children with weight) is nearest.
-  int nearest_bone(const glm::dvec3& p) const {
-    if (bones_.empty()) {
-      std::set<int> weighted;
-      for (const skin::SkinJoint& joint : character.joints) weighted.insert(joint.node);
-      for (const int node : weighted) {
-        bool has_child = false;
-        for (Index n = 0; n < character.nodes.size(); ++n)
-          if (character.nodes[n].parent == node && weighted.count(static_cast<int>(n)) > 0) {
-            bones_.push_back({node, at(node), at(static_cast<int>(n))});
-            has_child = true;
-          }
-        if (!has_child) bones_.push_back({node, at(node), at(node)});
-      }
+  struct Bone {
+    int node;
+    glm::dvec3 from, to;
+  };
+  /// From each skeleton node with weight to its children with weight.
+  const std::vector<Bone>& bones() const {
+    if (!bones_.empty()) return bones_;
+    std::set<int> weighted;
+    for (const skin::SkinJoint& joint : character.joints) weighted.insert(joint.node);
+    for (const int node : weighted) {
+      bool has_child = false;
+      for (Index n = 0; n < character.nodes.size(); ++n)
+        if (character.nodes[n].parent == node && weighted.count(static_cast<int>(n)) > 0) {
+          bones_.push_back({node, at(node), at(static_cast<int>(n))});
+          has_child = true;
+        }
+      if (!has_child) bones_.push_back({node, at(node), at(node)});
     }
+    return bones_;
+  }
+  int nearest_bone(const glm::dvec3& p) const {
     int best = -1;
     double least = 1e300;
-    for (const Bone& bone : bones_)
+    for (const Bone& bone : bones())
       if (const double far = distance_to_segment(p, bone.from, bone.to); far < least) {
         least = far;
         best = bone.node;
@@ -339,7 +345,8 @@ struct WeightEdits::Parts {
                 changed);
   }
 
-  std::optional<WeightEdit> smoothed(double from, double to, double fade) {
+  /// Weights drawn towards a smooth continuation of those around; `confidence`: in what they are.
+  std::optional<WeightEdit> smoothed(double from, double to, double fade, double confidence) {
     proxy();  // makes the coordinate
     Region region;
     for (std::uint32_t n = 0; n < graph.node_count(); ++n) {
@@ -347,10 +354,38 @@ struct WeightEdits::Parts {
       if (!(take > 0.0)) continue;
       const Index i = region.add(n);
       region.nodes[i].kept = weights[n];
-      region.nodes[i].confidence = 1.0 - (1.0 - kSmoothing) * take;
+      region.nodes[i].confidence = 1.0 - (1.0 - confidence) * take;
     }
     if (region.nodes.empty()) return std::nullopt;
-    return edit("smoothed", inpainted(region));
+    return edit("smoothed (" + skin::number_text(100.0 * confidence, 1) + " % kept) at",
+                inpainted(region));
+  }
+
+  /// How much further from the bones of its joints an edit puts weight, over the vertices that it
+  /// changes: negative where weight comes nearer to where it belongs.
+  double remoteness(const WeightEdit& edit) const {
+    double sum = 0.0;
+    const auto add = [&](Index v, double sign) {
+      const skin::Influences& influences =
+          sign > 0.0 ? edit.influences[v] : character.influences[v];
+      for (Index k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+        sum += sign * influences.weight[k] *
+               distance_to_bone(skeleton_node(influences.joint[k]), graph.position[graph.node[v]]);
+    };
+    for (Index v = 0; v < character.vertex_count(); ++v) {
+      if (edit.influences[v].joint == character.influences[v].joint &&
+          edit.influences[v].weight == character.influences[v].weight)
+        continue;
+      add(v, 1.0);
+      add(v, -1.0);
+    }
+    return sum;
+  }
+  double distance_to_bone(int node, const glm::dvec3& p) const {
+    double least = 1e300;
+    for (const Bone& bone : bones())
+      if (bone.node == node) least = std::min(least, distance_to_segment(p, bone.from, bone.to));
+    return least < 1e300 ? least : glm::distance(p, at(node));
   }
 
   const skin::Character& character;
@@ -362,10 +397,6 @@ struct WeightEdits::Parts {
   std::vector<int> image;
   std::vector<JointShares> weights;  // of each node
 
-  struct Bone {
-    int node;
-    glm::dvec3 from, to;
-  };
   mutable std::vector<Bone> bones_;
   std::vector<JointShares> mirrored_;
   std::vector<std::uint32_t> mirrored_node_;
@@ -420,36 +451,38 @@ std::vector<WeightEdit> WeightEdits::seams(const std::vector<skin::WeightFault>&
   std::set<std::uint32_t> places;
   for (const skin::WeightFault& fault : faults)
     for (const std::uint32_t v : fault.vertices) places.insert(character.place[v]);
-  std::map<std::uint32_t, std::vector<std::uint32_t>> nodes_of;
-  std::set<std::uint32_t> on_seam;
-  for (Index v = 0; v < character.vertex_count(); ++v) {
+  // With the copies joined, what the surface on both sides makes of the seam.
+  skin::Character joined = character;
+  std::map<std::uint32_t, std::vector<std::uint32_t>> nodes_of;  // of each place
+  std::map<std::uint32_t, std::uint32_t> first;
+  for (std::uint32_t v = 0; v < character.vertex_count(); ++v) {
     if (places.count(character.place[v]) == 0) continue;
     auto& known = nodes_of[character.place[v]];
     const std::uint32_t n = parts_->graph.node[v];
     if (std::find(known.begin(), known.end(), n) == known.end()) known.push_back(n);
-    on_seam.insert(n);
+    joined.influences[v] = character.influences[first.emplace(character.place[v], v).first->second];
   }
-  // Of the copies, the weights that are most like those of all the vertices around.
-  std::map<std::uint32_t, JointShares> changed;
+  const Parts whole_surface(joined, parts_->anatomy, parts_->writable);
+  Region region;
+  for (const auto& [place, v] : first) region.add(whole_surface.graph.node[v]);
+  const auto smooth = whole_surface.inpainted(region);
+  std::map<std::uint32_t, JointShares> copied, inpainted;
   for (const auto& [place, nodes] : nodes_of) {
-    double least = 1e300;
-    std::uint32_t best = nodes.front();
-    for (const std::uint32_t candidate : nodes) {
-      double sum = 0.0;
-      for (const std::uint32_t n : nodes)
-        for (const std::uint32_t m : parts_->graph.neighbours(n))
-          if (on_seam.count(m) == 0)
-            sum += skin::share_moved(parts_->weights[candidate], parts_->weights[m]);
-      if (sum < least) {
-        least = sum;
-        best = candidate;
-      }
+    const auto found = smooth.find(whole_surface.graph.node[first.at(place)]);
+    if (found == smooth.end()) continue;
+    const std::uint32_t best =
+        *std::min_element(nodes.begin(), nodes.end(), [&](std::uint32_t a, std::uint32_t b) {
+          return skin::share_moved(parts_->weights[a], found->second) <
+                 skin::share_moved(parts_->weights[b], found->second);
+        });
+    for (const std::uint32_t n : nodes) {
+      if (n != best) copied[n] = parts_->weights[best];
+      inpainted[n] = found->second;
     }
-    for (const std::uint32_t n : nodes)
-      if (n != best) changed[n] = parts_->weights[best];
   }
   std::vector<WeightEdit> out;
-  add(out, parts_->edit("one side of the seam copied to the other at", changed));
+  add(out, parts_->edit("one side of the seam copied to the other at", copied));
+  add(out, parts_->edit("the seam inpainted at", inpainted));
   return out;
 }
 
@@ -468,6 +501,16 @@ std::vector<WeightEdit> WeightEdits::asymmetry(const std::vector<skin::WeightFau
     region.insert(n);
     if (image[n] < parts_->graph.node_count()) region.insert(image[n]);
   }
+  // On from the places that were named: what the check leaves out (forearms, hands) differs, too.
+  std::vector<std::uint32_t> pending(region.begin(), region.end());
+  while (!pending.empty()) {
+    const std::uint32_t n = pending.back();
+    pending.pop_back();
+    for (const std::uint32_t m : parts_->graph.neighbours(n))
+      if (!mirrored[m].empty() && skin::share_moved(mirrored[m], parts_->weights[m]) > kUnlike &&
+          region.insert(m).second)
+        pending.push_back(m);
+  }
   std::vector<WeightEdit> out;
   for (const bool to_left : {true, false}) {
     std::map<std::uint32_t, JointShares> changed;
@@ -478,6 +521,10 @@ std::vector<WeightEdit> WeightEdits::asymmetry(const std::vector<skin::WeightFau
                                   : "the left side's weights mirrored to the right at",
                           changed));
   }
+  // Which side is the healthy one: the one that leaves weight nearer to its bones.
+  std::stable_sort(out.begin(), out.end(), [&](const WeightEdit& a, const WeightEdit& b) {
+    return parts_->remoteness(a) < parts_->remoteness(b);
+  });
   return out;
 }
 
@@ -516,8 +563,11 @@ std::vector<WeightEdit> WeightEdits::order(const std::vector<skin::WeightFault>&
         from = std::min(from, fraction[k == 0 ? 0 : k - 1]);
         to = std::max(to, fraction[std::min(k + 1, fraction.size() - 1)]);
       }
-  if (from < to)
+  if (from < to) {
+    const double fade = 0.5 / static_cast<double>(fraction.size() - 1);
+    for (const double share : {1.0, 0.5}) add(out, parts_->spread(from, to, fade, share));
     for (WeightEdit& edit : stretch(from, to)) out.push_back(std::move(edit));
+  }
   return out;
 }
 
@@ -527,8 +577,9 @@ std::vector<WeightEdit> WeightEdits::stretch(double from, double to) {
   std::vector<WeightEdit> out;
   if (fraction.size() < 2) return out;
   const double fade = 0.5 / static_cast<double>(fraction.size() - 1);
-  add(out, parts_->smoothed(from, to, fade));
-  for (const double share : {1.0, 0.5, 0.25}) add(out, parts_->spread(from, to, fade, share));
+  for (const double confidence : {0.02, 0.002, 0.0})
+    add(out, parts_->smoothed(from, to, fade, confidence));
+  for (const double share : {0.25, 0.5, 1.0}) add(out, parts_->spread(from, to, fade, share));
   return out;
 }
 

@@ -19,7 +19,7 @@ void worsen(std::map<std::string, double>& excess_of, const Check& check, double
             double limit) {
   if (!std::isfinite(value)) return;
   double& worst = excess_of[std::string(check.code)];
-  worst = std::max(worst, excess(check, value, limit));
+  worst = std::max(worst, limit > 0.0 ? excess(check, value, limit) : value);
 }
 
 void add_mesh(const RigRecord& rig, const ReadingContext& context, WeightReading& out) {
@@ -54,12 +54,6 @@ void add_file(const skin::Character& character, const ReadingContext& context, W
 }
 
 }  // namespace
-
-bool is_weight_finding(const Finding& finding) {
-  if (finding.verdict != Verdict::fail) return false;
-  return finding.owner == Owner::weights || finding.code == "BB060" || finding.code == "BB061" ||
-         finding.code == "BB062";
-}
 
 WeightReading read_weights(const skin::Character& character, const ReadingContext& context,
                            Progress& progress) {

@@ -18,8 +18,8 @@ namespace backbend::validate {
 struct WeightReading {
   std::vector<Finding> findings;  // of every owner, worst first; the file's last
   /// For each check of the mesh or the file that decides: the worst value inside the envelope, as a
-  /// factor of its limit there; above 1 it is beyond it. Poses that the body is too thick for do
-  /// not count.
+  /// factor of its limit there (where that is 0, the value itself); above 1 it is beyond it. Poses
+  /// that the body is too thick for do not count.
   std::map<std::string, double> excess;
   skin::WeightFaults faults;
   WeightHygiene hygiene;
@@ -27,9 +27,6 @@ struct WeightReading {
   std::vector<float> coordinate;  // of each vertex: the same; NaN off the torso
   std::size_t poses = 0;
 };
-
-/// Whether a finding is the weights' and decides: what a repair has to remove.
-bool is_weight_finding(const Finding& finding);
 
 /// Everything that a reading depends on beside the character.
 struct ReadingContext {

@@ -35,6 +35,7 @@ struct Patient {
   skin::Character character;           // without the parts that the sidecar leaves out
   std::vector<std::uint32_t> in_file;  // of each of its vertices: the file's
   ReadingContext context;
+  skin::AnatomyHints hints;  // with the sidecar's
 };
 
 std::vector<std::uint32_t> vertices_in_file(const skin::Character& whole,
@@ -61,7 +62,7 @@ std::vector<std::uint32_t> vertices_in_file(const skin::Character& whole,
 Patient patient_of(const std::filesystem::path& file, skin::GltfDocument document,
                    skin::AnatomyHints hints) {
   const std::optional<skin::Sidecar> sidecar = skin::read_sidecar(file);
-  Patient out{std::move(document), {}, {}, {}, {}};
+  Patient out{std::move(document), {}, {}, {}, {}, {}};
   out.file = skin::read_weighted(out.document);
   out.character = out.file.character;
   if (sidecar) {
@@ -80,6 +81,7 @@ Patient patient_of(const std::filesystem::path& file, skin::GltfDocument documen
   out.context.envelope =
       own ? *own : envelope_for(skin::body_kind(out.character, out.context.anatomy).kind, false);
   out.context.words = file.string();
+  out.hints = std::move(hints);
   return out;
 }
 
@@ -105,13 +107,14 @@ WritableWeights writable_of(const Patient& patient) {
 
 /// Which finding it is, whatever its size.
 std::string key_of(const Finding& finding) {
-  return finding.code + " " + (finding.sweep.empty() ? finding.joint : finding.sweep);
+  const bool counts = finding.code == "BB060" || finding.code == "BB061" || finding.code == "BB062";
+  return finding.code + " " + (counts ? "" : finding.sweep.empty() ? finding.joint : finding.sweep);
 }
 
 double score_of(const WeightReading& reading) {
   double sum = 0.0;
   for (const Finding& finding : reading.findings)
-    if (is_weight_finding(finding))
+    if (is_of_weights(finding))
       sum += std::min(kMostOne, excess(*find_check(finding.code), finding.value, finding.limit));
   return sum;
 }
@@ -130,19 +133,23 @@ double decides_from(const std::string& code) {
 }
 
 /// What got worse by more than a tenth of its limit, or a finding that was not there; empty:
-/// nothing.
-std::string what_is_worse(const WeightReading& before, const WeightReading& now) {
-  std::set<std::string> known;
+/// nothing. `deciding`: only what decides counts, not what is booked to skeleton or pose.
+std::string what_is_worse(const WeightReading& before, const WeightReading& now, bool deciding) {
+  std::set<std::string> known, fails;
   for (const Finding& finding : before.findings)
     if (finding.verdict == Verdict::fail) known.insert(key_of(finding));
-  for (const Finding& finding : now.findings)
-    if (finding.verdict == Verdict::fail && known.count(key_of(finding)) == 0)
+  for (const Finding& finding : now.findings) {
+    if (finding.verdict != Verdict::fail) continue;
+    fails.insert(finding.code);
+    if (known.count(key_of(finding)) == 0)
       return "it makes " + finding.code + " " + std::string(find_check(finding.code)->name) +
              (finding.sweep.empty() ? "" : " at " + finding.pose);
+  }
   for (const auto& [code, factor] : now.excess) {
+    if (deciding && fails.count(code) == 0) continue;
     const double old = excess_of(before, code);
     if (factor > decides_from(code) && factor > old + kEqual)
-      return code + " " + std::string(find_check(code)->name) + " would go from " +
+      return code + " " + std::string(find_check(code)->name) + " goes from " +
              number_text(old, 2) + " to " + number_text(factor, 2) + " times its limit";
   }
   return "";
@@ -206,16 +213,24 @@ class Repairer {
   double group_score(const WeightReading& reading, const std::set<std::string>& codes) const {
     double sum = 0.0;
     for (const Finding& finding : reading.findings)
-      if (is_weight_finding(finding) && codes.count(finding.code) > 0)
+      if (is_of_weights(finding) && codes.count(finding.code) > 0)
         sum += std::min(kMostOne, excess(*find_check(finding.code), finding.value, finding.limit));
     return sum;
   }
 
   /// Takes the first edit that removes the group's findings and makes nothing worse, else the best
-  /// of those that help. Whether one was taken.
-  bool take_best(const std::vector<WeightEdit>& edits, const std::set<std::string>& codes) {
-    std::optional<std::pair<skin::Character, WeightReading>> best;
-    Index best_step = 0;
+  /// of those that help. Faults of the file itself are faults whatever the mesh then shows: for
+  /// them
+  /// (`plain`) an edit that makes nothing worse but what skeleton or pose answer for is taken where
+  /// there is no other. Whether one was taken.
+  bool take_best(const std::vector<WeightEdit>& edits, const std::set<std::string>& codes,
+                 bool plain = false) {
+    struct Tried {
+      skin::Character character;
+      WeightReading reading;
+      Index step = 0;
+    };
+    std::optional<Tried> best, fallback;
     for (const WeightEdit& edit : edits) {
       poll_interrupt();
       if (!tried_.insert(edit.what + std::to_string(score_of(reading_))).second) continue;
@@ -226,49 +241,65 @@ class Repairer {
                changed.influences[v].weight != now_.influences[v].weight;
       });
       WeightReading reading = measure(changed);
-      RepairStep step{edit.what, false, what_is_worse(reading_, reading)};
+      RepairStep step{edit.what, false, what_is_worse(reading_, reading, false)};
       const double before = score_of(reading_), after = score_of(reading);
-      if (step.why_not.empty() && after > kBetter * before) step.why_not = "no finding goes";
+      const bool better = after <= kBetter * before;
+      if (step.why_not.empty() && !better) step.why_not = "no finding goes";
       const bool helps = step.why_not.empty();
       out_.steps.push_back(std::move(step));
-      if (!helps) continue;
+      auto& slot = helps ? best : fallback;
+      if (!helps && (!plain || !better || !what_is_worse(reading_, reading, true).empty()))
+        continue;
       const bool cures = group_score(reading, codes) == 0.0;
-      if (!best || after < score_of(best->second)) {
-        best.emplace(std::move(changed), std::move(reading));
-        best_step = out_.steps.size() - 1;
-      }
-      if (cures) break;
+      if (!slot || after < score_of(slot->reading))
+        slot = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
+      if (helps && cures) break;
     }
+    const bool takes_fallback = !best && fallback;
+    if (takes_fallback) best = std::move(fallback);
     if (!best) return false;
-    for (Index i = best_step + 1; i < out_.steps.size(); ++i)
-      if (out_.steps[i].why_not.empty()) out_.steps[i].why_not = "another does better";
-    out_.steps[best_step].taken = true;
-    now_ = std::move(best->first);
-    reading_ = std::move(best->second);
+    for (RepairStep& step : out_.steps)
+      if (!step.taken && step.why_not.empty()) step.why_not = "another does better";
+    RepairStep& step = out_.steps[best->step];
+    step.taken = true;
+    // What it costs stays beside it.
+    if (takes_fallback) step.costs = std::exchange(step.why_not, "");
+    now_ = std::move(best->character);
+    reading_ = std::move(best->reading);
+    find_spine_again();
     return true;
+  }
+
+  /// Which chain is the spine depends on the weights, too: `check` will find it by the new ones.
+  void find_spine_again() {
+    skin::Anatomy anatomy = skin::find_anatomy(now_, patient_.hints);
+    skin::Anatomy& known = patient_.context.anatomy;
+    if (anatomy.spine == known.spine && anatomy.chest_index == known.chest_index) return;
+    known = std::move(anatomy);
+    reading_ = measure(now_);
   }
 
   WeightEdits edits() const { return {now_, patient_.context.anatomy, writable_}; }
 
   bool unknown() {
     std::vector<std::uint32_t> vertices = now_.unweighted;
-    if (excess_of(reading_, "BB062") > 1.0)
+    if (excess_of(reading_, "BB062") > 0.0)
       vertices.insert(vertices.end(), reading_.hygiene.strays.begin(),
                       reading_.hygiene.strays.end());
     if (vertices.empty()) return false;
-    return take_best(edits().unknown(vertices), {"BB061", "BB062"});
+    return take_best(edits().unknown(vertices), {"BB061", "BB062"}, true);
   }
   bool other_side() {
     const auto faults = failing(reading_.faults.wrong_side, "BB063");
-    return !faults.empty() && take_best(edits().foreign(faults, true), {"BB063"});
+    return !faults.empty() && take_best(edits().foreign(faults, true), {"BB063"}, true);
   }
   bool far() {
     const auto faults = failing(reading_.faults.far, "BB064");
-    return !faults.empty() && take_best(edits().foreign(faults, false), {"BB064"});
+    return !faults.empty() && take_best(edits().foreign(faults, false), {"BB064"}, true);
   }
   bool seams() {
     const auto faults = failing(reading_.faults.seams, "BB067");
-    return !faults.empty() && take_best(edits().seams(faults), {"BB067"});
+    return !faults.empty() && take_best(edits().seams(faults), {"BB067"}, true);
   }
   bool asymmetry() {
     const auto faults = failing(reading_.faults.asymmetry, "BB065");
@@ -286,8 +317,7 @@ class Repairer {
     for (bool again = true; again;) {
       again = false;
       for (const Finding& finding : reading_.findings) {
-        if (!is_weight_finding(finding) || find_check(finding.code)->subject != Subject::mesh)
-          continue;
+        if (!is_of_weights(finding) || find_check(finding.code)->subject != Subject::mesh) continue;
         double s = std::numeric_limits<double>::quiet_NaN();
         if (finding.slice >= 0)
           s = reading_.slice_at[static_cast<Index>(finding.slice)];
@@ -324,7 +354,7 @@ void count_checks(const WeightReading& before, const WeightReading& after, Weigh
   const auto count = [&](const WeightReading& reading, std::size_t RepairedCheck::*member,
                          std::vector<Finding>& list) {
     for (const Finding& finding : reading.findings)
-      if (is_weight_finding(finding)) {
+      if (is_of_weights(finding)) {
         ++(checks[finding.code].*member);
         list.push_back(finding);
       }
@@ -344,7 +374,7 @@ void count_checks(const WeightReading& before, const WeightReading& after, Weigh
     out.checks.push_back(each);
   }
   for (const Finding& finding : after.findings)
-    if (!is_weight_finding(finding)) out.others.push_back(finding);
+    if (!is_of_weights(finding)) out.others.push_back(finding);
 }
 
 }  // namespace

@@ -14,14 +14,15 @@ namespace backbend::validate {
 struct RepairedCheck {
   std::string code, name, unit;
   std::size_t before = 0, after = 0;             // findings of the weights
-  double worst_before = 0.0, worst_after = 0.0;  // as a factor of the limit
+  double worst_before = 0.0, worst_after = 0.0;  // WeightReading::excess
 };
 
 /// One change that was tried.
 struct RepairStep {
   std::string what;
   bool taken = false;
-  std::string why_not;  // of one that was not taken
+  std::string why_not;     // of one that was not taken
+  std::string costs = {};  // of one that was: what became worse that skeleton or pose answer for
 };
 
 /// A character's weights, repaired and measured again.

@@ -149,6 +149,7 @@ json value(const Finding& f) {
               {"image", value(f.image)},
               {"pictures", value(f.pictures)},
               {"reproduce", f.reproduce}};
+  if (!f.repair.empty()) out["repair"] = f.repair;
   if (!f.artist.empty()) out["artist"] = f.artist;
   return out;
 }

@@ -329,6 +329,7 @@ Finding finding(Place p) {
   f.image = image(p.at("image"));
   f.pictures = pictures(p.at("pictures"));
   f.reproduce = p.at("reproduce").text();
+  f.repair = p.optional("repair", std::string(), text);
   f.artist = p.optional("artist", f.artist, [](const Place& each) { return each.map(text); });
   p.done();
   return f;

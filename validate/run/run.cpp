@@ -38,6 +38,7 @@
 #include "validate/run/side_by_side.h"
 #include "validate/run/verdict.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
 namespace {
@@ -243,6 +244,18 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord&
       if (each.sweep.name == finding.sweep)
         finding.artist = artist_lines(*sidecar, each.sweep.pose_at(finding.control_deg));
   }
+}
+
+/// Findings of the weights name the command that may cure them. Only glTF can be repaired, and only
+/// with the spine for the driven chain.
+void offer_repair(const std::filesystem::path& file, const std::string& character,
+                  const std::string& words, DrivenChain chain, std::vector<Finding>& findings) {
+  const std::string kind = file.extension().string();
+  if ((kind != ".glb" && kind != ".gltf") || chain == DrivenChain::neck) return;
+  for (Finding& finding : findings)
+    if (finding.character == character && is_of_weights(finding))
+      finding.repair =
+          "backbend repair " + words + " -o " + shell_word(file.stem().string() + "_fixed.glb");
 }
 
 /// What a studio's own rig was asked beside its sweeps.
@@ -475,6 +488,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   const std::size_t judged = report.findings.size();
   if (!has_mesh_of_rig(stage.character())) judge_file(suite, records, own_context, report);
   for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
+  offer_repair(file, stage.character().name, run.words, request.chain, report.findings);
   return run;
 }
 
@@ -911,6 +925,9 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     report.next = {"backbend explain " + report.findings.front().code};
     if (!report.findings.front().reproduce.empty())
       report.next.push_back(report.findings.front().reproduce);
+    const auto repairable = std::ranges::find_if(
+        report.findings, [](const Finding& each) { return !each.repair.empty(); });
+    if (repairable != report.findings.end()) report.next.push_back(repairable->repair);
   }
   if (request.baseline) {
     const Digest digest(report);

@@ -70,6 +70,12 @@ double weights_limit(const Check& check, double limit) {
   return check.sense == Sense::at_most ? limit * factor : 1.0 - (1.0 - limit) * factor;
 }
 
+bool is_of_weights(const Finding& finding) {
+  return finding.verdict == Verdict::fail &&
+         (finding.owner == Owner::weights || finding.code == "BB060" || finding.code == "BB061" ||
+          finding.code == "BB062");
+}
+
 int joints_needed(const Check& check, double limit, double value, int joints) {
   if (!std::isfinite(value) || judge(check, value, limit) != Verdict::fail) return 0;
   if (check.code == "BB011" || check.code == "BB036")

@@ -72,6 +72,10 @@ bool is_rest_shape(const Check& check, double limit, double value, double ideal)
 /// blamed, and the finding stands as the check's usual owner's, deciding.
 Booking book_mesh_finding(const Check& check, double limit, const MeshContext& context);
 
+/// Whether a finding that decides is one that other weights may cure: booked to them, or sums,
+/// unweighted and stray vertices of the file.
+bool is_of_weights(const Finding& finding);
+
 /// How many joints would carry what `joints` cannot, where clean weights and the ideal bend give
 /// `value`: kinks and twist jumps are shared out among the joints; a slice under linear blending
 /// keeps cos^2 of half the twist between two of them. 0: that check has no such rule.

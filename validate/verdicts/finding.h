@@ -69,6 +69,7 @@ struct Finding {
   ImageWitness image;
   FindingPictures pictures;
   std::string reproduce;  // command line that shows it again
+  std::string repair;     // command line that may cure it; empty: none does
   /// Program (`maya`, `blender`) -> the line of Python that puts the artist's own rig into the
   /// pose; empty where no sidecar says which control does what.
   std::map<std::string, std::string> artist;

@@ -64,6 +64,8 @@ function factsOf(finding) {
         Object.entries(finding.geometry).map(([key, value]) => el("tr", {}, el("th", { scope: "row" }, name(key)), el("td", { class: "num" }, number(value, 8))))))),
       check && row("check", name(check.measures), check.limit != null && "; default limit " + quantity(check.limit, check.unit), check.reason && ["; ", name(check.reason)])),
     finding.reproduce && el("div", { class: "reproduce" }, el("h3", {}, "See it again"), el("pre", {}, visible(finding.reproduce)), copyButton(finding.reproduce, "copy command")),
+    finding.repair && el("div", { class: "reproduce" }, el("h3", {}, "Repair"), el("p", { class: "soft" }, "Changes these weights, measures all poses again, keeps only what makes no check worse, and says what is left. Add --dry-run to look first."),
+      el("pre", {}, visible(finding.repair)), copyButton(finding.repair, "copy repair command")),
     ...Object.entries(finding.artist ?? {}).map(([program, line]) => el("div", { class: "reproduce" }, el("h3", {}, "Your rig in this pose: ", name(program)),
       el("pre", {}, visible(line)), copyButton(line, "copy line for " + visible(program)))),
     mayApprove(finding) && tick(finding),
