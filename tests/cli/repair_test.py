@@ -85,6 +85,9 @@ class Repairing(CommandTest):
         self.assertEqual(told["schema"], "backbend.repair/1")
         self.assertEqual({each["code"]: each["failures_after"] for each in told["checks"]}["BB062"], 0)
         self.assertEqual(told["touched"], len(changed))
+        for step in told["steps"]:
+            self.assertEqual(step["done"], step["why_not"] == "", step)
+        self.assertTrue(any(step["done"] for step in told["steps"]))
 
     def test_an_output_that_exists_is_replaced(self):
         path, _ = self.lost()

@@ -258,10 +258,10 @@ class Repairer {
     const bool takes_fallback = !best && fallback;
     if (takes_fallback) best = std::move(fallback);
     if (!best) return false;
-    for (RepairStep& step : out_.steps)
-      if (!step.taken && step.why_not.empty()) step.why_not = "another does better";
     RepairStep& step = out_.steps[best->step];
     step.taken = true;
+    for (RepairStep& other : out_.steps)
+      if (!other.taken && other.why_not.empty()) other.why_not = "another does better";
     // What it costs stays beside it.
     if (takes_fallback) step.costs = std::exchange(step.why_not, "");
     now_ = std::move(best->character);
