@@ -40,6 +40,7 @@ Program::Program()
   add_check(registry);
   add_compare(registry);
   add_hunt(registry);
+  add_why(registry);
   add_render(registry);
   add_turntable(registry);
   add_solve(registry);

@@ -20,6 +20,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <glm/trigonometric.hpp>
 #include <map>
 
 #include "tests/battery/body_variants.h"
@@ -140,6 +141,8 @@ Result judge_pose_fault(const Subject& on, PoseFault fault, const Options& optio
   std::function<bool(const std::vector<double>&)> fails;
   std::shared_ptr<Measure> measure;
   if (fault.code == "BB001") {
+    out.what += " " + number_text(glm::degrees(fault.amount), 0) + " deg, joint " +
+                std::to_string(fault.joint);
     fails = [&](const std::vector<double>& at) { return fault.strength(at) > 0.0; };
   } else {
     // As much of the fault as makes it pass the limit where it is meant to.

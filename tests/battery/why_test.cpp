@@ -1,0 +1,168 @@
+// What made a finding: planted changes on a small figure, hidden among harmless ones.
+#include "validate/why/why.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "skin/body.h"
+#include "tests/battery/body_variants.h"
+#include "tests/battery/weight_faults.h"
+#include "tests/battery/why_cases.h"
+#include "tests/skin/body_figure.h"
+
+namespace backbend::battery {
+namespace {
+
+using namespace validate;
+
+const skin::Character& figure() {
+  static const skin::Character body = welded(skin::make_body(skin::figure()));
+  return body;
+}
+skin::AnatomyHints hints() {
+  skin::AnatomyHints out;
+  out.hip = "hips";
+  out.chest = "chest";
+  return out;
+}
+Version version(const char* label, skin::Character body, const char* rig = "even") {
+  return {label, std::move(body), hints(), std::nullopt, read_rig(rig)};
+}
+skin::Character with_weight_fault(double size = 50) {
+  skin::Character body = figure();
+  Draw draw(3, 1);
+  plant(body, skin::find_anatomy(body, hints()), "half torso one up", size, draw);
+  return body;
+}
+WhyPair why_of(Version before, Version after) {
+  Progress none(Progress::Style::none);
+  return why(VersionPair(std::move(before), std::move(after)), {}, none);
+}
+
+TEST(Why, NamesTheWeightsWithTheirJointAndVertices) {
+  const skin::Character spoiled = with_weight_fault();
+  const WhyPair found = why_of(version("a", figure()), version("b", spoiled));
+  EXPECT_EQ(found.changed, bit(Ingredient::weights));
+  ASSERT_FALSE(found.findings.empty());
+  for (const WhyFinding& each : found.findings) {
+    EXPECT_EQ(each.ingredients, bit(Ingredient::weights)) << each.key;
+    ASSERT_FALSE(each.vertices.empty());
+    for (const std::uint32_t v : each.vertices) {
+      const auto a = weights_of(figure().influences[v]), b = weights_of(spoiled.influences[v]);
+      EXPECT_NE(a, b) << v;
+    }
+  }
+}
+
+TEST(Why, IsNotMisledByVerticesInAnotherOrderOrAnotherBindSpace) {
+  skin::Character spoiled = with_weight_fault();
+  Draw draw(5, 1);
+  shuffle_vertices(spoiled, draw);
+  change_bind_space(spoiled, glm::scale(glm::dmat4(1.0), glm::dvec3(2.0)));
+  const VersionPair pair(version("a", figure()), version("b", spoiled));
+  EXPECT_EQ(pair.changed() & bit(Ingredient::bind), 0u);
+  EXPECT_EQ(pair.changed() & bit(Ingredient::skeleton), 0u);
+  EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
+  Progress none(Progress::Style::none);
+  const WhyPair found = why(pair, {}, none);
+  ASSERT_FALSE(found.findings.empty());
+  for (const WhyFinding& each : found.findings)
+    EXPECT_EQ(each.ingredients, bit(Ingredient::weights)) << each.key;
+}
+
+TEST(Why, NamesTheOptionAndLeavesTheOthersOut) {
+  const WhyPair found = why_of(version("a", figure(), "curve:bones=10"),
+                               version("b", figure(), "curve:bones=11,length=rest,follow=chase"));
+  EXPECT_EQ(found.changed, bit(Ingredient::options));
+  bool by_length = false;
+  for (const WhyFinding& each : found.findings) {
+    EXPECT_EQ(each.ingredients, bit(Ingredient::options));
+    by_length |= each.options == std::vector<std::string>{"length"};
+  }
+  EXPECT_TRUE(by_length);
+}
+
+TEST(Why, HasNothingToSayOfHarmlessChanges) {
+  skin::Character other = figure();
+  Draw draw(5, 1);
+  shuffle_vertices(other, draw);
+  rename_joints(other, 0);
+  skin::AnatomyHints none_said = hints();
+  EXPECT_TRUE(why_of(version("a", figure()), version("b", figure())).findings.empty());
+  Version renamed = version("b", other);
+  // Under their new names.
+  const skin::Anatomy anatomy = skin::find_anatomy(figure(), hints());
+  renamed.hints.hip = other.nodes[static_cast<std::size_t>(anatomy.spine.front())].name;
+  renamed.hints.chest = other.nodes[static_cast<std::size_t>(anatomy.chest)].name;
+  const WhyPair found = why_of(version("a", figure()), renamed);
+  EXPECT_TRUE(found.findings.empty());
+  EXPECT_EQ(found.changed & bit(Ingredient::skeleton), 0u);
+  EXPECT_EQ(found.changed & bit(Ingredient::weights), 0u);
+}
+
+TEST(Why, MixturesOfAllAndNoneAreTheVersionsThemselves) {
+  const VersionPair pair(version("a", figure()), version("b", with_weight_fault()));
+  EXPECT_EQ(pair.mixed(0).label, "a");
+  EXPECT_EQ(pair.mixed(pair.changed()).label, "b");
+  const Failures alone =
+      failures_of(pair.mixed(bit(Ingredient::weights) | bit(Ingredient::mesh)), {});
+  const Failures whole = failures_of(pair.after(), {});
+  ASSERT_EQ(alone.size(), whole.size());
+  for (const auto& [key, finding] : whole) EXPECT_EQ(alone.at(key).value, finding.value) << key;
+}
+
+TEST(Why, RefusesBodiesThatShareTooFewVertices) {
+  skin::Character other = figure();
+  subdivide(other);
+  for (glm::vec3& p : other.bind_position) p *= glm::vec3(1.3f, 1.0f, 1.3f);
+  try {
+    VersionPair(version("a.glb", figure()), version("b.glb", other));
+    FAIL();
+  } catch (const skin::CharacterError& error) {
+    EXPECT_NE(std::string(error.what()).find("b.glb: only"), std::string::npos) << error.what();
+    EXPECT_NE(std::string(error.what()).find("90 %"), std::string::npos);
+  }
+}
+
+Failures failing(double value) {
+  Finding finding;
+  finding.code = "BB010";
+  finding.sweep = "extension";
+  finding.value = value;
+  finding.limit = 2.0;
+  if (value <= 2.0) return {};
+  return {{"BB010 extension", finding}};
+}
+
+TEST(FirstBad, IsFoundInTheLogarithmOfTheCount) {
+  for (std::size_t count : {3, 7, 40, 64}) {
+    for (std::size_t bad = 1; bad < count; ++bad) {
+      const auto found = first_bad(count, [&](std::size_t i) { return failing(i >= bad ? 9 : 1); });
+      ASSERT_TRUE(found.has_value());
+      EXPECT_EQ(found->bad, bad);
+      EXPECT_EQ(found->good, bad - 1);
+      EXPECT_LE(found->steps, static_cast<std::size_t>(std::ceil(std::log2(count)))) << count;
+    }
+  }
+}
+
+TEST(FirstBad, SkipsWhatCannotBeMeasuredAndSaysSo) {
+  const auto found = first_bad(10, [&](std::size_t i) -> Failures {
+    if (i == 4 || i == 5) throw skin::CharacterError("v" + std::to_string(i) + ": broken");
+    return failing(i >= 5 ? 9 : 1);
+  });
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->good, 3u);
+  EXPECT_EQ(found->bad, 6u);
+  EXPECT_EQ(found->skipped.size(), 2u);
+}
+
+TEST(FirstBad, IsNoneWhereTheLastIsAsGoodAsTheFirst) {
+  EXPECT_FALSE(first_bad(5, [](std::size_t) { return failing(1); }).has_value());
+  EXPECT_FALSE(first_bad(5, [](std::size_t) { return failing(9); }).has_value());
+}
+
+}  // namespace
+}  // namespace backbend::battery
