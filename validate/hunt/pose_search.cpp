@@ -26,6 +26,7 @@ constexpr Index kTogether = 12;       // climbs that take a step at the same tim
 constexpr double kLeastStep = 1e-3;   // of an axis: a climb has ended
 constexpr double kOdd = 6.0;          // robust standard deviations from what neighbours suggest
 constexpr Index kOddities = 10;       // followed in one round
+constexpr double kAbrupt = 3.0;       // times the usual slope
 constexpr int kOddPolls = 3;
 constexpr double kBadnessUnit = 0.01;  // a hundredth of a limit is noticeable
 constexpr double kMostBad = 3.0;       // beyond it a measure may grow without bounds
@@ -415,7 +416,10 @@ class Search {
               followed_, [&](const Point& done) { return distance(done, at) < 0.5 * spacing(); }))
         chosen.push_back(i);
     }
-    bisect(chosen, odd, evaluations);
+    std::vector<Index> abrupt = abrupt_points();
+    for (const Index i : chosen)
+      if (std::ranges::find(abrupt, i) == abrupt.end()) abrupt.push_back(i);
+    bisect(abrupt, evaluations);
     climb_oddities(chosen, odd, spread, evaluations);
     for (const Index i : chosen) followed_.push_back(out_.points[base_points_[i]].at);
     add_tops(of_badness);
@@ -430,9 +434,43 @@ class Search {
     return std::isfinite(most) ? most : 0.0;
   }
 
-  /// Halves the stretch between each odd point and the neighbour that differs most from it, the
-  /// half that differs more each time. Motion that is continuous halves too; a jump stays.
-  void bisect(const std::vector<Index>& chosen, const std::vector<double>& odd, Index evaluations) {
+  /// Scattered points from which the motion changes several times faster to a neighbour than it
+  /// does elsewhere, fastest first, apart from each other and from those of earlier rounds. Beside
+  /// a corner of the cube, where no neighbours suggest anything, a jump shows by this alone.
+  std::vector<Index> abrupt_points() {
+    constexpr Index kNeighbours = 3;
+    const LocalModel model = model_of(base_points_);
+    const Index n = base_points_.size();
+    std::vector<double> slope(n, 0.0);
+    oneapi::tbb::parallel_for(Index{0}, n, [&](Index i) {
+      const Point& at = out_.points[base_points_[i]].at;
+      for (const Index m : model.nearest(at, kNeighbours, static_cast<std::ptrdiff_t>(i)))
+        slope[i] =
+            std::max(slope[i], motion_difference(base_points_[i], base_points_[m]) /
+                                   std::max(distance(at, out_.points[base_points_[m]].at), 1e-9));
+    });
+    std::vector<double> sorted = slope;
+    std::nth_element(sorted.begin(), sorted.begin() + static_cast<std::ptrdiff_t>(n / 2),
+                     sorted.end());
+    const double usual = sorted[n / 2];
+    std::vector<Index> order(n), out;
+    std::iota(order.begin(), order.end(), Index{0});
+    std::ranges::stable_sort(order, std::greater<>(), [&](Index i) { return slope[i]; });
+    for (const Index i : order) {
+      if (slope[i] < kAbrupt * usual || out.size() == kOddities) break;
+      const Point& at = out_.points[base_points_[i]].at;
+      if (std::ranges::any_of(
+              bisected_, [&](const Point& done) { return distance(done, at) < 0.5 * spacing(); }))
+        continue;
+      bisected_.push_back(at);
+      out.push_back(i);
+    }
+    return out;
+  }
+
+  /// Halves the stretch between each of these points and the neighbour that differs most from it,
+  /// the half that differs more each time. Motion that is continuous halves too; a jump stays.
+  void bisect(const std::vector<Index>& chosen, Index evaluations) {
     struct Stretch {
       Index a, b;
       double whole, length;
@@ -450,7 +488,7 @@ class Search {
                      distance(out_.points[i].at, out_.points[base_points_[m]].at)};
       }
       // The shift that every smooth motion makes over so long a stretch is no jump.
-      if (stretch.whole >= kLeastJump && odd[c] >= kOdd) stretches.push_back(stretch);
+      if (stretch.whole >= kLeastJump) stretches.push_back(stretch);
     }
     // Only as many as can be halved to the end.
     const Index end = std::min(evaluations, settings_.evaluations);
@@ -636,7 +674,7 @@ class Search {
   SearchOutcome out_;
   std::vector<Index> base_points_;  // structured and scattered, in order
   Index base_ = 0, next_ = 0;
-  std::vector<Point> followed_;  // oddities of earlier rounds
+  std::vector<Point> followed_, bisected_;  // oddities and abrupt places of earlier rounds
   std::vector<Climb> climbs_;
   Index climbs_started_ = 0;
   std::vector<std::vector<Point>> started_ = std::vector<std::vector<Point>>(settings_.objectives);
