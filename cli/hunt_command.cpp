@@ -95,8 +95,7 @@ void add_hunt(const Registry& registry) {
   command
       ->add_option("--envelope", options->request.envelope,
                    "poses that count as required [the sidecar's, or by the kind of body]")
-      ->check(CLI::IsMember(envelope_names()))
-      ->configurable();
+      ->check(CLI::IsMember(envelope_names()));
   command
       ->add_option("--add-to", options->suite,
                    "add each find to this suite as a named pose; its limits count")

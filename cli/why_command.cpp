@@ -89,8 +89,7 @@ void add_why(const Registry& registry) {
   command
       ->add_option("--envelope", options->settings.envelope,
                    "required range [the sidecar's, or by the kind of body]")
-      ->check(CLI::IsMember(envelope_names()))
-      ->configurable();
+      ->check(CLI::IsMember(envelope_names()));
   options->external.add_to(command);
   add_anatomy_options(command, options->hints);
   add_chain_option(command, options->chain);

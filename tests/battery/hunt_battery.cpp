@@ -95,6 +95,7 @@ class Measure {
           metric_ == MetricId::self_intersection ? Crossing::measured : Crossing::left_out);
     else
       measure_chain_pose(at_rest_, pose);
+    if (metric_ == MetricId::mirror) measure_pose_behaviour(on_.stage, rig_, pose);
     if (check_.subject == Subject_mesh && pose.at(MetricId::feasibility).value >= 1.0) return 0.0;
     const double limit = limit_at(check_.code, on_.limits.of(check_.code).value,
                                   compound_load(on_.envelope, pose.body));
