@@ -65,14 +65,14 @@ class Measured {
     std::map<std::string, double> out;
     if (record.at(MetricId::feasibility).value >= 1.0) return out;
     const LimitSet limits;
-    for (Index m = 0; m < kMetricCount; ++m) {
-      const Check& check = *find_check(pose_metrics()[m].code);
+    for (const Metric& metric : metric_table()) {
+      const Check& check = metric.check();
       if (check.subject != Subject::mesh || !check.decides) continue;
-      const double value = record.at(static_cast<MetricId>(m)).value;
+      const double value = record.at(metric.id).value;
       if (!std::isfinite(value)) continue;
       const double limit =
           limit_at(check.code, limits.of(check.code).value, compound_load(envelope, pose));
-      out[std::string(check.code)] = excess(check, value, limit * weights_factor(check));
+      out[std::string(check.code)] = excess(check, value, weights_limit(check, limit));
     }
     return out;
   }

@@ -59,6 +59,13 @@ TEST_F(BoxFile, MayBeJson) {
             "flexion 0..45.5, side -10..20");
 }
 
+TEST_F(BoxFile, MayHaveItsTableHeldChannelsAndExtensionBelowZeroForFlexion) {
+  EXPECT_EQ(read_box(write("box.toml", "[box]\nextension = [-30, 20]\nside = [0, 10]\ntwist = 5\n"))
+                .text(),
+            "extension 0..20, flexion 0..30, side 0..10, twist 5");
+  EXPECT_EQ(read_box("extension=-30:-10,side=5").text(), "flexion 10..30, side 5");
+}
+
 TEST_F(BoxFile, IsRefusedByNameAndLine) {
   EXPECT_NE(refusal("a.toml", "side = [0, 10]\ntwist = [30, -30]\n")
                 .find("a.toml:2: 'twist' is inverted: 30 is above -30"),
@@ -69,10 +76,10 @@ TEST_F(BoxFile, IsRefusedByNameAndLine) {
   EXPECT_NE(refusal("d.toml", "").find("the box is empty"), std::string::npos);
   EXPECT_NE(refusal("e.toml", "sied = [0, 1]\n").find("no channel 'sied', did you mean 'side'"),
             std::string::npos);
-  EXPECT_NE(refusal("f.toml", "side = 3\n").find("'side' must be [least, most]"),
-            std::string::npos);
-  EXPECT_NE(refusal("g.toml", "extension = [-10, 10]\n").find("must be 0 or more"),
-            std::string::npos);
+  EXPECT_NE(refusal("f.toml", "side = '3'\n").find("'side' must be [from, to]"), std::string::npos);
+  EXPECT_NE(
+      refusal("g.toml", "extension = [-10, 10]\nflexion = [0, 5]\n").find("must be 0 or more"),
+      std::string::npos);
   EXPECT_NE(refusal("h.toml", "extension = [10, 20]\nflexion = [0, 20]\n").find("both begin at 0"),
             std::string::npos);
   EXPECT_NE(refusal("i.toml", "stretch = [-99, 0]\n").find("leaves no spine"), std::string::npos);

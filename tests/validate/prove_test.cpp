@@ -323,12 +323,17 @@ TEST(ProofBox, ThatIsEmptyInvertedOrNotFiniteIsRefused) {
   EXPECT_NE(why("extension=0:inf").find("not finite"), std::string::npos);
   EXPECT_NE(why("twist=0:40000").find("36000"), std::string::npos);
   EXPECT_NE(why("extenson=0:10").find("'extension'"), std::string::npos);
-  EXPECT_NE(why("flexion=0:10").find("extension below 0"), std::string::npos);
+  EXPECT_NE(why("extension=5:10,flexion=0:10").find("both begin at 0"), std::string::npos);
   EXPECT_NE(why("side=0:10,top.rz=0:1").find("cannot be mixed"), std::string::npos);
   EXPECT_NE(why("side=0:10,side=0:1").find("twice"), std::string::npos);
   EXPECT_NE(why("side=0:x").find("not a number"), std::string::npos);
   EXPECT_NE(why("nosuch").find("no box"), std::string::npos);
   EXPECT_EQ(why("top.rz=-150:150"), "");
+}
+
+TEST(ProofBox, TakesFlexionAsExtensionBelowZero) {
+  EXPECT_EQ(question("even", "extension=0:60,flexion=0:90").box.text(),
+            question("even", "extension=-90:60").box.text());
 }
 
 TEST(ProofBox, HalvesFillTheirBox) {

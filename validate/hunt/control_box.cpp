@@ -1,15 +1,13 @@
 #include "validate/hunt/control_box.h"
 
-#include <toml++/toml.h>
-
 #include <algorithm>
 #include <cmath>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "solver/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/run/compound_search.h"
+#include "validate/sweeps/channel_ranges.h"
 
 namespace backbend::validate {
 namespace {
@@ -18,7 +16,6 @@ namespace fs = std::filesystem;
 
 constexpr std::string_view kBend = "bend";
 constexpr double kFarthest = 3600.0;  // as of a suite's sweeps
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 16;
 
 void set(PoseDegrees& pose, std::string_view axis, double value) {
   if (axis == kBend) {
@@ -33,11 +30,7 @@ double get(const PoseDegrees& pose, std::string_view axis) {
   return axis == kBend ? pose.extension - pose.flexion : *pose.find(axis);
 }
 
-/// One entry of a box file, with the words that say where it stands.
-struct Entry {
-  std::string channel, place;
-  double low = 0.0, high = 0.0;
-};
+using Entry = ChannelRange;
 
 [[noreturn]] void fail(const std::string& place, const std::string& why) {
   throw ReadError(place + ": " + why);
@@ -95,47 +88,12 @@ ControlBox box_of(const std::string& name, const std::vector<Entry>& entries) {
   return box;
 }
 
-std::vector<Entry> entries_of_toml(const fs::path& file, const std::string& text) {
-  toml::table table;
-  try {
-    table = toml::parse(text, file.string());
-  } catch (const toml::parse_error& error) {
-    fail(file.string() + ":" + std::to_string(error.source().begin.line),
-         std::string(error.description()));
-  }
-  std::vector<Entry> entries;
-  for (const auto& [key, node] : table) {
-    Entry entry{std::string(key.str()),
-                file.string() + ":" + std::to_string(node.source().begin.line)};
-    const toml::array* ends = node.as_array();
-    if (ends == nullptr || ends->size() != 2 || !ends->get(0)->is_number() ||
-        !ends->get(1)->is_number())
-      fail(entry.place, "'" + entry.channel + "' must be [least, most], two numbers");
-    entry.low = *ends->get(0)->value<double>();
-    entry.high = *ends->get(1)->value<double>();
-    entries.push_back(std::move(entry));
-  }
-  return entries;
-}
-
-std::vector<Entry> entries_of_json(const fs::path& file, const std::string& text) {
-  const nlohmann::json json = nlohmann::json::parse(text, nullptr, false);
-  if (!json.is_object()) fail(file.string(), "not a JSON object of \"channel\": [least, most]");
-  std::vector<Entry> entries;
-  for (const auto& [key, value] : json.items()) {
-    if (!value.is_array() || value.size() != 2 || !value[0].is_number() || !value[1].is_number())
-      fail(file.string(), "'" + key + "' must be [least, most], two numbers");
-    entries.push_back({key, file.string(), value[0].get<double>(), value[1].get<double>()});
-  }
-  return entries;
-}
-
 ControlBox box_of(const std::string& name, const Envelope& reach) {
   std::vector<Entry> entries;
-  entries.push_back({"extension", name, 0.0, reach.extension});
-  entries.push_back({"flexion", name, 0.0, reach.flexion});
-  entries.push_back({"side", name, -reach.side, reach.side});
-  entries.push_back({"twist", name, -reach.twist, reach.twist});
+  entries.push_back({"extension", 0.0, reach.extension, name});
+  entries.push_back({"flexion", 0.0, reach.flexion, name});
+  entries.push_back({"side", -reach.side, reach.side, name});
+  entries.push_back({"twist", -reach.twist, reach.twist, name});
   return box_of(name, entries);
 }
 
@@ -195,14 +153,15 @@ ControlBox find_box(const std::string& word, const Envelope& envelope) {
 
 ControlBox read_box(const fs::path& file) {
   std::error_code none;
-  if (!fs::exists(file, none) && !file.has_extension()) {
+  const bool is_text = file.string().find('=') != std::string::npos;
+  if (!is_text && !fs::exists(file, none) && !file.has_extension()) {
     const std::string word = file.string();
     throw ReadError("no box '" + word + "'" + solver::did_you_mean(word, box_words()) +
                     " (envelope | stress | sweep, or a file of channel = [least, most])");
   }
-  const std::string text = read_text(file, kMostBytes);
-  const std::vector<Entry> entries =
-      file.extension() == ".json" ? entries_of_json(file, text) : entries_of_toml(file, text);
+  std::vector<Entry> entries =
+      is_text ? ranges_in_text(file.string(), "box '" + file.string() + "'") : ranges_in_file(file);
+  split_flexion(entries);
   for (const Entry& entry : entries) check(entry);
   return box_of(file.string(), entries);
 }

@@ -1,6 +1,5 @@
 #include "validate/prove/proof_box.h"
 
-#include <toml++/toml.h>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -9,6 +8,7 @@
 #include "solver/nearest_name.h"
 #include "solver/rotation.h"
 #include "validate/files/output_folder.h"
+#include "validate/sweeps/channel_ranges.h"
 
 namespace backbend::validate {
 namespace {
@@ -41,10 +41,6 @@ ProofBox ordered(std::vector<ProofAxis> named, const std::string& text,
   std::vector<std::string> known(std::begin(kBodyAxes), std::end(kBodyAxes));
   for (const solver::Channel& c : system.channels()) known.push_back(c.name);
   for (const ProofAxis& a : named) {
-    if (a.channel == "flexion") {
-      throw ProofError("box '" + text +
-                       "': flexion is extension below 0: write extension = [-90, 60]");
-    }
     if (!is_body(a) && control_index(system, a.channel) == system.channels().size()) {
       throw ProofError("box '" + text + "': no channel '" + a.channel + "'" +
                        solver::did_you_mean(a.channel, known));
@@ -75,80 +71,19 @@ ProofBox ordered(std::vector<ProofAxis> named, const std::string& text,
   return box;
 }
 
-double number_in(const std::string& word, const std::string& text) {
-  try {
-    std::size_t end = 0;
-    const double value = std::stod(word, &end);
-    if (end == word.size()) return value;
-  } catch (const std::exception&) {
-  }
-  throw ProofError("box '" + text + "': '" + word + "' is not a number");
-}
-
-std::vector<ProofAxis> axes_in_text(const std::string& text) {
+/// A box that a user wrote, as text or in a file.
+ProofBox written(const std::string& text, const solver::SpineSystem& system) {
   std::vector<ProofAxis> axes;
-  for (std::size_t at = 0; at <= text.size();) {
-    const std::size_t end = std::min(text.find(',', at), text.size());
-    const std::string part = text.substr(at, end - at);
-    const std::size_t equals = part.find('=');
-    if (equals == std::string::npos || equals == 0) {
-      throw ProofError("box '" + text + "': '" + part + "' is not CHANNEL=FROM:TO");
-    }
-    const std::string range = part.substr(equals + 1);
-    const std::size_t colon = range.find(':');
-    ProofAxis axis{part.substr(0, equals), 0.0, 0.0};
-    axis.low = number_in(range.substr(0, colon), text);
-    axis.high = colon == std::string::npos ? axis.low : number_in(range.substr(colon + 1), text);
-    for (const ProofAxis& a : axes)
-      if (a.channel == axis.channel)
-        throw ProofError("box '" + text + "': '" + axis.channel + "' is given twice");
-    axes.push_back(axis);
-    at = end + 1;
-  }
-  return axes;
-}
-
-std::vector<ProofAxis> axes_in_table(const toml::table& table, const std::string& prefix,
-                                     const std::string& file) {
-  std::vector<ProofAxis> axes;
-  for (const auto& [key, node] : table) {
-    const std::string name = prefix + std::string(key.str());
-    const std::string where =
-        file + ":" + std::to_string(node.source().begin.line) + ": '" + name + "'";
-    if (const toml::table* inner = node.as_table()) {
-      for (ProofAxis& a : axes_in_table(*inner, name + ".", file)) axes.push_back(std::move(a));
-    } else if (const auto one = node.value<double>()) {
-      axes.push_back({name, *one, *one});
-    } else if (const toml::array* both = node.as_array()) {
-      const auto low = both->size() == 2 ? (*both)[0].value<double>() : std::nullopt;
-      const auto high = both->size() == 2 ? (*both)[1].value<double>() : std::nullopt;
-      if (!low || !high) throw ProofError(where + " expected a number or [from, to]");
-      axes.push_back({name, *low, *high});
-    } else {
-      throw ProofError(where + " expected a number or [from, to]");
-    }
-  }
-  return axes;
-}
-
-std::vector<ProofAxis> axes_in_file(const std::string& file) {
-  constexpr std::uintmax_t kMostBytes = 1 << 20;
-  const std::string text = read_text(file, kMostBytes);
   try {
-    const toml::table document = toml::parse(text, file);
-    for (const auto& [key, node] : document) {
-      if (key.str() != "box") {
-        throw ProofError(file + ":" + std::to_string(node.source().begin.line) + ": unknown key '" +
-                         std::string(key.str()) + "'; a box file has one table, [box]");
-      }
-    }
-    const toml::table* box = document["box"].as_table();
-    if (!box) throw ProofError(file + ": no table [box]");
-    return axes_in_table(*box, "", file);
-  } catch (const toml::parse_error& error) {
-    throw ProofError(file + ":" + std::to_string(error.source().begin.line) + ": " +
-                     std::string(error.description()));
+    std::vector<ChannelRange> ranges = text.find('=') != std::string::npos
+                                           ? ranges_in_text(text, "box '" + text + "'")
+                                           : ranges_in_file(text);
+    join_flexion(ranges);
+    for (const ChannelRange& range : ranges) axes.push_back({range.channel, range.low, range.high});
+  } catch (const ReadError& error) {
+    throw ProofError(error.what());
   }
+  return ordered(std::move(axes), text, system);
 }
 
 }  // namespace
@@ -192,10 +127,8 @@ ProofBox read_box(const std::string& text, const Envelope& envelope,
     box = body_box(text, reach_of(all, standard_sweeps(envelope)));
   } else if (text == "stress") {
     box = body_box(text, reach_of(all, stress_sweeps()));
-  } else if (text.find('=') != std::string::npos) {
-    box = ordered(axes_in_text(text), text, system);
-  } else if (std::filesystem::exists(text)) {
-    box = ordered(axes_in_file(text), text, system);
+  } else if (text.find('=') != std::string::npos || std::filesystem::exists(text)) {
+    box = written(text, system);
   } else {
     throw ProofError("no box '" + text +
                      "': expected envelope, stress, sweep, a TOML file with a "

@@ -23,17 +23,16 @@ void worsen(std::map<std::string, double>& excess_of, const Check& check, double
 }
 
 void add_mesh(const RigRecord& rig, const ReadingContext& context, WeightReading& out) {
-  for (std::size_t m = 0; m < kMetricCount; ++m) {
-    const Check& check = *find_check(pose_metrics()[m].code);
+  for (const Metric& metric : metric_table()) {
+    const Check& check = metric.check();
     if (check.subject != Subject::mesh || !check.decides) continue;
     const double limit = context.limits.of(check.code).value;
     for (const SweepRecord& sweep : rig.sweeps)
       for (const PoseRecord& pose : sweep.poses) {
-        const auto metric = static_cast<MetricId>(m);
         if (!pose.inside || !pose.taken || pose.at(MetricId::feasibility).value >= 1.0 ||
             !is_applicable(rig, metric, pose))
           continue;
-        worsen(out.excess, check, pose.at(metric).value,
+        worsen(out.excess, check, pose.at(metric.id).value,
                limit_at(check.code, limit, compound_load(context.envelope, pose.body)));
       }
   }

@@ -128,8 +128,7 @@ double excess_of(const WeightReading& reading, const std::string& code) {
 double decides_from(const std::string& code) {
   const Check& check = *find_check(code);
   if (check.subject != Subject::mesh) return 1.0;
-  const double factor = weights_factor(check);
-  return check.sense == Sense::at_most ? factor : 1.0 / factor;
+  return excess(check, weights_limit(check, check.limit), check.limit);
 }
 
 /// What got worse by more than a tenth of its limit, or a finding that was not there; empty:
