@@ -77,9 +77,10 @@ void add_hunt(const Registry& registry) {
   command->add_option("--character", options->request.character, "character file")
       ->required()
       ->type_name(kFileType);
-  command->add_option("--box", options->request.box,
-                      "poses to search: envelope, stress, sweep, or a file of channel = [least, "
-                      "most], degrees [envelope]");
+  command->add_option(
+      "--box", options->request.box,
+      "poses to search: envelope, stress, sweep, a TOML file with [box], or channels "
+      "like extension=0:180,side=0 in degrees [envelope]");
   command->add_option("--check", options->request.check,
                       "hunt this check alone (BB001 ...) [every check of single poses]");
   command

@@ -200,7 +200,7 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
   out.changed = pair.changed();
   out.coverage = pair.coverage();
   for (const Ingredient each : members(out.changed)) out.differences[each] = pair.difference(each);
-  progress.start("why", 2);
+  progress.start("versions", 2);
   Mixer mixer(pair, settings, progress, out);
   // The two themselves must be measurable: what keeps them from it is thrown.
   mixer.take(0, failures_of(pair.before(), settings));
@@ -209,7 +209,10 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
   progress.step();
   out.measured = 2;
   const Failures before = *mixer.of(0), after = *mixer.of(out.changed);
+  progress.finish();
   if (out.changed == 0) return out;
+  // At most every mixture of the two.
+  progress.start("mixtures", (std::size_t{1} << members(out.changed).size()) - 2);
   for (const std::string& key : worse_in(before, after)) {
     WhyFinding why;
     why.key = key;
