@@ -156,7 +156,7 @@ class Settings(CommandTest):
         text = self.assert_runs("config", "--show-origin", environment={"BACKBEND_THREADS": "2"}).stdout
         self.assertRegex(text, r"^project  /.*/backbend\.toml\n\n")
         self.assertRegex(text, r"\nthreads +2 +BACKBEND_THREADS +all\n")
-        self.assertRegex(text, r"\nrig +even +/.*/backbend\.toml:1 +check, compare, render, turntable, bake\n")
+        self.assertRegex(text, r"\nrig +even +/.*/backbend\.toml:1 +check, compare, why, render, turntable, bake\n")
         self.assertNotIn("BACKBEND_THREADS", self.assert_runs("config", environment={"BACKBEND_THREADS": "2"}).stdout)
         self.assertEqual(self.assert_runs("config", "--no-project").stdout.splitlines()[0], "project  none")
 

@@ -284,10 +284,12 @@ class Points(RigTest, CommandTest):
         self.assert_runs("check", self.body, "--rig", self.rig("--pop", "extension=40:0.06"), "--chest", "neck", "--envelope", "human",
                          "-o", "pictured", code=1)
         found = self.findings(json.loads((self.folder / "pictured/report.json").read_text()), "BB037")
-        first = [finding for finding in found if finding["sweep"] == "extension"][0]
+        pictured = [finding for finding in found if finding["pictures"]["before"]]
+        self.assertEqual(len(pictured), 1)
+        self.assertEqual(pictured[0]["value"], max(finding["value"] for finding in found))
         for side in ("before", "after", "heat"):
-            self.assertTrue((self.folder / "pictured" / first["pictures"][side]).is_file())
-        self.assertTrue(first["image"]["visible"])
+            self.assertTrue((self.folder / "pictured" / pictured[0]["pictures"][side]).is_file())
+        self.assertTrue(pictured[0]["image"]["visible"])
 
     def test_a_flip_of_the_chain_is_no_jump_of_the_surface(self):
         report = self.check(self.rig("--flip", "twist=41.2345:60", "--bulge", "extension=0.001"), code=1)
