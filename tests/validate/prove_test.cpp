@@ -175,6 +175,14 @@ TEST(Certificate, ThatIsCutOrChangedOrAnotherSchemaIsRefused) {
   EXPECT_NE(why(rehashed(json)).find("certificate/9"), std::string::npos);
 }
 
+TEST(Certificate, OfARigInAFileIsRefusedUnread) {
+  nlohmann::ordered_json json =
+      nlohmann::ordered_json::parse(certificate_text(proved(question("even", "envelope"))));
+  json["question"]["rig"] = "somewhere/else.toml";
+  EXPECT_NE(refusal([&] { parse_certificate(rehashed(json), "c.json"); }).find("the rig is a file"),
+            std::string::npos);
+}
+
 TEST(Certificate, WhoseBoxesDoNotFillTheWholeIsRefused) {
   const nlohmann::ordered_json json =
       nlohmann::ordered_json::parse(certificate_text(proved(question("even", "envelope"))));

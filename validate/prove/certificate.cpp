@@ -39,7 +39,10 @@ glm::dvec3 vector_of(const ordered_json& json) {
 
 ProofQuestion question_of(const ordered_json& json) {
   ProofQuestion q;
-  q.rig = read_rig(json.at("rig").get<std::string>()).spec;
+  const std::string rig = json.at("rig").get<std::string>();
+  // That would be a file of whoever checks.
+  if (rig.ends_with(".toml")) throw ProofError("the rig is a file, not a system with its options");
+  q.rig = read_rig(rig).spec;
   for (const ordered_json& j : json.at("joints")) q.chain.joint.push_back(vector_of(j));
   q.chain.left = vector_of(json.at("left"));
   const auto mapping = find_mapping(json.at("mapping").get<std::string>());
