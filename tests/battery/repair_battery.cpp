@@ -19,15 +19,15 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <cstdlib>
 #include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 
 #include "skin/character.h"
+#include "tests/battery/battery_options.h"
 #include "tests/battery/repair_case.h"
-#include "tests/source_folder.h"
+#include "validate/metrics/median.h"
 #include "validate/run/stage.h"
 
 namespace backbend::battery {
@@ -49,58 +49,28 @@ const std::vector<std::string> kBodies = {"mh_male_13k.glb",
                                           "cesium_man.glb"};
 constexpr std::uint64_t kStream = 16'000'000;
 
-struct Options {
-  std::uint64_t seed = 1, rounds = 1, shard = 0, shards = 1;
+struct Options : BatteryOptions {
+  std::uint64_t rounds = 1;
   Index poses = 0;
-  std::string kind, body, lines, keep;
-  std::vector<std::string> sum;
-  fs::path characters;
+  std::string kind, body;
 };
-
-[[noreturn]] void usage(const std::string& why) {
-  std::fprintf(stderr, "repair_battery: %s; see the head of its source\n", why.c_str());
-  std::exit(2);
-}
 
 Options read_options(int argc, char** argv) {
   Options out;
-  const char* folder = std::getenv("BACKBEND_CHARACTERS");
-  out.characters =
-      folder != nullptr ? fs::path(folder) : source_folder() / ".." / "shared" / "characters";
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--sum") {
-      while (++i < argc) out.sum.emplace_back(argv[i]);
-      break;
-    }
-    if (++i == argc) usage(word + " needs a value");
-    const std::string value = argv[i];
-    const std::uint64_t number = std::strtoull(value.c_str(), nullptr, 10);
-    if (word == "--seed") {
-      out.seed = number;
-    } else if (word == "--rounds") {
-      out.rounds = number;
-    } else if (word == "--poses") {
-      out.poses = number;
-    } else if (word == "--kind") {
-      out.kind = value;
-    } else if (word == "--body") {
-      out.body = value;
-    } else if (word == "--lines") {
-      out.lines = value;
-    } else if (word == "--keep") {
-      out.keep = value;
-    } else if (word == "--characters") {
-      out.characters = value;
-    } else if (word == "--shard") {
-      const Index slash = value.find('/');
-      if (slash == std::string::npos) usage("--shard is I/N");
-      out.shard = number;
-      out.shards = std::max(1ull, std::strtoull(value.c_str() + slash + 1, nullptr, 10));
-    } else {
-      usage("unknown option " + word);
-    }
-  }
+  static_cast<BatteryOptions&>(out) = read_battery_options(
+      "repair_battery", argc, argv, [&](const std::string& word, const std::string& value) {
+        if (word == "--rounds")
+          out.rounds = number_of(value);
+        else if (word == "--poses")
+          out.poses = number_of(value);
+        else if (word == "--kind")
+          out.kind = value;
+        else if (word == "--body")
+          out.body = value;
+        else
+          return false;
+        return true;
+      });
   return out;
 }
 
@@ -171,12 +141,6 @@ struct Sum {
   double off_before = 0.0, off_after = 0.0, seconds = 0.0;
 };
 
-double median(std::vector<double> values) {
-  if (values.empty()) return 0.0;
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
-
 bool print_table(const std::vector<json>& lines) {
   std::map<std::string, Sum> sums;
   for (const json& line : lines) {
@@ -213,28 +177,19 @@ bool print_table(const std::vector<json>& lines) {
         kind == "~all" ? "all" : kind.c_str(), sum.cases, sum.cases + sum.silent, sum.planted,
         100.0 * static_cast<double>(sum.planted - sum.left) /
             static_cast<double>(std::max<Index>(1, sum.planted)),
-        sum.added, median(sum.faulty), median(sum.touched), median(sum.beyond),
-        sum.off_before / cases, sum.off_after / cases, sum.new_at_poses, sum.poses, sum.seconds);
+        sum.added, validate::median(sum.faulty), validate::median(sum.touched),
+        validate::median(sum.beyond), sum.off_before / cases, sum.off_after / cases,
+        sum.new_at_poses, sum.poses, sum.seconds);
   }
   const Sum& all = sums["~all"];
-  return 100 * (all.planted - all.left) >= 95 * all.planted && all.added == 0;
+  return all.planted > 0 && 100 * (all.planted - all.left) >= 95 * all.planted && all.added == 0;
 }
 
 int main_of(int argc, char** argv) {
   const Options options = read_options(argc, argv);
-  std::vector<json> lines;
-  for (const std::string& file : options.sum) {
-    std::ifstream in(file);
-    if (!in) usage(file + ": cannot be read");
-    for (std::string line; std::getline(in, line);)
-      if (!line.empty()) lines.push_back(json::parse(line));
-  }
+  std::vector<json> lines = options.lines_to_sum();
   if (options.sum.empty()) {
-    if (!fs::exists(options.characters / kBodies.front())) {
-      std::fprintf(stderr,
-                   "skipped: no characters here; set BACKBEND_CHARACTERS to their folder\n");
-      return 77;
-    }
+    if (!fs::exists(options.characters / kBodies.front())) return skipped_for_want_of_characters();
     lines = run(options);
   }
   return print_table(lines) ? 0 : 1;

@@ -21,17 +21,15 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <cstring>
 #include <fstream>
 #include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 
+#include "tests/battery/battery_options.h"
 #include "tests/battery/cases.h"
 #include "tests/battery/judged_case.h"
 #include "tests/battery/tables.h"
-#include "tests/source_folder.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 
@@ -47,58 +45,26 @@ using validate::number_text;
 constexpr Family kFamilies[] = {Family::clean_rig, Family::clean_clip, Family::weight_fault,
                                 Family::motion_fault};
 
-struct Options {
-  std::uint64_t cases = 40, seed = 1, shard = 0, shards = 1;
-  std::string family, lines, keep;
+struct Options : BatteryOptions {
+  std::uint64_t cases = 40;
+  std::string family;
   std::optional<std::uint64_t> only;
-  std::vector<std::string> sum;
-  fs::path characters;
 };
-
-[[noreturn]] void usage(const std::string& why) {
-  std::fprintf(stderr, "verdict_battery: %s; see the head of its source\n", why.c_str());
-  std::exit(2);
-}
 
 Options read_options(int argc, char** argv) {
   Options out;
-  const char* folder = std::getenv("BACKBEND_CHARACTERS");
-  out.characters =
-      folder != nullptr ? fs::path(folder) : source_folder() / ".." / "shared" / "characters";
-  for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
-    if (word == "--sum") {
-      while (++i < argc) out.sum.emplace_back(argv[i]);
-      break;
-    }
-    if (++i == argc) usage(word + " needs a value");
-    const std::string value = argv[i];
-    const auto number = [&] {
-      return static_cast<std::uint64_t>(std::strtoull(value.c_str(), nullptr, 10));
-    };
-    if (word == "--cases") {
-      out.cases = number();
-    } else if (word == "--seed") {
-      out.seed = number();
-    } else if (word == "--family") {
-      out.family = value;
-    } else if (word == "--shard") {
-      const Index slash = value.find('/');
-      if (slash == std::string::npos) usage("--shard is I/N");
-      out.shard = number();
-      out.shards = std::max(1ull, std::strtoull(value.c_str() + slash + 1, nullptr, 10));
-    } else if (word == "--only") {
-      out.only = number();
-    } else if (word == "--lines") {
-      out.lines = value;
-    } else if (word == "--keep") {
-      out.keep = value;
-    } else if (word == "--characters") {
-      out.characters = value;
-    } else {
-      usage("unknown option " + word);
-    }
-  }
+  static_cast<BatteryOptions&>(out) = read_battery_options(
+      "verdict_battery", argc, argv, [&](const std::string& word, const std::string& value) {
+        if (word == "--cases")
+          out.cases = number_of(value);
+        else if (word == "--family")
+          out.family = value;
+        else if (word == "--only")
+          out.only = number_of(value);
+        else
+          return false;
+        return true;
+      });
   return out;
 }
 
@@ -331,29 +297,14 @@ class Battery {
   std::ofstream lines_;
 };
 
-std::vector<json> read_lines(const std::vector<std::string>& files) {
-  std::vector<json> out;
-  for (const std::string& file : files) {
-    std::ifstream in(file);
-    if (!in) usage(file + ": cannot be read");
-    for (std::string line; std::getline(in, line);)
-      if (!line.empty()) out.push_back(json::parse(line));
-  }
-  return out;
-}
-
 int main_of(int argc, char** argv) {
   Options options = read_options(argc, argv);
   std::vector<json> lines;
   if (!options.sum.empty()) {
-    lines = read_lines(options.sum);
+    lines = options.lines_to_sum();
   } else {
     Battery battery(options);
-    if (!battery.has_characters()) {
-      std::fprintf(stderr,
-                   "skipped: no characters here; set BACKBEND_CHARACTERS to their folder\n");
-      return 77;
-    }
+    if (!battery.has_characters()) return skipped_for_want_of_characters();
     lines = battery.run();
   }
   return print_tables(lines) ? 0 : 1;

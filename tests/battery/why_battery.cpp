@@ -84,10 +84,7 @@ int run(std::size_t cases, std::uint64_t seed, const fs::path& folder, bool verb
 }  // namespace backbend::battery
 
 int main(int argc, char** argv) {
-  const char* place = std::getenv("BACKBEND_CHARACTERS");
-  std::filesystem::path folder = place != nullptr
-                                     ? std::filesystem::path(place)
-                                     : backbend::source_folder() / ".." / "shared" / "characters";
+  std::filesystem::path folder = backbend::characters_folder();
   std::size_t cases = 60;
   std::uint64_t seed = 1;
   bool verbose = false;

@@ -188,9 +188,7 @@ TEST_F(Import, ReadsBvhAsASkeletonWithoutABody) {
 }
 
 TEST_F(Import, FindsSpineAndArmsOfTheSharedFbxWithoutHints) {
-  const char* given = std::getenv("BACKBEND_CHARACTERS");
-  const fs::path file =
-      (given ? fs::path(given) : source_folder() / ".." / "shared" / "characters") / "arnaud.fbx";
+  const fs::path file = characters_folder() / "arnaud.fbx";
   if (!fs::exists(file)) GTEST_SKIP() << file << " is not here";
   const skin::Character arnaud = load_character(file);
   const skin::Anatomy anatomy = skin::find_anatomy(arnaud);
