@@ -88,11 +88,7 @@ void add_hunt(const Registry& registry) {
                    "poses to measure, 100 to 10000000 [5000]")
       ->check(CLI::Range(100, 10'000'000));
   command->add_option("--seed", options->request.seed, "seed of the search [1]");
-  command
-      ->add_option("--mapping", options->mapping,
-                   "how the pose reaches the controls: chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}))
-      ->configurable();
+  add_mapping_option(command, options->mapping)->configurable();
   command
       ->add_option("--envelope", options->request.envelope,
                    "poses that count as required [the sidecar's, or by the kind of body]")

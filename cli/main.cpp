@@ -138,6 +138,13 @@ void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
+CLI::Option* add_mapping_option(CLI::App* command, std::string& mapping) {
+  return command
+      ->add_option("--mapping", mapping,
+                   "how a body pose reaches the controls: chest or spread [chest]")
+      ->check(CLI::IsMember({"chest", "spread"}));
+}
+
 void add_chain_option(CLI::App* command, std::string& chain) {
   command
       ->add_option("--chain", chain,

@@ -146,10 +146,7 @@ void add_prove(const Registry& registry) {
   command->add_option("--box", options->box,
                       "poses: envelope, stress, sweep, a TOML file with [box], or channels like "
                       "extension=0:180,side=0 in degrees [envelope]");
-  command
-      ->add_option("--mapping", options->mapping,
-                   "how a bend reaches the controls: chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}));
+  add_mapping_option(command, options->mapping);
   command
       ->add_option("--gain", options->gain,
                    "the most that a joint may turn, degrees per degree of a channel [8]")

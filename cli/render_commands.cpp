@@ -68,11 +68,7 @@ struct PictureOptions {
     external.add_to(command);
     command->add_option("--pose", pose,
                         "channel=degrees, separated by commas: extension=90,side=10 [rest]");
-    command
-        ->add_option("--mapping", mapping,
-                     "how the pose reaches the controls: chest or spread [chest]")
-        ->check(CLI::IsMember({"chest", "spread"}))
-        ->configurable();
+    add_mapping_option(command, mapping)->configurable();
     command
         ->add_option("--preset", preset_name,
                      "review: 640x360, 16 samples; quick: 320x180, 8 samples, denoised; final: "

@@ -533,11 +533,7 @@ void add_check(const Registry& registry) {
       ->type_name(kFileType);
   add_baked_options(command, options->baked);
   command->add_option("--rig", options->rig, kRigHelp)->type_name(kRigType)->configurable();
-  command
-      ->add_option("--mapping", options->mapping,
-                   "how a body pose reaches the controls: chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}))
-      ->configurable();
+  add_mapping_option(command, options->mapping)->configurable();
   command
       ->add_option("--envelope", options->envelope,
                    "required range: human, animal, long_neck, snake, neck, cartoon, creature, "

@@ -81,11 +81,7 @@ void add_why(const Registry& registry) {
       ->add_option("--character", options->character,
                    "character that the versions, which are rigs, are judged on")
       ->type_name(kFileType);
-  command
-      ->add_option("--mapping", options->mapping,
-                   "how a body pose reaches the controls: chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}))
-      ->configurable();
+  add_mapping_option(command, options->mapping)->configurable();
   command
       ->add_option("--envelope", options->settings.envelope,
                    "required range [the sidecar's, or by the kind of body]")
