@@ -23,19 +23,12 @@ constexpr Index kMostPaths = 12, kMostFollowed = 4;
 constexpr double kAxisStep_deg = 5.0;
 constexpr double kApart = 0.005;  // of an axis: two paths at one place
 constexpr double kFirstShift_deg = 0.05;
-constexpr double kGainLimit = 8.0;  // of BB002; what is slower is of no interest here
-
-double distance(const Point& a, const Point& b) {
-  double square = 0.0;
-  for (Index i = 0; i < a.size(); ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
-  return std::sqrt(square);
-}
 
 }  // namespace
 
 FlipHunt::FlipHunt(const solver::SpineSystem& system, solver::Mapping mapping,
-                   const ControlBox& box, Index evaluations)
-    : system_(system), mapping_(mapping), box_(box), left_(evaluations) {}
+                   const ControlBox& box, double gain_limit, Index evaluations)
+    : system_(system), mapping_(mapping), box_(box), gain_limit_(gain_limit), left_(evaluations) {}
 
 void FlipHunt::pose_at(const Point& at, solver::SpinePose& pose) const {
   system_.solve_into(controls_at(system_, box_.pose_at(at), mapping_), solver::Detail::joints,
@@ -152,7 +145,7 @@ std::vector<FlipPath> FlipHunt::paths(const std::vector<Suspect>& suspects,
                                       const std::optional<Point>& least_margin) {
   std::vector<FlipPath> out;
   const auto add = [&](const std::optional<FlipPath>& path) {
-    if (!path || (path->jump_deg == 0.0 && path->gain <= kGainLimit)) return;
+    if (!path || (path->jump_deg == 0.0 && path->gain <= gain_limit_)) return;
     for (FlipPath& other : out) {
       if (distance(other.at, path->at) >= kApart) continue;
       if (std::pair(path->jump_deg, path->gain) > std::pair(other.jump_deg, other.gain))

@@ -23,10 +23,10 @@ struct FlipPath {
 /// noticed. Only the chain is solved.
 class FlipHunt {
  public:
-  /// `evaluations`: solves that may be spent on following the gain; those of find_flips(), which
-  /// confirm, are counted apart. Keeps references.
+  /// `gain_limit`: BB002's; slower paths are left out. `evaluations`: solves that may be spent on
+  /// following the gain; those of find_flips(), which confirm, are counted apart. Keeps references.
   FlipHunt(const solver::SpineSystem& system, solver::Mapping mapping, const ControlBox& box,
-           std::size_t evaluations);
+           double gain_limit, std::size_t evaluations);
 
   /// Paths across the suspects and across the jumps on the axes through rest: jumps first, those
   /// nearest to rest first, none beside another. Suspects that do not jump, and the pose of least
@@ -55,6 +55,7 @@ class FlipHunt {
   const solver::SpineSystem& system_;
   solver::Mapping mapping_;
   const ControlBox& box_;
+  const double gain_limit_;
   std::size_t left_, spent_ = 0, confirmations_ = 0;
 };
 

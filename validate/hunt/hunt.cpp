@@ -390,7 +390,8 @@ class Hunter {
     for (Index k = 0; k < objectives_.size(); ++k)
       if (objectives_[k]->id == MetricId::flip_margin && outcome.worst[k])
         least_margin = outcome.points[*outcome.worst[k]].at;
-    FlipHunt flips(*rig_.system, rig_.mapping, hunt_.box, evaluations);
+    FlipHunt flips(*rig_.system, rig_.mapping, hunt_.box, scene_.limits.of("BB002").value,
+                   evaluations);
     const std::vector<FlipPath> paths = flips.paths(outcome.suspects, least_margin);
     hunt_.evaluations += flips.spent();
     std::vector<HuntFind> found;

@@ -48,12 +48,6 @@ double halton(Index number, unsigned base) {
 
 constexpr std::array<unsigned, 6> kPrimes = {2, 3, 5, 7, 11, 13};
 
-double distance(const Point& a, const Point& b) {
-  double square = 0.0;
-  for (Index i = 0; i < a.size(); ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
-  return std::sqrt(square);
-}
-
 /// Where a climb stands.
 struct Climb {
   std::ptrdiff_t objective = 0;  // -1: the distance from what the neighbours suggest
@@ -487,7 +481,7 @@ class Search {
           stretch = {i, base_points_[m], differ,
                      distance(out_.points[i].at, out_.points[base_points_[m]].at)};
       }
-      // The shift that every smooth motion makes over so long a stretch is no jump.
+      // What differs by less holds no jump of that size.
       if (stretch.whole >= kLeastJump) stretches.push_back(stretch);
     }
     // Only as many as can be halved to the end.
@@ -681,6 +675,12 @@ class Search {
 };
 
 }  // namespace
+
+double distance(std::span<const double> a, std::span<const double> b) {
+  double square = 0.0;
+  for (Index i = 0; i < a.size(); ++i) square += (a[i] - b[i]) * (a[i] - b[i]);
+  return std::sqrt(square);
+}
 
 SearchOutcome search(const SearchSettings& settings, const Look& look) {
   return Search(settings, look).run();

@@ -8,6 +8,9 @@
 
 namespace backbend::validate {
 
+/// The distance between two points of the unit cube, which have as many coordinates.
+double distance(std::span<const double> a, std::span<const double> b);
+
 /// A point of the unit cube, and what was seen there.
 struct SearchPoint {
   std::vector<double> at;       // 0..1 per axis
