@@ -271,8 +271,9 @@ BoxTurn slerp_short(const BoxTurn& a, const BoxTurn& b, double t) {
   }
   if (!(c.value.lo > 0.0)) return undefined_turn();
   const BoxReal of_a = weight_of(c, 1.0 - t), of_b = BoxReal(sign) * weight_of(c, t);
-  // With h half the angle between a and b: turning one end by d turns the result by its share of
-  // d about the common axis and by sin(t h) / sin(h), which is no less, about those square to it.
+  // With h half the angle between a and b: turning one end by d turns the result by its share of d
+  // about the common axis, and by sin(t h) / sin(h) of d, which is at least that, about axes
+  // perpendicular to it.
   const double share_a = slerp_weight(c.value, 1.0 - t).hi, share_b = slerp_weight(c.value, t).hi;
   BoxRates rate;
   for (int j = 0; j < kBoxVariables; ++j) {

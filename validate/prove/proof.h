@@ -74,9 +74,9 @@ struct ProofShares {
 ProofShares shares_of(const ProofTree& tree, const ProofBox& whole);
 
 /// Proves and refutes by bisection: a box that cannot be certified is split at the middle of its
-/// widest axis until it is no wider than `smallest`; then a pose that breaks a claim is looked for
-/// in it. Boxes go by falling size, so that what the number of boxes leaves open is small; where a
-/// box is far from certified its halves are split again without a look.
+/// widest axis until it is no wider than `smallest`; then the plain solver searches it for a pose
+/// that breaks a claim. Boxes go by falling size, so that what the number of boxes leaves open is
+/// small; where a box is far from certified its halves are split again without a look.
 ///
 /// The tree is the same for any number of threads. `tree` may hold the beginning of a search of the
 /// same question, which goes on: when a signal comes, what is decided stays in it, the rest is

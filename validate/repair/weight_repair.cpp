@@ -29,7 +29,7 @@ constexpr double kBetter = 0.999;  // of the score, at most, for a change to be 
 constexpr double kMostOne = 10.0;  // times its limit: more of one finding does not count
 
 /// A file ready to be repaired: as a person confirmed it, and what leads back to the file.
-struct Patient {
+struct RepairInput {
   skin::GltfDocument document;
   skin::WeightedGltf file;
   skin::Character character;           // without the parts that the sidecar leaves out
@@ -59,10 +59,10 @@ std::vector<std::uint32_t> vertices_in_file(const skin::Character& whole,
 }
 
 /// The character of a document with what its sidecar says, and its anatomy and limits.
-Patient patient_of(const std::filesystem::path& file, skin::GltfDocument document,
-                   skin::AnatomyHints hints) {
+RepairInput input_of(const std::filesystem::path& file, skin::GltfDocument document,
+                     skin::AnatomyHints hints) {
   const std::optional<skin::Sidecar> sidecar = skin::read_sidecar(file);
-  Patient out{std::move(document), {}, {}, {}, {}, {}};
+  RepairInput out{std::move(document), {}, {}, {}, {}, {}};
   out.file = skin::read_weighted(out.document);
   out.character = out.file.character;
   if (sidecar) {
@@ -85,15 +85,15 @@ Patient patient_of(const std::filesystem::path& file, skin::GltfDocument documen
   return out;
 }
 
-WritableWeights writable_of(const Patient& patient) {
+WritableWeights writable_of(const RepairInput& input) {
   WritableWeights out;
-  std::vector<int> of_file(patient.file.character.vertex_count(), -1);
+  std::vector<int> of_file(input.file.character.vertex_count(), -1);
   // As many joints as the character has on any vertex: what engines were told to expect.
   Index most = 1;
-  for (const skin::Influences& each : patient.file.character.influences)
+  for (const skin::Influences& each : input.file.character.influences)
     most = std::max(most, static_cast<Index>(std::ranges::count_if(
                               each.weight, [](float w) { return w > 0.0f; })));
-  for (const skin::WeightSource& source : patient.file.sources) {
+  for (const skin::WeightSource& source : input.file.sources) {
     std::vector<std::uint16_t> joints(source.joint.begin(), source.joint.end());
     std::ranges::sort(joints);
     std::fill_n(of_file.begin() + source.first_vertex, source.vertex_count,
@@ -101,7 +101,7 @@ WritableWeights writable_of(const Patient& patient) {
     out.joints.push_back(std::move(joints));
     out.most.push_back(std::min(most, 4 * source.joints.size()));
   }
-  for (const std::uint32_t v : patient.in_file) out.group.push_back(of_file[v]);
+  for (const std::uint32_t v : input.in_file) out.group.push_back(of_file[v]);
   return out;
 }
 
@@ -111,10 +111,12 @@ std::string key_of(const Finding& finding) {
   return finding.code + " " + (counts ? "" : finding.sweep.empty() ? finding.joint : finding.sweep);
 }
 
-double score_of(const WeightReading& reading) {
+/// The weights' findings of some codes, of all where `codes` is null: the sum of how many times
+/// over its limit each is.
+double score_of(const WeightReading& reading, const std::set<std::string>* codes = nullptr) {
   double sum = 0.0;
   for (const Finding& finding : reading.findings)
-    if (is_of_weights(finding))
+    if (is_of_weights(finding) && (codes == nullptr || codes->count(finding.code) > 0))
       sum += std::min(kMostOne, excess(*find_check(finding.code), finding.value, finding.limit));
   return sum;
 }
@@ -156,12 +158,12 @@ std::string what_is_worse(const WeightReading& before, const WeightReading& now,
 
 class Repairer {
  public:
-  Repairer(Patient& patient, Progress& progress, WeightRepair& out)
-      : patient_(patient),
+  Repairer(RepairInput& input, Progress& progress, WeightRepair& out)
+      : input_(input),
         progress_(progress),
         out_(out),
-        now_(patient.character),
-        writable_(writable_of(patient)),
+        now_(input.character),
+        writable_(writable_of(input)),
         reading_(measure(now_)) {}
 
   const WeightReading& reading() const { return reading_; }
@@ -183,13 +185,13 @@ class Repairer {
  private:
   WeightReading measure(const skin::Character& character) {
     ++out_.measurements;
-    return read_weights(character, patient_.context, progress_);
+    return read_weights(character, input_.context, progress_);
   }
 
   std::vector<skin::WeightFault> failing(const skin::WeightAnswer& answer, std::string_view code) {
     std::vector<skin::WeightFault> out;
     const Check& check = *find_check(code);
-    const double limit = patient_.context.limits.of(code).value;
+    const double limit = input_.context.limits.of(code).value;
     for (const skin::WeightFault& fault : answer.faults)
       if (judge(check, 100.0 * fault.value, limit) == Verdict::fail) out.push_back(fault);
     return out;
@@ -203,25 +205,15 @@ class Repairer {
     now_.worst_weight_vertex = -1;
     now_.renormalised_vertices = 0;
     out_.steps.push_back({"divided weights by their sums at " +
-                              std::to_string(patient_.file.off_sum.size()) + " vertices",
+                              std::to_string(input_.file.off_sum.size()) + " vertices",
                           true, ""});
     sums_corrected_ = true;
     reading_ = measure(now_);
   }
 
-  double group_score(const WeightReading& reading, const std::set<std::string>& codes) const {
-    double sum = 0.0;
-    for (const Finding& finding : reading.findings)
-      if (is_of_weights(finding) && codes.count(finding.code) > 0)
-        sum += std::min(kMostOne, excess(*find_check(finding.code), finding.value, finding.limit));
-    return sum;
-  }
-
-  /// Takes the first edit that removes the group's findings and makes nothing worse, else the best
-  /// of those that help. Faults of the file itself are faults whatever the mesh then shows: for
-  /// them
-  /// (`plain`) an edit that makes nothing worse but what skeleton or pose answer for is taken where
-  /// there is no other. Whether one was taken.
+  /// Takes the first edit that removes all findings of `codes` and makes nothing worse, else the
+  /// best of those that help. `plain`: faults of the file itself, for which, as a last resort, an
+  /// edit is taken that makes only findings of skeleton or pose worse. True if an edit was taken.
   bool take_best(const std::vector<WeightEdit>& edits, const std::set<std::string>& codes,
                  bool plain = false) {
     struct Tried {
@@ -249,7 +241,7 @@ class Repairer {
       auto& slot = helps ? best : fallback;
       if (!helps && (!plain || !better || !what_is_worse(reading_, reading, true).empty()))
         continue;
-      const bool cures = group_score(reading, codes) == 0.0;
+      const bool cures = score_of(reading, &codes) == 0.0;
       if (!slot || after < score_of(slot->reading))
         slot = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
       if (helps && cures) break;
@@ -271,14 +263,14 @@ class Repairer {
 
   /// Which chain is the spine depends on the weights, too: `check` will find it by the new ones.
   void find_spine_again() {
-    skin::Anatomy anatomy = skin::find_anatomy(now_, patient_.hints);
-    skin::Anatomy& known = patient_.context.anatomy;
+    skin::Anatomy anatomy = skin::find_anatomy(now_, input_.hints);
+    skin::Anatomy& known = input_.context.anatomy;
     if (anatomy.spine == known.spine && anatomy.chest_index == known.chest_index) return;
     known = std::move(anatomy);
     reading_ = measure(now_);
   }
 
-  WeightEdits edits() const { return {now_, patient_.context.anatomy, writable_}; }
+  WeightEdits edits() const { return {now_, input_.context.anatomy, writable_}; }
 
   bool unknown() {
     std::vector<std::uint32_t> vertices = now_.unweighted;
@@ -325,7 +317,7 @@ class Repairer {
         if (!std::isfinite(s) || !done.insert(static_cast<int>(std::lround(10.0 * s))).second)
           continue;
         const double bone =
-            1.0 / static_cast<double>(std::max<Index>(1, patient_.context.anatomy.chest_index));
+            1.0 / static_cast<double>(std::max<Index>(1, input_.context.anatomy.chest_index));
         again = take_best(edits().stretch(s - 0.5 * bone, s + 0.5 * bone), {finding.code});
         better = better || again;
         if (again) break;
@@ -334,7 +326,7 @@ class Repairer {
     return better;
   }
 
-  Patient& patient_;
+  RepairInput& input_;
   Progress& progress_;
   WeightRepair& out_;
   skin::Character now_;
@@ -389,36 +381,36 @@ WeightRepair repair_weights(const std::filesystem::path& file, const skin::Anato
     throw skin::CharacterError(file.string() +
                                ": a body description has no weights; make the body first "
                                "(backbend body) and repair that");
-  Patient patient = patient_of(file, skin::load_gltf(file), hints);
+  RepairInput input = input_of(file, skin::load_gltf(file), hints);
   WeightRepair out;
-  Repairer repairer(patient, progress, out);
+  Repairer repairer(input, progress, out);
   const WeightReading before = repairer.reading();
-  out.character = patient.file.character;
-  out.envelope = patient.context.envelope.name;
+  out.character = input.file.character;
+  out.envelope = input.context.envelope.name;
   out.poses = before.poses;
-  out.influences = patient.file.character.influences;
+  out.influences = input.file.character.influences;
   out.touched.assign(out.influences.size(), false);
   repairer.repair();
 
   const skin::Character& repaired = repairer.character();
   for (Index v = 0; v < repaired.vertex_count(); ++v) {
-    if (!differ(repaired.influences[v], patient.character.influences[v])) continue;
-    const Index to = patient.in_file[v];
+    if (!differ(repaired.influences[v], input.character.influences[v])) continue;
+    const Index to = input.in_file[v];
     out.influences[to] = repaired.influences[v];
     out.touched[to] = true;
     const double change = skin::share_moved(skin::shares_of(repaired.influences[v]),
-                                            skin::shares_of(patient.character.influences[v]));
+                                            skin::shares_of(input.character.influences[v]));
     if (change > out.largest_change) {
       out.largest_change = change;
       out.largest_vertex = static_cast<std::uint32_t>(to);
     }
   }
   if (repairer.sums_corrected()) {
-    for (const std::uint32_t v : patient.file.off_sum) out.touched[v] = true;
-    const double change = std::min(1.0, std::abs(1.0 - patient.file.character.worst_weight_sum));
+    for (const std::uint32_t v : input.file.off_sum) out.touched[v] = true;
+    const double change = std::min(1.0, std::abs(1.0 - input.file.character.worst_weight_sum));
     if (change > out.largest_change) {
       out.largest_change = change;
-      out.largest_vertex = static_cast<std::uint32_t>(patient.file.character.worst_weight_vertex);
+      out.largest_vertex = static_cast<std::uint32_t>(input.file.character.worst_weight_vertex);
     }
   }
   out.touched_count = static_cast<Index>(std::count(out.touched.begin(), out.touched.end(), true));
@@ -426,8 +418,8 @@ WeightRepair repair_weights(const std::filesystem::path& file, const skin::Anato
     count_checks(before, before, out);
     return out;
   }
-  out.glb = skin::encode_with_weights(patient.document, patient.file, out.influences, out.touched);
-  const Patient written = patient_of(file, skin::load_gltf({file, out.glb, out.glb}), hints);
+  out.glb = skin::encode_with_weights(input.document, input.file, out.influences, out.touched);
+  const RepairInput written = input_of(file, skin::load_gltf({file, out.glb, out.glb}), hints);
   ++out.measurements;
   count_checks(before, read_weights(written.character, written.context, progress), out);
   return out;

@@ -47,7 +47,7 @@ struct WeightRepair {
 /// measures each, and keeps one only where findings go and no check gets worse by more than a tenth
 /// of its limit. What it says after is measured on the file as it will be written, read back.
 ///
-/// Throws skin::CharacterError for what is no glTF with a skin, or cannot be changed.
+/// Throws skin::CharacterError for a file that is not glTF, has no skin or cannot be changed.
 WeightRepair repair_weights(const std::filesystem::path& file, const skin::AnatomyHints& hints,
                             Progress& progress);
 

@@ -33,7 +33,7 @@ double free_bytes() {
   constexpr double kPlenty = 1e15;  // where nothing says
   double bytes = 1024.0 * number_in("/proc/meminfo", "MemAvailable:");
   if (std::isnan(bytes)) bytes = kPlenty;
-  // "max" means that there is no limit; it reads as NaN.
+  // "max" means no limit; it reads as NaN.
   const double limit = number_in("/sys/fs/cgroup/memory.max", "");
   const double used = number_in("/sys/fs/cgroup/memory.current", "");
   return std::isnan(limit - used) ? bytes : std::min(bytes, limit - used);

@@ -42,7 +42,8 @@ Version load_version(const std::string& file, const skin::AnatomyHints& hints, c
 /// Joints correspond by name, else by their place at rest; vertices by their number where the
 /// triangles are the same, else by the closest rest point. A bind matrix is taken for what it adds
 /// to the skeleton at rest: a joint that was moved and bound again is a change of the skeleton
-/// alone. A mesh that is stored in another space, which the bind matrices take back, is no change.
+/// alone. A mesh stored in another space counts as unchanged if its bind matrices compensate for
+/// it.
 class VersionPair {
  public:
   /// Throws skin::CharacterError where less than 90 % of either's vertices have one of the other's
