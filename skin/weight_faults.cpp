@@ -1,12 +1,15 @@
 #include "skin/weight_faults.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 #include <map>
 #include <memory>
 #include <numeric>
+#include <optional>
+#include <set>
 
 #include "skin/chain_arc.h"
 #include "skin/closest_point.h"
@@ -1004,7 +1007,55 @@ class FaultFinder {
     return true;
   }
 
-  /// Whether vertices at one place belong to one surface: to one part of the mesh, or to two that
+  /// The places of the triangles around each place.
+  void find_fans() {
+    fans_.resize(weights_.size());
+    for (const auto& triangle : character_.triangles)
+      for (int k = 0; k < 3; ++k)
+        fans_[character_.place[triangle[k]]].push_back(
+            {triangle[k],
+             {character_.place[triangle[(k + 1) % 3]], character_.place[triangle[(k + 2) % 3]]}});
+  }
+
+  /// Whether two vertices of one part and place are of one surface there: a walk from triangle to
+  /// triangle over the edges at this place leads from one to the other. Lips that meet in a point
+  /// share no edge. Where the same triangle lies there twice and faces the same way, as in feathers
+  /// folded upon each other, its edges lead nowhere.
+  bool is_one_fan(const Part& part, Index a, Index b) {
+    if (fans_.empty()) find_fans();
+    std::vector<Corner> fan = fans_[character_.place[a]];
+    std::erase_if(fan, [&](const Corner& corner) {
+      return corner.vertex < part.first_vertex ||
+             corner.vertex >= part.first_vertex + part.vertex_count;
+    });
+    std::map<Index, std::vector<std::size_t>> beside;  // the triangles on each edge, by its end
+    for (std::size_t i = 0; i < fan.size(); ++i)
+      for (const Index end : fan[i].others) beside[end].push_back(i);
+    std::vector<std::size_t> surface(fan.size());
+    std::iota(surface.begin(), surface.end(), std::size_t{0});
+    const auto join = [&](std::size_t i, std::size_t j) {
+      const std::size_t from = surface[j], to = surface[i];
+      std::ranges::replace(surface, from, to);
+    };
+    for (std::size_t i = 0; i < fan.size(); ++i)
+      for (std::size_t j = 0; j < i; ++j)
+        if (fan[i].vertex == fan[j].vertex) join(i, j);
+    for (const auto& [end, triangles] : beside) {
+      std::set<std::pair<bool, Index>> sides;  // the way round the edge, and the place across it
+      for (const std::size_t i : triangles)
+        sides.emplace(fan[i].others[0] == end, fan[i].others[fan[i].others[0] == end ? 1 : 0]);
+      if (sides.size() < triangles.size()) continue;
+      for (const std::size_t i : triangles) join(triangles.front(), i);
+    }
+    std::optional<std::size_t> of_a, of_b;
+    for (std::size_t i = 0; i < fan.size(); ++i) {
+      if (fan[i].vertex == a) of_a = surface[i];
+      if (fan[i].vertex == b) of_b = surface[i];
+    }
+    return of_a && of_b && *of_a == *of_b;
+  }
+
+  /// Whether vertices at one place belong to one surface: of one part of the mesh, or of two that
   /// both end there and of which none is a prop. A shield that touches another goes its own way.
   bool is_joined(Index a, Index b) {
     const auto part_of = [&](Index v) {
@@ -1015,7 +1066,7 @@ class FaultFinder {
       return k;
     };
     const Index first = part_of(a), second = part_of(b);
-    if (first == second) return true;
+    if (first == second) return is_one_fan(character_.parts[first], a, b);
     if (ends_.empty()) ends_.resize(character_.parts.size());
     for (const Index part : {first, second}) {
       if (ends_[part].empty()) {
@@ -1074,6 +1125,12 @@ class FaultFinder {
   Neighbours edges_, linked_;               // along the surface; and from shell to shell, too
   /// Of each part, by place: where its surface ends. A prop's ends nowhere.
   std::vector<std::vector<bool>> ends_;
+  /// A triangle at a place: its vertex there, and the places of the other two.
+  struct Corner {
+    Index vertex;
+    std::array<Index, 2> others;
+  };
+  std::vector<std::vector<Corner>> fans_;  // of each place; made when first asked
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::vector<Hump>> hump_;
   std::map<int, std::unique_ptr<PointCells>> area_;

@@ -14,8 +14,10 @@
 #include "skin/gltf_reader.h"
 #include "skin/import_checks.h"
 #include "skin/skinning.h"
+#include "skin/weld.h"
 #include "tests/skin/planted_weights.h"
 #include "tests/skin/shared_characters.h"
+#include "tests/skin/stick_figure.h"
 
 namespace backbend::skin {
 namespace {
@@ -494,6 +496,37 @@ TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {
   const double before = find_weight_faults(character, anatomy).seams.worst();
   EXPECT_GT(worst(false), 0.99);
   EXPECT_EQ(worst(true), before);
+}
+
+/// The worst seam of a stick figure with two triangles more, one that follows a spine joint and one
+/// that follows the head. Corners are numbers of points that lie apart from all else.
+double seam_between(const glm::uvec3& of_spine, const glm::uvec3& of_head) {
+  Character character = stick_figure();
+  const auto point = [](unsigned number) {
+    return glm::vec3(number % 2 == 0 ? 0.0F : 0.1F, 1.2F + 0.05F * static_cast<float>(number / 2),
+                     0.3F);
+  };
+  for (const auto& [corners, joint] :
+       {std::pair(of_spine, "spine_1"), std::pair(of_head, "head")}) {
+    stick_vertex(character, stick_node(character, joint));
+    for (int k = 0; k < 3; ++k)
+      character.bind_position[character.triangles.back()[k]] = point(corners[k]);
+  }
+  const Places places = weld(character.bind_position);
+  character.place = places.place;
+  character.place_count = places.count;
+  character.parts = {{"body", 0, 0, static_cast<std::uint32_t>(character.triangles.size()), 0,
+                      static_cast<std::uint32_t>(character.vertex_count())}};
+  return find_weight_faults(character, find_anatomy(character)).seams.worst();
+}
+
+TEST(Seams, AreWhereASurfaceGoesOnOverAnEdge) {
+  EXPECT_EQ(seam_between({0, 1, 2}, {3, 4, 5}), 0.0) << "apart";
+  EXPECT_EQ(seam_between({0, 1, 2}, {2, 1, 3}), 1.0) << "side by side";
+  EXPECT_EQ(seam_between({0, 1, 2}, {1, 2, 3}), 1.0) << "side by side, one turned over";
+  EXPECT_EQ(seam_between({0, 1, 2}, {0, 2, 1}), 1.0) << "two sides of one sheet";
+  EXPECT_EQ(seam_between({0, 1, 2}, {2, 3, 4}), 0.0) << "in a point";
+  EXPECT_EQ(seam_between({0, 1, 2}, {1, 2, 0}), 0.0) << "one upon the other";
 }
 
 TEST(PlantedOnUnlikeSides, HalfATorsoOneVertebraUpIsFoundThoughNoVertexHasAMirrorImage) {
