@@ -15,6 +15,7 @@
 #include "validate/files/data_folder.h"
 #include "validate/run/ideal_bend.h"
 #include "validate/run/run.h"
+#include "validate/run/verdict.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::validate {
@@ -364,6 +365,21 @@ TEST(Waivers, InARunTurnFailuresIntoWaivedOnesUntilTheyExpire) {
     return reason.find("expired on 2026-11-21") != std::string::npos;
   };
   EXPECT_TRUE(std::any_of(expired.reasons.begin(), expired.reasons.end(), says_expired));
+}
+
+TEST(Reasons, NameTheChecksThatWereNotMeasured) {
+  Report report;
+  RigResult rig;
+  rig.rig = "even";
+  rig.role = Role::proposed;
+  rig.coverage = {{"BB002", 9, 9, 0, 0}, {"BB012", 9, 0, 0, 9}, {"BB030", 9, 5, 4, 0}};
+  report.rigs.push_back(rig);
+  conclude(report);
+  EXPECT_EQ(report.exit_code, kExitNotMeasured);
+  ASSERT_EQ(report.reasons.size(), 1u);
+  EXPECT_EQ(
+      report.reasons.front(),
+      "even: not everything that decides was measured: BB030 cross-section collapse (4 of 9)");
 }
 
 TEST(Limits, OfASuiteMoveTheVerdictAndNeverACanarys) {

@@ -294,6 +294,14 @@ TEST(Mesh, AStepAroundABrowAtRestIsNoFoldWhereItTips) {
   EXPECT_EQ(t.measure(tipped, no_intent(t.slices, t.rest_slices)).folded, 0.0);
 }
 
+TEST(Mesh, FoldsAreToldWhereALineCrossesTwoSlicesInARow) {
+  SlicedTube sliced(Tube(10));
+  EXPECT_EQ(why_no_folds(sliced.slices, sliced.rest_slices), "");
+  for (std::size_t r = 1; r < sliced.slices.slice.size(); r += 2)
+    sliced.slices.slice[r].ring.clear();
+  EXPECT_NE(why_no_folds(sliced.slices, sliced.rest_slices), "");
+}
+
 TEST(Mesh, MoreBendThanTheBodyIsThickIsInfeasibleAndFolds) {
   const SlicedTube t(Tube(24, 0.14));
   // The whole bend in the middle third: curvature 8 per unit, times 0.14 is 1.12.

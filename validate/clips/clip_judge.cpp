@@ -22,8 +22,7 @@ constexpr std::string_view kResponseCode = "BB049";
 /// Whether a metric applies to a sweep of a baked clip.
 bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, const Metric& metric) {
   return is_applicable(
-      metric, ClipScope{.open_mesh = record.open_mesh,
-                        .has_kinks = record.has_kinks,
+      metric, ClipScope{.surface = record.surface,
                         .has_corners = record.has_corners,
                         .has_drift = record.has_arms && sweep.drift_applies,
                         .has_slides = record.has_slides && sweep.range.count >= kLeastFrames});

@@ -497,8 +497,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
   record.watched = watched_joints(character, anatomy);
   record.has_corners = system.rest().position.size() >= kLeastForCorners;
   record.has_mesh = metrics != nullptr;
-  record.has_kinks = metrics != nullptr && why_no_kinks(metrics->slices()).empty();
-  record.open_mesh = metrics != nullptr && !metrics->mesh().open_reason.empty();
+  if (metrics != nullptr) record.surface = metrics->scope();
   record.share_joint = joints_with_shares(character, anatomy);
   const JointMeasures joints(character, anatomy, clip, body, record.watched);
   record.has_slides = body.fit() != ClipFit::points;

@@ -38,8 +38,8 @@ struct WatchedJoint {
 struct ClipRecord {
   std::vector<WatchedJoint> watched;
   std::vector<ClipSweepRecord> sweeps;
-  bool has_mesh = false, open_mesh = false;
-  bool has_kinks = false;        // kinks and twist jumps of the mesh can be told
+  bool has_mesh = false;
+  SurfaceScope surface;          // what may be asked of it
   bool has_corners = false;      // enough joints to hold one against its neighbours
   bool has_arms = false;         // arm roots that hang from the spine, and are not fitted
   bool has_slides = false;       // where joints stand is the clip's own, not fitted

@@ -166,8 +166,7 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
   if (const double error = body.blending_error(); std::isfinite(error))
     facts.notes.push_back(blending_note(error, on.anatomy.spine_length));
   if (on.metrics != nullptr)
-    if (const std::string why = why_no_kinks(on.metrics->slices()); !why.empty())
-      facts.notes.push_back(why);
+    for (std::string& why : on.metrics->why_not()) facts.notes.push_back(std::move(why));
   if (const double bent = bend_at_rest(clip, on.anatomy, body); bent > 0.0)
     facts.notes.push_back(
         "not written from the rest pose: with all recorded controls at 0 the spine "

@@ -27,8 +27,7 @@ std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
   record.body = pose;
   record.control = controls_at(system, pose, mapping);
   measure_pose(body, rig_at_rest(system), posed, record);
-  const MetricScope scope{system.rest(), !body.mesh().open_reason.empty(),
-                          why_no_kinks(body.slices()).empty(), stage.driver().arms_follow_chest()};
+  const MetricScope scope{system.rest(), body.scope(), stage.driver().arms_follow_chest()};
   const LimitSet limits;
   const Check* worst = nullptr;
   double worst_factor = -1.0, worst_value = 0.0;

@@ -144,6 +144,26 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
   if (has_arms_) arm_ = arm_vertices(character, anatomy);
 }
 
+SurfaceScope BodyMetrics::scope() const {
+  return {.has_volume = mesh_.open_reason.empty(),
+          .has_kinks = why_no_kinks(slices_).empty(),
+          .has_folds = why_no_folds(slices_, rest_slices_).empty()};
+}
+
+std::vector<std::string> BodyMetrics::why_not() const {
+  std::vector<std::string> out;
+  const auto add = [&](std::string why) {
+    if (!why.empty()) out.push_back(std::move(why));
+  };
+  if (slices_.measured() == 0)
+    add("cross-sections (BB030) cannot be measured: nowhere does the surface go round the driven "
+        "spine; is another meant (--hip and --chest, or --spine)?");
+  if (!mesh_.open_reason.empty()) add("volume has no meaning here: " + mesh_.open_reason);
+  add(why_no_kinks(slices_));
+  add(why_no_folds(slices_, rest_slices_));
+  return out;
+}
+
 BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
                                const solver::SpinePose& pose, double twist, bool stretches) const {
   return bend_intent(

@@ -45,6 +45,13 @@ RigAtRest rig_at_rest(const solver::SpineSystem& system);
 /// pose stretches, which is what the rig's options make of the request.
 double asked_length(const RigAtRest& rig, std::span<const glm::dvec3> intended, bool stretches);
 
+/// What a character's surface allows to be told.
+struct SurfaceScope {
+  bool has_volume = false;
+  bool has_kinks = false;  // and twist jumps
+  bool has_folds = false;
+};
+
 /// A character prepared for measuring: slices, topology and masks, made once, read by any number of
 /// threads.
 class BodyMetrics {
@@ -72,6 +79,9 @@ class BodyMetrics {
                                  double twist, bool stretches = false) const;
 
   const SpineSlices& slices() const { return slices_; }
+  SurfaceScope scope() const;
+  /// Why something cannot be told of this surface, a sentence each.
+  std::vector<std::string> why_not() const;
   const SlicePose& rest_slices() const { return rest_slices_; }
   const MeshRest& mesh() const { return mesh_; }
   double height() const { return height_; }

@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 namespace backbend::validate {
 namespace {
@@ -88,34 +89,43 @@ std::vector<double> twists(const SlicePose& pose, const std::vector<glm::dvec3>&
 
 constexpr double kLeastAlong = 0.25;  // cosine of a step to its slices' normal at rest
 
+/// The step of a line from a slice to the next one at rest, where the surface goes on between them
+/// along the body; a step that runs around the body (a brow, a jaw) turns about in any bend.
+std::optional<glm::dvec3> forward_step(const SpineSlices& slices, const SlicePose& rest,
+                                       std::size_t slice, std::size_t line) {
+  const Slice &below = slices.slice[slice], &above = slices.slice[slice + 1];
+  if (below.ring.empty() || above.ring.empty() || !below.line[line].surface ||
+      !above.line[line].surface)
+    return {};
+  const std::size_t low = slice * kLineCount + line;
+  const glm::dvec3 step = rest.line[low + kLineCount] - rest.line[low];
+  const glm::dvec3 across = rest.area[slice] + rest.area[slice + 1];
+  if (!(glm::dot(step, across) > kLeastAlong * glm::length(step) * glm::length(across))) return {};
+  return step;
+}
+
 void measure_folds(const SpineSlices& slices, const SlicePose& rest, const SlicePose& pose,
                    SliceMeasures& out) {
-  const int n = static_cast<int>(slices.slice.size());
+  const std::size_t n = slices.slice.size();
   double whole = 0.0, folded = 0.0, longest = 0.0;
-  for (int k = 0; k < kLineCount; ++k) {
+  for (std::size_t k = 0; k < kLineCount; ++k) {
     double run = 0.0;
     int start = -1;
-    for (int r = 0; r + 1 < n; ++r) {
-      const std::size_t low = static_cast<std::size_t>(r) * kLineCount + k, high = low + kLineCount;
-      const bool material = !slices.slice[r].ring.empty() && !slices.slice[r + 1].ring.empty() &&
-                            slices.slice[r].line[k].surface && slices.slice[r + 1].line[k].surface;
-      const glm::dvec3 rest_step = rest.line[high] - rest.line[low];
-      const double length = glm::length(rest_step);
-      const glm::dvec3 across = rest.area[r] + rest.area[r + 1];
-      // A step that runs around the body at rest (a brow, a jaw) turns about in any bend.
-      const bool forward =
-          material && glm::dot(rest_step, across) > kLeastAlong * length * glm::length(across);
-      if (!forward) {
+    for (std::size_t r = 0; r + 1 < n; ++r) {
+      const std::optional<glm::dvec3> rest_step = forward_step(slices, rest, r, k);
+      if (!rest_step) {
         run = 0.0;
         continue;
       }
+      const double length = glm::length(*rest_step);
       whole += length;
       const glm::dvec3 along = pose.centre[r + 1] - pose.centre[r];
       const glm::dvec3 normal = pose.area[r] + pose.area[r + 1];
-      const glm::dvec3 step = pose.line[high] - pose.line[low];
+      const std::size_t low = r * kLineCount + k;
+      const glm::dvec3 step = pose.line[low + kLineCount] - pose.line[low];
       // Backwards both along the centres and against the slices: one alone may tilt in a bend.
       if (glm::dot(step, along) < 0.0 && glm::dot(step, normal) < 0.0) {
-        if (run == 0.0) start = r;
+        if (run == 0.0) start = static_cast<int>(r);
         run += length;
         folded += length;
         if (run > longest) {
@@ -178,6 +188,13 @@ std::string why_no_kinks(const SpineSlices& slices) {
   return "kinks and twist jumps of the mesh (BB011, BB036) do not apply: " +
          std::to_string(longest) + " slices in a row that the spine moves, " +
          std::to_string(slices_for(kLeastWindow)) + " are needed";
+}
+
+std::string why_no_folds(const SpineSlices& slices, const SlicePose& rest) {
+  for (std::size_t r = 0; r + 1 < slices.slice.size(); ++r)
+    for (std::size_t k = 0; k < kLineCount; ++k)
+      if (forward_step(slices, rest, r, k)) return "";
+  return "surface folds (BB012) do not apply: no line along the body crosses two slices in a row";
 }
 
 SliceMeasures measure_slices(const SpineSlices& slices, const SlicePose& rest,

@@ -52,6 +52,10 @@ int slice_window(const SpineSlices& slices, int bones);
 /// jumps of the mesh cannot be told on it. Empty where one fits.
 std::string why_no_kinks(const SpineSlices& slices);
 
+/// Why the surface cannot be asked for folds: no line along the body crosses two slices in a row.
+/// Empty where it can.
+std::string why_no_folds(const SpineSlices& slices, const SlicePose& rest);
+
 /// Kinks of one rig beyond those of another in the same pose of the same character: the second
 /// difference of the difference of their turnings, degrees.
 std::vector<double> paired_kink(const SliceMeasures& a, const SliceMeasures& b, int window);

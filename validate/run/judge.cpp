@@ -205,8 +205,7 @@ void set_place(const Metric& metric, int place, const std::vector<std::string>& 
 }
 
 bool is_applicable(const RigRecord& rig, const Metric& metric, const PoseRecord& pose) {
-  return is_applicable(metric, {rig.system->rest(), rig.open_mesh, rig.has_kinks, rig.has_arms},
-                       pose);
+  return is_applicable(metric, {rig.system->rest(), rig.surface, rig.has_arms}, pose);
 }
 
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context) {

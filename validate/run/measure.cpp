@@ -246,8 +246,7 @@ RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& p
                    const Envelope& envelope) {
   RigRecord rig = start(stage, plan, mapping, sweeps, envelope);
   rig.has_mesh = true;
-  rig.open_mesh = !body.mesh().open_reason.empty();
-  rig.has_kinks = why_no_kinks(body.slices()).empty();
+  rig.surface = body.scope();
   const ExternalRig* external = external_rig(*rig.system);
   rig.has_arms = stage.driver().arms_follow_chest() && (!external || external->moves_arms());
   return rig;

@@ -44,11 +44,10 @@ struct RigRecord {
   solver::Mapping mapping = solver::Mapping::chest;
   std::unique_ptr<solver::SpineSystem> system;
   std::vector<SweepRecord> sweeps;
-  CompoundSearch search;   // of the poses between the sweeps
-  bool has_mesh = false;   // the surface was measured too
-  bool open_mesh = false;  // its volume has no meaning
-  bool has_kinks = true;   // kinks and twist jumps of the mesh can be told
-  bool has_arms = true;    // that the chest carries
+  CompoundSearch search;  // of the poses between the sweeps
+  bool has_mesh = false;  // the surface was measured too
+  SurfaceScope surface;   // what may be asked of it
+  bool has_arms = true;   // that the chest carries
 };
 
 /// Measures the chain alone, over the given sweeps. Every metric of the chain is filled, here and

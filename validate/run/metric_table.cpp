@@ -35,8 +35,10 @@ Measured chain_kink(const ChainReading& at) {
   return {corner, joint};
 }
 
-bool kinks_can_be_told(const MetricScope& scope, const PoseRecord&) { return scope.has_kinks; }
-bool clip_kinks_can_be_told(const ClipScope& scope) { return scope.has_kinks; }
+bool kinks_can_be_told(const MetricScope& scope, const PoseRecord&) {
+  return scope.surface.has_kinks;
+}
+bool clip_kinks_can_be_told(const ClipScope& scope) { return scope.surface.has_kinks; }
 
 constexpr std::array<Metric, kMetricCount> kTable = {{
     {.id = MetricId::gain, .name = "gain", .code = "BB002", .in_clips = InClips::not_applicable},
@@ -132,7 +134,9 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .from_body =
          [](const BodyReading& at) {
            return Measured{100.0 * at.pose.slices.folded, at.pose.slices.fold_slice};
-         }},
+         },
+     .applies = [](const MetricScope& scope, const PoseRecord&) { return scope.surface.has_folds; },
+     .applies_to_clip = [](const ClipScope& scope) { return scope.surface.has_folds; }},
     {.id = MetricId::arm_slide,
      .name = "arm_slide",
      .code = "BB022",
@@ -171,8 +175,9 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
          [](const BodyReading& at) {
            return Measured{100.0 * std::abs(at.pose.surface.volume_change), -1};
          },
-     .applies = [](const MetricScope& scope, const PoseRecord&) { return !scope.open_mesh; },
-     .applies_to_clip = [](const ClipScope& scope) { return !scope.open_mesh; }},
+     .applies = [](const MetricScope& scope,
+                   const PoseRecord&) { return scope.surface.has_volume; },
+     .applies_to_clip = [](const ClipScope& scope) { return scope.surface.has_volume; }},
     {.id = MetricId::strain,
      .name = "strain",
      .code = "BB032",

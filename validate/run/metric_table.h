@@ -71,15 +71,13 @@ struct BodyReading {
 /// What decides which metrics apply to a rig on a character.
 struct MetricScope {
   const solver::SpinePose& rest;
-  bool open_mesh = false;
-  bool has_kinks = true;
+  SurfaceScope surface;
   bool has_arms = true;
 };
 
 /// The same of one sweep of a clip.
 struct ClipScope {
-  bool open_mesh = false;
-  bool has_kinks = false;    // kinks and twist jumps of the mesh can be told
+  SurfaceScope surface;
   bool has_corners = false;  // enough joints to hold one against its neighbours
   bool has_drift = false;    // nobody turns the clavicles on purpose
   bool has_slides = false;   // where joints are is the clip's own, and over enough frames

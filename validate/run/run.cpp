@@ -385,11 +385,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   // Canaries always use the built-in limits.
   const JudgeContext by_the_table{stage, table, envelope, run.words};
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
-  if (!body.mesh().open_reason.empty())
-    report.characters.back().notes.push_back("volume has no meaning here: " +
-                                             body.mesh().open_reason);
-  if (std::string why = why_no_kinks(body.slices()); !why.empty())
-    report.characters.back().notes.push_back(std::move(why));
+  for (std::string& why : body.why_not()) report.characters.back().notes.push_back(std::move(why));
 
   std::vector<RigRecord>& records = run.records;
   const std::vector<Sweep> sweeps = sweeps_for(suite, envelope);

@@ -29,15 +29,30 @@ std::string envelope_gaps(const RigResult& rig) {
   return text;
 }
 
+/// Whether a check that decides went without some of its measurements.
+bool is_gap(const Coverage& each) {
+  const Check* check = find_check(each.code);
+  return each.not_measured > 0 && check != nullptr && check->decides;
+}
+
+/// The checks of a rig that decide and were not measured everywhere: "BB030 cross-section
+/// collapse (419 of 419 poses)".
+std::string gaps_text(const RigResult& rig) {
+  std::string out;
+  for (const Coverage& each : rig.coverage)
+    if (is_gap(each))
+      out += (out.empty() ? "" : ", ") + each.code + " " +
+             std::string(find_check(each.code)->name) + " (" + std::to_string(each.not_measured) +
+             " of " + std::to_string(each.planned) + ")";
+  return out;
+}
+
 Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
   const bool fails = std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
     return belongs(finding, rig) && finding.verdict == Verdict::fail;
   });
   if (fails) return Verdict::fail;
-  const bool gap = std::any_of(rig.coverage.begin(), rig.coverage.end(), [](const Coverage& each) {
-    const Check* check = find_check(each.code);
-    return each.not_measured > 0 && check != nullptr && check->decides;
-  });
+  const bool gap = std::any_of(rig.coverage.begin(), rig.coverage.end(), is_gap);
   return gap || rig.coverage.empty() || !envelope_gaps(rig).empty() ? Verdict::not_measured
                                                                     : Verdict::pass;
 }
@@ -72,7 +87,8 @@ void conclude(Report& report) {
                                " " + value_text(*worst) + " at " + worst->pose +
                                (place.empty() ? "" : ", " + place));
     } else if (rig.verdict == Verdict::not_measured && envelope_gaps(rig).empty()) {
-      report.reasons.push_back(rig_text(rig) + ": not everything that decides was measured");
+      report.reasons.push_back(rig_text(rig) +
+                               ": not everything that decides was measured: " + gaps_text(rig));
     }
     if (const std::string gaps = envelope_gaps(rig); !gaps.empty()) {
       gap = true;
