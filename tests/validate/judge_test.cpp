@@ -284,6 +284,7 @@ TEST(Headroom, DoesNotCountWhatOnlyTheSkeletonIsToBlameFor) {
   const Envelope human = *find_envelope("human");
   RigRecord rig = measured("even");
   rig.has_mesh = true;
+  rig.surface.has_kinks = true;
   for (PoseRecord& pose : rig.sweeps[0].poses)
     pose.at(MetricId::mesh_kink) = {pose.control_deg, 3};  // 25 is the limit: over it from 30 on
   const JudgeContext context{tube(), limits, human, "tube"};
