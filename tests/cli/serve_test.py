@@ -330,6 +330,6 @@ class ServingAnOutsideClient(CommandTest):
     def test_it_finds_nothing_to_complain_of(self):
         if not NODE or not (WEB / "node_modules/@modelcontextprotocol/sdk").is_dir():
             self.skipTest("Node or @modelcontextprotocol/sdk (npm ci --prefix tests/web) is not installed")
-        told = subprocess.run([NODE, WEB / "mcp_test.mjs", BACKBEND, human()], capture_output=True, text=True,
+        told = subprocess.run([NODE, WEB / "mcp_test.mjs", BACKBEND, self.write("tube.glb", tube())], capture_output=True, text=True,
                               timeout=4 * PATIENCE_S, env={**os.environ, "TMPDIR": str(self.folder)})
         self.assertEqual(told.returncode, 0, told.stdout + told.stderr)
