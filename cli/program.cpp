@@ -5,6 +5,7 @@
 #include "cli/judging_commands.h"
 #include "cli/prove_command.h"
 #include "cli/search_commands.h"
+#include "cli/serve_command.h"
 #include "cli/settings.h"
 #include "validate/report/escape.h"
 
@@ -63,6 +64,7 @@ Program::Program()
   add_prove(registry);
   add_merge(registry);
   add_farm(registry);
+  add_serve(registry);
   add_completions(registry);
 }
 

@@ -9,6 +9,7 @@
 #include "validate/compare/worst_frames.h"
 #include "validate/evidence/artist.h"
 #include "validate/evidence/evidence.h"
+#include "validate/evidence/timeline.h"
 #include "validate/farm/measure_job.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
@@ -967,6 +968,10 @@ void write_report(const Report& report, const std::filesystem::path& path, const
   folder.write("headline.png", headline_png(report, files));
   if (const std::string angles = angles_csv(report); !angles.empty())
     folder.write("review/angles.csv", angles);
+  if (const std::string sweeps = sweeps_otio(report); !sweeps.empty())
+    folder.write("review/sweeps.otio", sweeps);
+  if (const std::string findings = findings_otio(report); !findings.empty())
+    folder.write("review/findings.otio", findings);
   if (style.single_file) {
     folder.write("index.html", render_html_page(report, files));
   } else {
