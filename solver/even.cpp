@@ -72,24 +72,9 @@ std::vector<double> joint_ends(int bones) {
   return end;
 }
 
-class Even final : public SystemBase, public BoxSolver {
+class Even final : public FormulaSystem, public BoxSolver {
  public:
   Even(const SystemSpec& spec, const RestChain& chain) : Even(spec, chain, OptionReader(spec)) {}
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
-  }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control = fk_controls_for(body, mapping);
@@ -292,7 +277,7 @@ class Even final : public SystemBase, public BoxSolver {
     }
   }
 
-  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     const Bend bend = bend_of(control);
     pose.position.resize(bones_ + 1);
     pose.turn.resize(bones_ + 1);
