@@ -54,11 +54,13 @@ class Keep(logging.Handler):
 def publish():
     context = api.Context()
     context.data["results"] = []
-    failed = None
+    failed = False
     for Plugin in api.discover():
-        if failed is not None and int(Plugin.order + 0.5) > failed:
+        if failed and Plugin.order >= 1.5:  # only validators stop what follows
             break
         for instance in ([None] if issubclass(Plugin, api.ContextPlugin) else list(context)):
+            if instance is not None and instance.data.get("publish") is False:
+                continue
             if instance is not None and "*" not in Plugin.families and not (
                     {instance.data["family"], *instance.data.get("families", [])} & set(Plugin.families)):
                 continue
@@ -68,7 +70,7 @@ def publish():
             try:
                 Plugin().process(context if instance is None else instance)
             except Exception as raised:
-                error, failed = raised, int(Plugin.order + 0.5)
+                error, failed = raised, failed or 0.5 <= Plugin.order < 1.5
             logging.getLogger().removeHandler(keep)
             context.data["results"].append({"plugin": Plugin, "error": error, "records": keep.kept})
     return context

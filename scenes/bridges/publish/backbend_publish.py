@@ -316,6 +316,7 @@ def gate(plugin, instance, job):
     outcome = judge(job)
     instance.data["backbend_outcome"] = dict(outcome._asdict())
     if outcome.kind == "refused":
+        instance.data["publish"] = False  # after extraction Pyblish goes on in spite of an error, but not with this instance
         refuse(outcome)
     if outcome.kind == "not_judged":
         plugin.log.warning("backbend: " + text_of(outcome))
