@@ -46,6 +46,7 @@ Program::Program()
   add_solve(registry);
   add_inspect(registry);
   add_repair(registry);
+  add_export(registry);
   add_bake(registry);
   add_body(registry);
   add_calibrate(registry);
