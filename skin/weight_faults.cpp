@@ -59,10 +59,10 @@ constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint 
 constexpr double kJointSlack = 0.01;    // between a joint and its image
 constexpr double kPatch = 0.005;        // of the places, and ...
 constexpr double kWidePatch = 0.01;     // ... of a hump with its slope
-constexpr double kPatchPlaces = 6.0;    // ... this many: fewer are single slips
-constexpr double kPlacesBehind = 24.0;  // of a joint above the hips: low bodies leave it a few
-constexpr double kShareBehind = 0.02;   // ... and of all places
-constexpr double kWeightBehind = 0.0015;   // ... or of all weight, on kPatchPlaces
+constexpr std::size_t kLeastForSlopes = 1000;  // places: on fewer a joint's area is all slope
+constexpr double kPatchPlaces = 6.0;           // ... this many: fewer are single slips
+constexpr double kPlacesBehind = 24.0;     // of a joint above the hips: low bodies leave it a few
+constexpr double kShareBehind = 0.02;      // ... and of all places
 constexpr double kPlacesUneven = 12.0;     // ... where both sides do not have it alike
 constexpr double kUneven = 0.25;           // of its places
 constexpr double kDiffers = 0.05;          // of a vertex's weight, between a place and its image
@@ -578,7 +578,6 @@ class FaultFinder {
       meant[n] = total_[n] > 0.0 && place_on_spine_[n] < 0 && above_hips(static_cast<int>(n)) &&
                  follows(static_cast<int>(n));
     std::map<int, WeightFault> all, one_sided;
-    std::map<int, double> behind;  // weight
     for (Index p = 0; p < weights_.size(); ++p)
       for (const NodeWeight& w : weights_[p]) {
         if (w.weight < kCounts || !meant[static_cast<Index>(w.node)]) continue;
@@ -586,7 +585,6 @@ class FaultFinder {
         if (rival < 0 || !on_torso(rival)) continue;
         const double distance = glm::distance(at(w.node), point_[p]);
         add(all, w.node, rival, w.weight, distance, p);
-        behind[w.node] += w.weight;
         double there = 0.0;
         for (const NodeWeight& other : weights_of_images()[p])
           if (other.node == w.node) there += other.weight;
@@ -598,9 +596,6 @@ class FaultFinder {
           side != one_sided.end() && side->second.places >= kUneven * fault.places)
         uneven.insert({node, fault});
     keep_patches(uneven, kPlacesUneven, kSmallPatch);
-    for (const auto& [node, fault] : all)
-      if (static_cast<double>(fault.places) >= kPatchPlaces && behind[node] >= kWeightBehind * all_)
-        uneven.insert({node, fault});
     keep_patches(all, kPlacesBehind, kShareBehind);
     uneven.insert(all.begin(), all.end());
     take(uneven, out);
@@ -610,6 +605,7 @@ class FaultFinder {
   void find_distant(WeightFaults& out) {
     std::map<int, WeightFault> wrong, far, wide;
     const std::vector<bool> stays_behind = find_behind(out.far);
+    const bool is_fine = point_.size() >= kLeastForSlopes;
     const double far_away = kFar * size_;
     bool sided = false;
     for (Index n = 0; n < image_.size(); ++n)
@@ -650,7 +646,7 @@ class FaultFinder {
         if (!is_wrong && !alone && !(distant && distance >= far_away)) continue;
         // A wide hump's slope has twice the weight near by, on the hump itself: from there what
         // weighs twice its peak counts.
-        if (alone && distant && hump == Hump::small) {
+        if (is_fine && alone && distant && hump == Hump::small) {
           const double off = distance_to_double(w.node, hump_peak_[w.node][p], point_[p]);
           if (off >= kIsland * size_) add(wide, w.node, rival, w.weight, off, p);
         }

@@ -11,7 +11,8 @@ import unittest
 
 import glb
 import harness
-from external_rig_test import BLENDER_RIG, Blender, mesh_of
+from blender_rig_test import BLENDER_RIG, Blender
+from external_rig_test import mesh_of
 from harness import BACKBEND, CommandTest, PATIENCE_S, SOURCE
 
 ADDON = SOURCE / "scenes/bridges/backbend_addon.py"

@@ -10,7 +10,7 @@ import glb
 from harness import BAD_INPUT, SOURCE, USAGE, CommandTest, contents
 
 # Variables of builds, tests and the launcher. An option of such a name would be set by them unasked.
-OTHERS = {"BUILD", "CHARACTERS", "CHROMIUM", "FRESH_NAMESPACE", "FUZZ_ROUNDS", "INTERVAL_OPERATIONS", "PROOF_POSES", "KILLS", "KILL_STEP", "LONG",
+OTHERS = {"BUILD", "CHARACTERS", "CHROMIUM", "FRESH_NAMESPACE", "FUZZ_ROUNDS", "INTERVAL_OPERATIONS", "PROOF_POSES", "PYBLISH", "KILLS", "KILL_STEP", "LONG",
           "LONG_TESTS", "NODE", "PACKAGES", "PROJECT", "SHOTS", "TESTS", "TEST_SLOWER"}
 
 

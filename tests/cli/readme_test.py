@@ -63,7 +63,7 @@ class Readme(CommandTest):
                 if command == "config":  # what follows may be another command's line
                     options |= table.get(words[0] if words else "", {})
                 for word, after in zip(words, [*words[1:], ""]):
-                    if word.startswith("-"):
+                    if word.startswith("-") and word != "-":  # that is standard output
                         self.assertIn(word.rstrip(".,"), options)
                         choices = options[word.rstrip(".,")]
                         if choices:

@@ -150,6 +150,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            left against right: not applicable, the skeleton is not symmetric: joint 'fix_1' has no mirror image
            out of order along the spine: none
            different at one place: none
+           hard border between vertebrae: not applicable, of 0 borders between joints of the spine 0 are soft, 2 and most are needed
            bleed: fix_7 weighs 1 place apart from its area (largest 0.092, vertex 37)
            bleed: fix_6 weighs 1 place apart from its area (largest 0.086, vertex 37)
            bleed: fix_5 weighs 1 place apart from its area (largest 0.08, vertex 37)
