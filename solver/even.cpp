@@ -49,16 +49,8 @@ EvenWeight read_twist(OptionReader& read) {
 }
 
 EvenWeights read_weights(OptionReader& read) {
-  const auto rows = read.rows("weights", {{0.0, 0.8}, {0.2, 1.0}});
-  if (rows.size() != 2 || rows[0].size() != 2 || rows[1].size() != 2) {
-    read.refuse("weights", "needs two spans, Middle's and Top's, like [[0, 0.8], [0.2, 1]]");
-  }
-  for (const auto& span : rows) {
-    if (!(0.0 <= span[0] && span[1] <= 1.0 && span[1] - span[0] >= 0.01)) {
-      read.refuse("weights", "holds [" + number_text(span[0]) + ", " + number_text(span[1]) +
-                                 "], expected a span inside 0..1, 0.01 wide or more");
-    }
-  }
+  // Middle's and Top's.
+  const auto rows = read.spans("weights", {{0.0, 0.8}, {0.2, 1.0}}, 0.0, 1.0, 0.01);
   const EvenWeight twist = read_twist(read);
   return {EvenWeight::trapezoid(rows[0][0], rows[0][1]), twist,
           EvenWeight::trapezoid(rows[1][0], rows[1][1]), twist};
@@ -149,7 +141,7 @@ class Even final : public FormulaSystem, public BoxSolver {
     const double reach = read.number("reach", 0.0, 0.0, 1.0);
     max_joint_ = radians(read.number("max_joint_angle", 45.0, 1.0, 180.0));
     name_ = spec.system;
-    options_ = read.finish();
+    take_options(read);
     if (limited_ && reach > 0.0) {
       read.refuse("reach", "cannot be combined with limits: it bends joints past them");
     }
