@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "skin/character.h"
+#include "skin/lfs_pointer.h"
 #include "skin/printable.h"
 
 namespace backbend::skin {
@@ -61,6 +62,7 @@ std::vector<std::uint8_t> read_regular_file(const std::filesystem::path& file,
     filled += static_cast<std::size_t>(got);
   }
   bytes.resize(filled);
+  if (is_lfs_pointer(bytes)) throw CharacterError(file.string() + ": " + kLfsPointerError);
   return bytes;
 }
 

@@ -11,7 +11,8 @@ namespace backbend::skin {
 constexpr std::size_t kMaxFileBytes = std::size_t{1} << 31;
 
 /// The whole of a regular file. Throws CharacterError naming the file where it is missing, is not
-/// a regular file (a pipe or device would block for ever) or holds more than `max_bytes`.
+/// a regular file (a pipe or device would block for ever), holds more than `max_bytes`, or is a
+/// Git LFS pointer.
 std::vector<std::uint8_t> read_regular_file(const std::filesystem::path& file,
                                             std::size_t max_bytes = kMaxFileBytes);
 

@@ -19,6 +19,7 @@
 #include "skin/point_cells.h"
 #include "skin/printable.h"
 #include "skin/skinning.h"
+#include "skin/weight_borders.h"
 
 namespace backbend::skin {
 namespace {
@@ -57,21 +58,26 @@ constexpr double kUnlikeSides = 0.35;   // of a joint's weight, between sides of
 constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint to be compared so
 constexpr double kJointSlack = 0.01;    // between a joint and its image
 constexpr double kPatch = 0.005;        // of the places, and ...
+constexpr double kWidePatch = 0.01;     // ... of a hump with its slope
 constexpr double kPatchPlaces = 6.0;    // ... this many: fewer are single slips
 constexpr double kPlacesBehind = 24.0;  // of a joint above the hips: low bodies leave it a few
 constexpr double kShareBehind = 0.02;   // ... and of all places
-constexpr double kPlacesUneven = 12.0;  // ... where both sides do not have it alike
-constexpr double kUneven = 0.25;        // of its places
-constexpr double kDiffers = 0.05;       // of a vertex's weight, between a place and its image
-constexpr double kUnevenTorso = 0.03;   // of the torso's places: not painted to mirror itself
-constexpr double kMostOfTorso = 0.15;   // ... for a patch of it
-constexpr double kNearImage = 0.03;     // from a place's image
-constexpr double kLeastOneSided = 0.08;  // of a vertex's weight, for such a patch
-constexpr std::size_t kPlacesRisen = 2;  // ... of which at the top
-constexpr double kPlacesOneSided = 8.0;  // of a patch that the other side has nowhere near
-constexpr double kOneSided = 0.8;        // of the weight, at most, at the place's mirror image
-constexpr double kFollows = 0.25;        // of its weight, where a joint leads
-constexpr double kLeastArea = 0.002;     // of all weight: less has no middle to speak of
+constexpr double kWeightBehind = 0.0015;   // ... or of all weight, on kPatchPlaces
+constexpr double kPlacesUneven = 12.0;     // ... where both sides do not have it alike
+constexpr double kUneven = 0.25;           // of its places
+constexpr double kDiffers = 0.05;          // of a vertex's weight, between a place and its image
+constexpr double kUnevenTorso = 0.03;      // of the torso's places: not painted to mirror itself
+constexpr double kMostOfTorso = 0.15;      // ... for a patch of it
+constexpr double kMostOfTorsoRisen = 0.6;  // ... that is a hump
+constexpr double kMostlyRisen = 0.5;       // of its places
+constexpr double kSmallPatch = 0.002;      // of all places, for such a patch
+constexpr double kNearImage = 0.03;        // from a place's image
+constexpr double kLeastOneSided = 0.08;    // of a vertex's weight, for such a patch
+constexpr std::size_t kPlacesRisen = 2;    // ... of which at the top
+constexpr double kPlacesOneSided = 8.0;    // of a patch that the other side has nowhere near
+constexpr double kOneSided = 0.8;          // of the weight, at most, at the place's mirror image
+constexpr double kFollows = 0.25;          // of its weight, where a joint leads
+constexpr double kLeastArea = 0.002;       // of all weight: less has no middle to speak of
 
 /// The weights of one place on nodes.
 struct NodeWeight {
@@ -330,9 +336,14 @@ class FaultFinder {
     constexpr Index kDry = static_cast<Index>(-1);
     std::vector<Index> area_of(weights_.size(), kDry);
     std::vector<Hump> hump(weights_.size(), Hump::none);
+    std::vector<double>& peak_weight = hump_peak_[node];
+    peak_weight.assign(weights_.size(), 0.0);
     const auto mark = [&](const Area& area) {
       const Hump kind = main_[area.peak] == node ? Hump::leads : Hump::small;
-      for (const Index q : area.places) hump[q] = kind;
+      for (const Index q : area.places) {
+        hump[q] = kind;
+        peak_weight[q] = weight_at(area.peak, node);
+      }
     };
     for (const auto& [negative, p] : order) {
       Index own = kDry;
@@ -558,13 +569,16 @@ class FaultFinder {
   }
 
   /// What vertebrae move and a joint above the hips keeps; on few places only where both sides do
-  /// not have it alike (a belly that was left to the whole body's joint has it on both).
+  /// not have it alike (a belly that was left to the whole body's joint has it on both). A spine
+  /// that hangs from its chest has vertebrae above the hips, which do move.
   /// Which joints are meant.
   std::vector<bool> find_behind(WeightAnswer& out) {
     std::vector<bool> meant(total_.size(), false);
     for (Index n = 0; n < total_.size(); ++n)
-      meant[n] = total_[n] > 0.0 && above_hips(static_cast<int>(n)) && follows(static_cast<int>(n));
+      meant[n] = total_[n] > 0.0 && place_on_spine_[n] < 0 && above_hips(static_cast<int>(n)) &&
+                 follows(static_cast<int>(n));
     std::map<int, WeightFault> all, one_sided;
+    std::map<int, double> behind;  // weight
     for (Index p = 0; p < weights_.size(); ++p)
       for (const NodeWeight& w : weights_[p]) {
         if (w.weight < kCounts || !meant[static_cast<Index>(w.node)]) continue;
@@ -572,6 +586,7 @@ class FaultFinder {
         if (rival < 0 || !on_torso(rival)) continue;
         const double distance = glm::distance(at(w.node), point_[p]);
         add(all, w.node, rival, w.weight, distance, p);
+        behind[w.node] += w.weight;
         double there = 0.0;
         for (const NodeWeight& other : weights_of_images()[p])
           if (other.node == w.node) there += other.weight;
@@ -582,7 +597,10 @@ class FaultFinder {
       if (const auto side = one_sided.find(node);
           side != one_sided.end() && side->second.places >= kUneven * fault.places)
         uneven.insert({node, fault});
-    keep_patches(uneven, kPlacesUneven);
+    keep_patches(uneven, kPlacesUneven, kSmallPatch);
+    for (const auto& [node, fault] : all)
+      if (static_cast<double>(fault.places) >= kPatchPlaces && behind[node] >= kWeightBehind * all_)
+        uneven.insert({node, fault});
     keep_patches(all, kPlacesBehind, kShareBehind);
     uneven.insert(all.begin(), all.end());
     take(uneven, out);
@@ -590,7 +608,7 @@ class FaultFinder {
   }
 
   void find_distant(WeightFaults& out) {
-    std::map<int, WeightFault> wrong, far;
+    std::map<int, WeightFault> wrong, far, wide;
     const std::vector<bool> stays_behind = find_behind(out.far);
     const double far_away = kFar * size_;
     bool sided = false;
@@ -622,13 +640,20 @@ class FaultFinder {
         // Vertebrae share the surface with legs and with each other: islands of one are no spilt
         // weight, and where one of many weighs more is not plain.
         const bool vertebra = w.node == anatomy_.spine.front() || on_torso(w.node);
-        const bool asked = !vertebra || (on_torso(rival) && distant);
+        // Next to each other limbs and helpers (hip bones) may have two areas.
+        const bool asked = distant ? !vertebra || on_torso(rival) : !vertebra && on_torso(rival);
         const Hump hump = asked ? hump_at(w.node, p) : Hump::none;
         const bool alone =
             !is_wrong && asked && distance > kIsland * size_ && !holds_shell(w.node, p) &&
             (hump == Hump::small || ((distant || (distance >= far_away && steps >= kLedJoints)) &&
                                      (hump == Hump::leads || stands_alone(w.node, p))));
         if (!is_wrong && !alone && !(distant && distance >= far_away)) continue;
+        // A wide hump's slope has twice the weight near by, on the hump itself: from there what
+        // weighs twice its peak counts.
+        if (alone && distant && hump == Hump::small) {
+          const double off = distance_to_double(w.node, hump_peak_[w.node][p], point_[p]);
+          if (off >= kIsland * size_) add(wide, w.node, rival, w.weight, off, p);
+        }
         distance = distance_to_double(w.node, w.weight, point_[p]);
         if (is_wrong && distance > across)
           add(wrong, w.node, image, w.weight, distance, p);
@@ -639,6 +664,8 @@ class FaultFinder {
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
     keep_patches(wrong);
     keep_patches(far);
+    keep_patches(wide, kPlacesUneven, kWidePatch);
+    far.insert(wide.begin(), wide.end());
     take(wrong, out.wrong_side);
     take(far, out.far);
   }
@@ -773,10 +800,16 @@ class FaultFinder {
     std::erase_if(faults, [&](const auto& each) {
       return each.second.value < kLeastOneSided || risen[each.first] < kPlacesRisen;
     });
-    keep_patches(faults, kPlacesOneSided);
-    // A larger one is how that torso is.
+    // One that is a hump nearly everywhere may be smaller; and larger, where another is how that
+    // torso is.
     std::erase_if(faults, [&](const auto& each) {
-      return static_cast<double>(each.second.places) > kMostOfTorso * static_cast<double>(torso);
+      const auto count = static_cast<double>(each.second.places);
+      const bool all_risen = static_cast<double>(risen[each.first]) >= kMostlyRisen * count;
+      const double least =
+          all_risen ? std::max(kPatchPlaces, kSmallPatch * static_cast<double>(point_.size()))
+                    : std::max(kPlacesOneSided, kPatch * static_cast<double>(point_.size()));
+      const double most = all_risen ? kMostOfTorsoRisen : kMostOfTorso;
+      return count < least || count > most * static_cast<double>(torso);
     });
     for (const auto& each : faults)
       for (const Index p : places[each.first]) differs[p] = false;
@@ -1133,6 +1166,7 @@ class FaultFinder {
   std::vector<std::vector<Corner>> fans_;  // of each place; made when first asked
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::vector<Hump>> hump_;
+  std::map<int, std::vector<double>> hump_peak_;  // the weight at the peak of each place's hump
   std::map<int, std::unique_ptr<PointCells>> area_;
   std::map<int, std::vector<std::pair<double, Index>>> places_of_;  // weight and place, by node
   double all_ = 0.0;
@@ -1144,7 +1178,9 @@ class FaultFinder {
 }  // namespace
 
 WeightFaults find_weight_faults(const Character& character, const Anatomy& anatomy) {
-  return FaultFinder(character, anatomy).find();
+  WeightFaults out = FaultFinder(character, anatomy).find();
+  out.borders = find_hard_borders(character, anatomy);
+  return out;
 }
 
 std::string place_of_fault(const Character& character, const Anatomy& anatomy,
@@ -1190,6 +1226,7 @@ std::vector<std::string> weight_fault_lines(const Character& character, const An
   add("left against right", faults.asymmetry);
   add("out of order along the spine", faults.order);
   add("different at one place", faults.seams);
+  add("hard border between vertebrae", faults.borders);
   for (const JointBindOff& off : joints_bound_off(character))
     out.push_back("bind pose: " + name(off.node) + " is bound " + number_text(off.angle_deg, 3) +
                   " deg off, its surface stands up to " + number_text(off.shift, 3) + " off");

@@ -47,10 +47,11 @@ struct WeightFaults {
   /// area, also 0.08 away where no edges lead from there to its area, or the weight rises again by
   /// 0.04 of a vertex's weight on its way there over the mesh (two joints along the skeleton do).
   /// And any weight of a joint above the hips that leads with less than a quarter of it, on what
-  /// vertebrae move: it stays behind. On 24 places and 2 % of all, or on 12 and 0.5 %
-  /// where the mirror images of a quarter of them have less than 0.8 of it. On a body that mirrors
-  /// itself also humps of eight places to 0.15 of the torso with 0.08 of the weight of a joint
-  /// two or more away that the other side has nowhere within 0.03.
+  /// vertebrae move: it stays behind. On 24 places and 2 % of all, on six that hold
+  /// 0.15 % of all weight, or on 12 and 0.2 % where the mirror images of a quarter of them have
+  /// less than 0.8 of it. On a body that mirrors itself also humps of eight places to 0.15 of the
+  /// torso with 0.08 of the weight of a joint two or more away that the other side has nowhere
+  /// within 0.03.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
   /// (a middle joint: one side of the other's), over places with a mirror image: a place there, or
@@ -68,6 +69,8 @@ struct WeightFaults {
   /// in motion. Asked of one part of the mesh, and of two parts whose surfaces both end there
   /// and of which none is a prop on a joint of its own.
   WeightAnswer seams;
+  /// Vertebrae whose weights meet in a hard border: skin/weight_borders.h.
+  WeightAnswer borders;
 };
 
 /// Asks all of them. The character's rest is what its nodes say.

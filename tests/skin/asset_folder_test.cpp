@@ -20,6 +20,29 @@ TEST(AssetFolder, ReadsRegularFilesUpToTheSizeAsked) {
   EXPECT_THROW(read_regular_file(folder / "missing"), CharacterError);
 }
 
+TEST(AssetFolder, NamesAGitLfsPointerAndTheCommandThatFetchesTheFile) {
+  const TemporaryFolder folder;
+  const std::string pointer =
+      "version https://example.org/spec/v1\noid sha256:4d7a214614ab2935c943f9e0ff69d22eadbb8f32b125"
+      "8daaa5e2ca24d17e2393\nsize 12345\n";
+  const auto bytes = [](const std::string& text) {
+    return std::vector<std::uint8_t>(text.begin(), text.end());
+  };
+  write_file(folder / "hero.glb", bytes(pointer));
+  try {
+    read_regular_file(folder / "hero.glb");
+    FAIL() << "it was read";
+  } catch (const CharacterError& error) {
+    EXPECT_EQ(error.what(),
+              (folder / "hero.glb").string() + ": is a Git LFS pointer; run git lfs pull");
+  }
+  // A file that only begins like one, and one that is too large to be one.
+  write_file(folder / "text", bytes("version https://example.org/spec/v1\n"));
+  write_file(folder / "large", bytes(pointer + std::string(1024, ' ')));
+  EXPECT_NO_THROW(read_regular_file(folder / "text"));
+  EXPECT_NO_THROW(read_regular_file(folder / "large"));
+}
+
 TEST(AssetFolder, DecodesWholeEscapesAndLeavesBrokenOnesAsTheyStand) {
   EXPECT_EQ(percent_decoded("a%20b%2Fc%C3%a9%41"),
             "a b/c\xc3\xa9"

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
@@ -22,9 +23,9 @@
 namespace backbend::skin {
 namespace {
 
-// As the table of checks has them: BB063 to BB068, as shares.
+// As the table of checks has them: BB063 to BB069, as shares.
 constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.06, kSeam = 0.2,
-                 kBindOff = 0.001;
+                 kBindOff = 0.001, kHardBorder = 0.5;
 
 bool is_clean(const Character& character) {
   const Anatomy anatomy = find_anatomy(character);
@@ -32,7 +33,7 @@ bool is_clean(const Character& character) {
   const auto off = joints_bound_off(character);
   return faults.wrong_side.worst() <= kWrongSide && faults.far.worst() <= kFar &&
          faults.asymmetry.worst() <= kAsymmetry && faults.order.worst() <= kOrder &&
-         faults.seams.worst() <= kSeam &&
+         faults.seams.worst() <= kSeam && faults.borders.worst() <= kHardBorder &&
          (off.empty() || off.front().shift <= kBindOff * anatomy.height);
 }
 
@@ -80,7 +81,8 @@ TEST_P(PlantedWeights, OfHealthyVariantsAreClean) {
     const WeightFaults faults = find_weight_faults(variant, find_anatomy(variant));
     EXPECT_TRUE(is) << kind << " " << size << ": " << faults.wrong_side.worst() << " "
                     << faults.far.worst() << " " << faults.asymmetry.worst() << " "
-                    << faults.order.worst() << " " << faults.seams.worst();
+                    << faults.order.worst() << " " << faults.seams.worst() << " "
+                    << faults.borders.worst();
   };
   clean("as it is", 0, character);
   clean("smoothed, times", 2, smoothed(character, 2));
@@ -249,6 +251,63 @@ TEST_P(PlantedWeights, AVertebraSmearedWhollyIntoItsNeighbourIsNamed) {
       EXPECT_TRUE(found) << k << " into " << to;
     }
   }
+}
+
+/// Each vertex that two joints share goes wholly to the one that has more of it.
+Character with_hard_border(const Character& character, int lower, int upper) {
+  Character out = character;
+  for (Influences& influences : out.influences) {
+    std::array<float, kMaxInfluences>& weight = influences.weight;
+    std::size_t low = kMaxInfluences, high = kMaxInfluences;
+    for (std::size_t k = 0; k < kMaxInfluences && weight[k] > 0.0f; ++k) {
+      if (character.joints[influences.joint[k]].node == lower) low = k;
+      if (character.joints[influences.joint[k]].node == upper) high = k;
+    }
+    if (low == kMaxInfluences || high == kMaxInfluences) continue;
+    const std::size_t from = weight[low] < weight[high] ? low : high;
+    weight[from == low ? high : low] += weight[from];
+    influences.joint[from] = influences.joint[from == low ? high : low];
+    weight[from] = 0.0f;
+    // Unused places stand last.
+    for (std::size_t k = from; k + 1 < kMaxInfluences && weight[k + 1] > 0.0f; ++k) {
+      std::swap(weight[k], weight[k + 1]);
+      std::swap(influences.joint[k], influences.joint[k + 1]);
+    }
+  }
+  return out;
+}
+
+TEST_P(PlantedWeights, AHardBorderBetweenVertebraeThatBlendElsewhereIsNamed) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  if (body_kind(character, anatomy).kind != BodyKind::human)
+    GTEST_SKIP() << "few vertices along its bones, or few bones with weight";
+  int asked = 0;
+  for (std::size_t k = 1; k < anatomy.chest_index; ++k) {
+    const int lower = anatomy.spine[k], upper = anatomy.spine[k + 1];
+    const WeightFaults faults =
+        find_weight_faults(with_hard_border(character, lower, upper), anatomy);
+    ASSERT_EQ(faults.borders.not_applicable, "");
+    ++asked;
+    const bool found = names(faults.borders, kHardBorder, lower);
+    count("hard border", 1, found);
+    EXPECT_TRUE(found) << k << ": " << faults.borders.worst();
+  }
+  EXPECT_GT(asked, 0);
+}
+
+TEST(HardBorders, AreNotAskedOfABodyThatIsBoundRigidlyThroughout) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  for (Influences& influences : character.influences) {
+    influences.weight = {};
+    influences.weight[0] = 1.0f;
+  }
+  const WeightAnswer borders = find_weight_faults(character, anatomy).borders;
+  EXPECT_TRUE(borders.faults.empty());
+  EXPECT_NE(borders.not_applicable.find("are soft"), std::string::npos);
 }
 
 TEST_P(PlantedWeights, WeightLeftToAJointAboveTheHipsIsNamed) {

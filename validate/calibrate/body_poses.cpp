@@ -54,13 +54,16 @@ BodyMeasures BodyPoses::measure_other(const Case& c, const PosedCharacter& other
                                  Crossing::left_out);
 }
 
-double BodyPoses::fault_place(Draw& draw) const {
+FaultPlace BodyPoses::fault_place(Draw& draw) const {
   const int bones = body_.bones();
   const int lowest = std::max(1, static_cast<int>(std::ceil(0.3 * bones)));
   const int highest = std::max(lowest, static_cast<int>(std::floor(0.7 * bones)));
-  const int joint =
-      lowest + static_cast<int>(draw.index(static_cast<std::size_t>(highest - lowest + 1)));
-  return (joint - 0.5) / bones;
+  const std::size_t joint =
+      static_cast<std::size_t>(lowest) + draw.index(static_cast<std::size_t>(highest - lowest + 1));
+  // Bones need not be of one length: a stretch of the mean length may hold no joint at all.
+  const std::vector<double>& fraction = body_.driver().joint_fractions();
+  return {0.5 * (fraction[joint - 1] + fraction[joint]),
+          0.5 * (fraction[joint] + fraction[joint + 1]), fraction[joint]};
 }
 
 }  // namespace backbend::validate

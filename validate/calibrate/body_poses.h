@@ -17,6 +17,13 @@ struct Case {
   BodyMeasures clean;
 };
 
+/// A stretch of the spine that holds one of the body's own inner joints and no other: what turns
+/// there turns that joint. Arc fractions.
+struct FaultPlace {
+  double from = 0.0, to = 0.0;  // half way to the joint below and to the one above
+  double joint = 0.0;
+};
+
 /// Poses of one body by two clean rigs: the same construction on different numbers of bones, so
 /// that what tells the two apart is what healthy rigs may differ by.
 class BodyPoses {
@@ -30,8 +37,8 @@ class BodyPoses {
   /// The same pose by the other rig.
   PosedCharacter posed_by_other(const Case& c) const;
   BodyMeasures measure_other(const Case& c, const PosedCharacter& other) const;
-  /// Arc fraction half a bone below one of the body's inner joints, where slices can see it.
-  double fault_place(Draw& draw) const;
+  /// Around one of the body's inner joints, away from both ends, where slices can see it.
+  FaultPlace fault_place(Draw& draw) const;
   const solver::SpineSystem& rig() const { return *rig_; }
   const CalibrationBody& body() const { return body_; }
   double slice_fraction(int slice) const {

@@ -78,7 +78,7 @@ MeshDetector kink_detector(const BodyPoses& poses) {
   d.floor = 0.25;
   d.sizes = {0.5, 1.0, 2.0, 4.0, 8.0};
   d.inject_chain = [&poses](Case& c, Draw& draw, double size) {
-    const double at = poses.fault_place(draw);
+    const double at = poses.fault_place(draw).from;
     const std::vector<double>& fraction = poses.rig().arc_fraction();
     const std::size_t below =
         static_cast<std::size_t>(std::ranges::upper_bound(fraction, at) - fraction.begin() - 1);
@@ -123,11 +123,10 @@ MeshDetector paired_twist_detector(const BodyPoses& poses) {
         paired_twist_jump(pose.slices, reference.slices, poses.body().metrics().window()), poses);
   };
   d.inject_chain = [&poses](Case& c, Draw& draw, double size) {
-    const double bone = 1.0 / poses.body().bones();
-    const double at = poses.fault_place(draw);
-    inject_roll(c.chain, poses.rig().rest(), poses.rig().arc_fraction(), at, at + bone,
+    const FaultPlace at = poses.fault_place(draw);
+    inject_roll(c.chain, poses.rig().rest(), poses.rig().arc_fraction(), at.from, at.to,
                 radians_from(draw.coin() ? size : -size));
-    return at + 0.5 * bone;
+    return at.joint;
   };
   return d;
 }

@@ -195,14 +195,14 @@ class PictureTrials {
   /// A sweep to `to` and, from somewhere on, one bone's length of it rolled by `size` degrees.
   Pair read_sweep(const solver::BodyPose& to, Draw& draw, double size) {
     const solver::SpineSystem& rig = poses_.rig();
-    const double start = draw.uniform(0.1, 0.9), at = poses_.fault_place(draw);
+    const double start = draw.uniform(0.1, 0.9);
+    const FaultPlace at = poses_.fault_place(draw);
     const double roll = radians_from(draw.coin() ? size : -size);
     const ControlPath path = straight_path(rig, {}, to, solver::Mapping::chest);
     const auto solve = [&](double t) {
       solver::SpinePose pose = rig.solve(path(t));
       if (size > 0.0 && t >= start)
-        inject_roll(pose, rig.rest(), rig.arc_fraction(), at, at + 1.0 / poses_.body().bones(),
-                    roll);
+        inject_roll(pose, rig.rest(), rig.arc_fraction(), at.from, at.to, roll);
       return pose;
     };
     const auto posed = [&](std::size_t p) {

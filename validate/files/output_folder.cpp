@@ -15,6 +15,8 @@
 #include <system_error>
 #include <utility>
 
+#include "skin/lfs_pointer.h"
+
 namespace backbend::validate {
 namespace {
 
@@ -291,6 +293,7 @@ std::vector<std::uint8_t> read_bytes(const fs::path& path, std::uintmax_t most_b
     if (got == 0) throw refuse("became shorter while it was read");
     offset += static_cast<std::size_t>(got);
   }
+  if (skin::is_lfs_pointer(bytes)) throw refuse(skin::kLfsPointerError);
   return bytes;
 }
 

@@ -78,7 +78,7 @@ std::string file_word(std::string_view name);
 void remove_leftovers(const std::filesystem::path& folder, bool deep = true);
 
 /// All bytes of a regular file of at most `most_bytes`. Never waits on a pipe or device. Throws
-/// ReadError.
+/// ReadError, also for a Git LFS pointer.
 std::vector<std::uint8_t> read_bytes(const std::filesystem::path& path,
                                      std::uintmax_t most_bytes = std::uintmax_t{1} << 32);
 std::string read_text(const std::filesystem::path& path,

@@ -6,12 +6,14 @@
 #include <cstring>
 #include <glm/gtc/matrix_inverse.hpp>
 
+#include "skin/lfs_pointer.h"
 #include "skin/matrix_facts.h"
 #include "skin/skinning.h"
 #include "solver/nearest_name.h"
 #include "validate/clips/rigid_fit.h"
 #include "validate/clips/surface_points.h"
 #include "validate/files/data_folder.h"
+#include "validate/files/output_folder.h"
 #include "validate/metrics/chain.h"
 #include "validate/run/progress.h"
 #include "validate/sweeps/sweep.h"
@@ -48,18 +50,16 @@ std::string plain_name(std::string_view name) {
 
 std::vector<std::string> argv_of(const ExternalSpec& spec) {
   if (spec.program == "command") return split_command(spec.command);
-  const std::string bridge = (data_folder() / "scenes/bridges/backbend_blender.py").string();
-  // Drivers that call functions are disabled, without a word, unless scripts of the file may run.
-  std::vector<std::string> argv = {"blender",
-                                   "--background",
-                                   "--enable-autoexec",
-                                   spec.file,
-                                   "--python-exit-code",
-                                   "3",
-                                   "--python",
-                                   bridge,
-                                   "--",
-                                   "--serve"};
+  const auto bridge = [&](const char* file) {
+    return (data_folder() / "scenes/bridges" / file).string();
+  };
+  std::vector<std::string> argv;
+  if (spec.program == "maya")
+    argv = {"mayapy", bridge("backbend_maya.py"), "--serve", spec.file};
+  else  // Drivers that call functions are disabled, without a word, unless scripts may run.
+    argv = {
+        "blender", "--background", "--enable-autoexec",           spec.file, "--python-exit-code",
+        "3",       "--python",     bridge("backbend_blender.py"), "--",      "--serve"};
   if (!spec.map.empty()) argv.push_back(spec.map);
   return argv;
 }
@@ -172,6 +172,10 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
 void ExternalRig::start(const ExternalSpec& external) {
   if (!external.file.empty() && !std::filesystem::is_regular_file(external.file))
     throw RigError(external.file + ": no such file");
+  // Blender would only say that a Git LFS pointer is not one of its files.
+  if (!external.file.empty() &&
+      std::filesystem::file_size(external.file) < skin::kMostLfsPointerBytes)
+    read_bytes(external.file);
   for (int n = 0; n < external.servers; ++n)
     servers_.push_back(std::make_unique<RigServer>(who_, argv_of(external), external.timeout));
 }

@@ -50,6 +50,7 @@ void add_file(const skin::Character& character, const ReadingContext& context, W
   add("BB065", 100.0 * out.faults.asymmetry.worst());
   add("BB066", 100.0 * out.faults.order.worst());
   add("BB067", 100.0 * out.faults.seams.worst());
+  add("BB069", 100.0 * out.faults.borders.worst());
 }
 
 }  // namespace

@@ -154,6 +154,12 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
               return joint + " and " + other + ": vertices of one place differ by " + size;
             });
 
+  input.ask("BB069", faults.borders,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return "the weights of " + joint + " and " + other + " meet without a blend on " +
+                     size + " of the edges between them";
+            });
+
   std::vector<InputFact> off;
   for (const skin::JointBindOff& one : skin::joints_bound_off(character)) {
     const double percent = 100.0 * one.shift / anatomy.height;

@@ -362,6 +362,16 @@ constexpr std::array kChecks = {
           Owner::input, "a joint moved after binding, a bind pose set with a joint posed",
           "reset the bind pose of the named joint, or bind again", "",
           "inverse bind matrices against their neighbours'"},
+    Check{
+        "BB069", "hard border", Subject::input,
+        "of the edges of the mesh between two vertebrae's areas, the share that leads from one's "
+        "weight to the other's with no blend, on a body whose other vertebrae blend",
+        "% of edges", 50.0, Sense::at_most, true,
+        "bodies of eleven kinds, smoothed, decimated, cut down or with more joints, blend on half "
+        "of such edges and more; a ring of one joint each has none that blends",
+        Owner::weights, "two groups assigned instead of painted, weights rounded or cut to one",
+        "smooth the weights along the border of the two joints", "",
+        "shares of two weights along edges"},
     Check{"BB070", "image and geometry disagree", Subject::tool,
           "findings on which picture and geometry contradict each other beyond their calibrated "
           "errors",
