@@ -198,6 +198,10 @@ void add_explain(const Registry& registry) {
                            ? "backbend export even --to blender|maya|json --for CHARACTER -o FILE: "
                              "our spine on your joints; check CHARACTER --rig even measures it"
                            : ""},
+            {"tune", check->owner == Owner::solver
+                         ? "backbend tune RIG --for CHARACTER -o RIG.toml, where a rig of ours is "
+                           "at fault"
+                         : ""},
             {"picture", std::string(check->witness)},
             {"source", std::string(check->source)}};
         if (common.json) {

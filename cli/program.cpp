@@ -42,6 +42,7 @@ Program::Program()
   add_compare(registry);
   add_hunt(registry);
   add_why(registry);
+  add_tune(registry);
   add_render(registry);
   add_turntable(registry);
   add_solve(registry);

@@ -35,7 +35,7 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver {
     length_ = read.choice<BoneLength>("length", {"nulls", "rest", "null_sum", "arc", "close"});
     roll_ = read.choice<Roll>("roll", {"top", "full"});
     arms_ = read.choice<Arms>("arms", {"effector", "top"});
-    options_ = read.finish();
+    take_options(read);
 
     for (const char* control : {"lower", "middle", "top"}) add_rotation(control);
     std::vector<std::string> names;

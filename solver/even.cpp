@@ -103,7 +103,7 @@ class Even final : public FormulaSystem, public BoxSolver {
     const double reach = read.number("reach", 0.0, 0.0, 1.0);
     max_joint_ = radians(read.number("max_joint_angle", 45.0, 1.0, 180.0));
     name_ = spec.system;
-    options_ = read.finish();
+    take_options(read);
     if (limited_ && reach > 0.0) {
       read.refuse("reach", "cannot be combined with limits: it bends joints past them");
     }

@@ -1,6 +1,7 @@
 #include "solver/even_options.h"
 
 #include <cmath>
+#include <limits>
 
 #include "solver/limits.h"
 
@@ -34,16 +35,8 @@ EvenWeight read_twist(OptionReader& read) {
 }  // namespace
 
 EvenWeights read_even_weights(OptionReader& read) {
-  const auto rows = read.rows("weights", {{0.0, 0.8}, {0.2, 1.0}});
-  if (rows.size() != 2 || rows[0].size() != 2 || rows[1].size() != 2) {
-    read.refuse("weights", "needs two spans, Middle's and Top's, like [[0, 0.8], [0.2, 1]]");
-  }
-  for (const auto& span : rows) {
-    if (!(0.0 <= span[0] && span[1] <= 1.0 && span[1] - span[0] >= 0.01)) {
-      read.refuse("weights", "holds [" + number_text(span[0]) + ", " + number_text(span[1]) +
-                                 "], expected a span inside 0..1, 0.01 wide or more");
-    }
-  }
+  // Middle's and Top's.
+  const auto rows = read.spans("weights", {{0.0, 0.8}, {0.2, 1.0}}, 0.0, 1.0, 0.01);
   const EvenWeight twist = read_twist(read);
   return {EvenWeight::trapezoid(rows[0][0], rows[0][1]), twist,
           EvenWeight::trapezoid(rows[1][0], rows[1][1]), twist};
@@ -52,7 +45,9 @@ EvenWeights read_even_weights(OptionReader& read) {
 EvenPlaces read_even_places(OptionReader& read) {
   const int bones = read.integer("bones", 10, 1, 64);
   if (!read.find("joints")) return equal_bones(bones);
-  const std::vector<double> joint = read.numbers("joints", {}, 0, 0.0, 1.0);
+  // Held together by the rules below, not each by a range of its own.
+  constexpr double kAny = std::numeric_limits<double>::max();
+  const std::vector<double> joint = read.numbers("joints", {}, 0, -kAny, kAny);
   constexpr double kLeastBone = 1e-6;  // of the spine
   constexpr std::size_t kMost = 65;
   if (joint.size() < 2 || joint.size() > kMost || joint.front() != 0.0 || joint.back() != 1.0) {

@@ -47,7 +47,7 @@ class Isner final : public FormulaSystem, public BoxSolver {
     length_ = read.choice<Length>("length", {"fixed", "stretchy"});
     aim_ = read.choice<Aim>("aim", {"project", "shortest_arc", "none"});
     slerp_ = read.choice<Slerp>("slerp", {"shortest", "raw"});
-    options_ = read.finish();
+    take_options(read);
     if (placement_ == Placement::inclusive && vertebrae < 2) {
       read.refuse("vertebrae", "is 1, expected 2 or more with placement \"inclusive\"");
     }

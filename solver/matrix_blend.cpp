@@ -88,7 +88,7 @@ class MatrixBlend final : public FormulaSystem, public BoxSolver {
         pivot_(pivot_of(read, bones_, style_)),
         hip_chest_(chain, spec.system, {1.0 / 3.0, 1.0 / 3.0}) {
     name_ = spec.system;
-    options_ = read.finish();
+    take_options(read);
     draw(chain);
     if (pivot_ > 0) halves_.emplace(drawn_, pivot_, z_axis(hip_chest_.rest_frame()));
     add_rotation("hip");

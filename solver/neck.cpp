@@ -80,7 +80,7 @@ class Neck final : public FormulaSystem, public BoxSolver {
     }
     read.keep("limits", limit_);
     for (double& limit : limit_) limit = radians(limit);
-    options_ = read.finish();
+    take_options(read);
 
     for (int i = 1; i <= driven; ++i) {
       Vertebra& v = vertebra_[i];

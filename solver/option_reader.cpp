@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "solver/nearest_name.h"
 
@@ -39,6 +40,7 @@ const OptionValue* OptionReader::find(const std::string& key) {
 }
 
 bool OptionReader::flag(const std::string& key, bool fallback) {
+  ranges_[key] = {OptionRange::Kind::flag};
   bool value = fallback;
   if (const OptionValue* given = find(key)) {
     if (!std::holds_alternative<bool>(*given)) {
@@ -51,6 +53,7 @@ bool OptionReader::flag(const std::string& key, bool fallback) {
 }
 
 double OptionReader::number(const std::string& key, double fallback, double least, double most) {
+  ranges_[key] = {OptionRange::Kind::number, least, most};
   double value = fallback;
   if (const OptionValue* given = find(key)) {
     const std::string range = number_text(least) + " to " + number_text(most);
@@ -68,6 +71,7 @@ double OptionReader::number(const std::string& key, double fallback, double leas
 
 int OptionReader::integer(const std::string& key, int fallback, int least, int most) {
   const double value = number(key, fallback, least, most);
+  ranges_[key].kind = OptionRange::Kind::integer;
   if (value != std::floor(value)) {
     refuse(key, "is " + number_text(value) + ", expected a whole number");
   }
@@ -76,6 +80,7 @@ int OptionReader::integer(const std::string& key, int fallback, int least, int m
 
 std::size_t OptionReader::word(const std::string& key,
                                std::initializer_list<std::string_view> allowed) {
+  ranges_[key] = {OptionRange::Kind::word, 0.0, 0.0, {allowed.begin(), allowed.end()}};
   std::size_t index = 0;
   if (const OptionValue* given = find(key)) {
     const auto* text = std::get_if<std::string>(given);
@@ -97,6 +102,8 @@ std::size_t OptionReader::word(const std::string& key,
 
 std::vector<double> OptionReader::numbers(const std::string& key, std::vector<double> fallback,
                                           std::size_t count, double least, double most) {
+  if (least > -std::numeric_limits<double>::max() && most < std::numeric_limits<double>::max())
+    ranges_[key] = {OptionRange::Kind::numbers, least, most};
   std::vector<double> value = std::move(fallback);
   if (const OptionValue* given = find(key)) {
     const auto* list = std::get_if<std::vector<double>>(given);
@@ -134,6 +141,28 @@ std::vector<std::vector<double>> OptionReader::rows(const std::string& key,
     }
   }
   record_[key] = value;
+  return value;
+}
+
+std::vector<std::vector<double>> OptionReader::spans(const std::string& key,
+                                                     std::vector<std::vector<double>> fallback,
+                                                     double least, double most, double width) {
+  const std::size_t count = fallback.size();
+  std::string like;
+  for (const auto& span : fallback)
+    like += (like.empty() ? "[" : ", [") + number_text(span[0]) + ", " + number_text(span[1]) + "]";
+  ranges_[key] = {OptionRange::Kind::spans, least, most};
+  auto value = rows(key, std::move(fallback));
+  for (const auto& span : value) {
+    if (value.size() != count || span.size() != 2) {
+      refuse(key, "needs " + std::to_string(count) + " spans, from and to, like [" + like + "]");
+    }
+    if (!(least <= span[0] && span[1] <= most && span[1] - span[0] >= width)) {
+      refuse(key, "holds [" + number_text(span[0]) + ", " + number_text(span[1]) +
+                      "], expected a span inside " + number_text(least) + ".." + number_text(most) +
+                      ", " + number_text(width) + " wide or more");
+    }
+  }
   return value;
 }
 

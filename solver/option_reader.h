@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "solver/option_range.h"
 #include "solver/spine_system.h"
 
 namespace backbend::solver {
@@ -48,6 +49,11 @@ class OptionReader {
   /// A list of lists; the caller judges their lengths.
   std::vector<std::vector<double>> rows(const std::string& key,
                                         std::vector<std::vector<double>> fallback);
+  /// rows() of as many spans as the fallback has, each from and to inside a range and `width` apart
+  /// or more.
+  std::vector<std::vector<double>> spans(const std::string& key,
+                                         std::vector<std::vector<double>> fallback, double least,
+                                         double most, double width);
   /// The value as given, for options with several forms; nullptr where none was. Record it with
   /// keep().
   const OptionValue* find(const std::string& key);
@@ -55,6 +61,8 @@ class OptionReader {
 
   /// Every option read so far with its value. Throws OptionError for a given one that was not read.
   std::map<std::string, OptionValue> finish() const;
+  /// What the options read so far may be, of those that are held against a range or a list.
+  const std::map<std::string, OptionRange>& ranges() const { return ranges_; }
 
   /// An OptionError that names the system: "curve: option 'bones' is 70, expected 1 to 64".
   [[noreturn]] void refuse(const std::string& key, const std::string& what) const;
@@ -62,6 +70,7 @@ class OptionReader {
  private:
   const SystemSpec& spec_;
   std::map<std::string, OptionValue> record_;
+  std::map<std::string, OptionRange> ranges_;
 };
 
 /// A number as short as it reads back: for messages and records.

@@ -140,7 +140,7 @@ class Snake final : public FormulaSystem {
     for (std::size_t k = 1; k < key_u_.size(); ++k) {
       if (!(key_u_[k] > key_u_[k - 1])) read.refuse("twist_u", "must rise from key to key");
     }
-    options_ = read.finish();
+    take_options(read);
     if (length_ > drawn_.curve.length() * (1.0 + 1e-12)) {
       read.refuse("length", "is " + number_text(length_) + ", longer than the path (" +
                                 number_text(drawn_.curve.length()) + ")");

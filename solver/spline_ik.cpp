@@ -52,7 +52,7 @@ class SplineIk final : public FormulaSystem {
         resolution_(read.integer("resolution_u", 0, 0, 1024)),
         hip_chest_(chain, spec.system, depth_of(read)) {
     name_ = spec.system;
-    options_ = read.finish();
+    take_options(read);
     add_rotation("hip");
     add_rotation("chest");
     add_translation("hip_move");

@@ -48,7 +48,7 @@ class Stretchy final : public FormulaSystem {
     const double stretchiness = read.number("stretchiness", 1.0, 0.0, 1.0);
     const double lead = read.number("lead", 0.0, 0.0, 1.0);
     depth_ = read.numbers("depth", {0.4, 0.4}, 2, 0.0, 10.0);
-    options_ = read.finish();
+    take_options(read);
 
     if (by_cvs_) {
       read_curve(chain);

@@ -6,8 +6,14 @@
 #include <glm/geometric.hpp>
 
 #include "solver/curve.h"
+#include "solver/option_reader.h"
 
 namespace backbend::solver {
+
+void SystemBase::take_options(const OptionReader& read) {
+  options_ = read.finish();
+  ranges_ = read.ranges();
+}
 
 void SystemBase::add_rotation(const std::string& control) {
   for (const char* axis : {".rx", ".ry", ".rz"}) {

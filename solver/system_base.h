@@ -3,15 +3,19 @@
 #include <string>
 #include <vector>
 
+#include "solver/option_range.h"
 #include "solver/spine_system.h"
 
 namespace backbend::solver {
 
+class OptionReader;
+
 /// What every system keeps and only shows: a builder fills the fields, solve() reads them.
-class SystemBase : public SpineSystem {
+class SystemBase : public SpineSystem, public RangedOptions {
  public:
   std::string_view name() const override { return name_; }
   const std::map<std::string, OptionValue>& options() const override { return options_; }
+  const std::map<std::string, OptionRange>& option_ranges() const override { return ranges_; }
   const std::vector<Channel>& channels() const override { return channels_; }
   const std::vector<std::string>& joint_names() const override { return joint_names_; }
   const std::vector<int>& joint_parents() const override { return joint_parents_; }
@@ -19,6 +23,8 @@ class SystemBase : public SpineSystem {
   const std::vector<double>& arc_fraction() const override { return arc_fraction_; }
 
  protected:
+  /// Takes what was read, and the ranges that were asked for. Throws as OptionReader::finish().
+  void take_options(const OptionReader& read);
   /// Adds `control.rx`, `control.ry`, `control.rz`.
   void add_rotation(const std::string& control);
   /// Adds `control.x`, `control.y`, `control.z`.
@@ -36,6 +42,7 @@ class SystemBase : public SpineSystem {
 
   std::string name_;
   std::map<std::string, OptionValue> options_;
+  std::map<std::string, OptionRange> ranges_;
   std::vector<Channel> channels_;
   std::vector<std::string> joint_names_;
   std::vector<int> joint_parents_;

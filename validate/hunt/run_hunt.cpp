@@ -1,16 +1,13 @@
 #include <algorithm>
 
-#include "skin/body_kind.h"
-#include "skin/import_checks.h"
 #include "validate/evidence/artist.h"
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/render_job.h"
 #include "validate/hunt/hunt.h"
 #include "validate/live/external_rig.h"
 #include "validate/report/shell_word.h"
-#include "validate/run/confirmed.h"
 #include "validate/run/judge_external.h"
-#include "validate/run/run.h"
+#include "validate/run/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/named_pose.h"
 #include "validate/verdicts/exit_code.h"
@@ -49,53 +46,36 @@ int HuntResult::exit_code() const {
 }
 
 HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
-  ConfirmedCharacter confirmed = load_confirmed(request.character, request.hints);
-  skin::require_possible_import(confirmed.character);
-  const std::vector<skin::SidecarControl> controls =
-      confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>();
-  auto stage = std::make_unique<Stage>(std::move(confirmed.character), confirmed.hints,
-                                       request.chain, controls);
-  if (auto with_its_mesh = stage->with_mesh_of(request.rig.spec))
-    stage = std::make_unique<Stage>(std::move(*with_its_mesh), confirmed.hints, request.chain,
-                                    controls);
-  const skin::BodyKindChoice kind = skin::body_kind(
-      stage->character(), request.chain == DrivenChain::neck
-                              ? skin::find_anatomy(stage->character(), confirmed.hints)
-                              : stage->anatomy());
-  Envelope envelope = envelope_for(kind.kind, request.chain == DrivenChain::neck);
-  if (confirmed.sidecar && !confirmed.sidecar->envelope.empty())
-    if (const auto own = find_envelope(confirmed.sidecar->envelope)) envelope = *own;
-  if (!request.envelope.empty()) envelope = *find_envelope(request.envelope);
+  const SearchedCharacter searched =
+      load_searched(request.character, request.hints, request.chain, request.rig, request.envelope);
+  const Stage& stage = *searched.stage;
+  const Envelope& envelope = searched.envelope;
 
   HuntResult out;
-  out.facts = facts_of(stage->character(), stage->anatomy(), envelope.name);
-  out.facts.kind = skin::name_of(kind.kind);
-  out.facts.kind_reason = kind.reason;
-  out.facts.envelope_reason = kind.reason + "; " + envelope.text();
+  out.facts = searched.facts;
   out.rig = request.rig.name;
   out.mapping = mapping_name(request.mapping);
   out.seed = request.seed;
   out.check = request.check;
   HuntSettings settings{find_box(request.box, envelope), request.check, request.evaluations,
                         request.seed};
-  stage->build(request.rig.spec);  // what is wrong with the rig is said first
   if (request.on_character) request.on_character(out.facts, settings.box);
 
   LimitSet limits =
-      request.suite ? limits_for(request.suite->rules, stage->character().name) : LimitSet();
+      request.suite ? limits_for(request.suite->rules, stage.character().name) : LimitSet();
   if (is_external(request.rig.spec)) limits = external_limits(std::move(limits));
-  const BodyMetrics body(stage->character(), stage->anatomy(), stage->driver());
-  const HuntScene scene{*stage,
+  const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
+  const HuntScene scene{stage,
                         body,
                         envelope,
                         limits,
                         request.rig,
                         request.mapping,
                         shell_word(request.character.string()),
-                        [&] { return stage->build(request.rig.spec); }};
+                        [&] { return stage.build(request.rig.spec); }};
   out.hunt = hunt_poses(scene, settings, progress);
   for (HuntFind& find : out.hunt.finds)
-    if (confirmed.sidecar) find.finding.artist = artist_lines(*confirmed.sidecar, find.pose);
+    if (searched.sidecar) find.finding.artist = artist_lines(*searched.sidecar, find.pose);
   if (!request.folder.empty()) {
     const OutputFolder folder(request.folder);
     progress.start("pictures", out.hunt.finds.size());

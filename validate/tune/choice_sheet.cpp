@@ -1,0 +1,48 @@
+#include "validate/tune/choice_sheet.h"
+
+#include "render/picture.h"
+#include "render/png.h"
+#include "render/sheet.h"
+#include "validate/evidence/finding_view.h"
+#include "validate/evidence/photographer.h"
+#include "validate/run/measure.h"
+
+namespace backbend::validate {
+namespace {
+
+constexpr int kWidth = 320, kHeight = 320, kSamples = 16;
+
+}  // namespace
+
+std::vector<std::uint8_t> choice_sheet(const Stage& stage, const std::vector<SheetRig>& rigs,
+                                       const std::vector<Direction>& poses, solver::Mapping mapping,
+                                       Progress& progress) {
+  std::vector<PosedCharacter> posed;
+  render::Bounds box = render::bounds_of(stage.rest().position);
+  for (const Direction& pose : poses)
+    for (const SheetRig& rig : rigs) {
+      const auto system = stage.build(rig.spec);
+      posed.push_back(stage.pose(*system, controls_at(*system, pose.end, mapping)));
+      box.add(render::bounds_of(posed.back().mesh.position));
+    }
+  Photographer photographer(stage, box);
+  render::Settings settings;
+  settings.width = kWidth;
+  settings.height = kHeight;
+  settings.samples = kSamples;
+  std::vector<render::SheetCell> cells;
+  progress.start("pictures", posed.size());
+  for (std::size_t i = 0; i < posed.size(); ++i) {
+    poll_interrupt();
+    const Direction& pose = poses[i / rigs.size()];
+    photographer.pose(posed[i]);
+    const FindingView view = view_of(pose.end, {});
+    cells.push_back({render::picture_from(photographer.shoot(view.camera, settings)),
+                     rigs[i % rigs.size()].label + ": " + pose.name, false});
+    progress.step();
+  }
+  progress.finish();
+  return render::encode_png(render::contact_sheet(cells, static_cast<int>(rigs.size()), ""));
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,24 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "validate/run/progress.h"
+#include "validate/run/stage.h"
+#include "validate/tune/headroom_gauge.h"
+
+namespace backbend::validate {
+
+/// One column of the sheet.
+struct SheetRig {
+  std::string label;
+  solver::SystemSpec spec;
+};
+
+/// The same poses under several rigs, a row for each pose, all framed alike: a PNG. Throws
+/// Interrupted, render::RenderError.
+std::vector<std::uint8_t> choice_sheet(const Stage& stage, const std::vector<SheetRig>& rigs,
+                                       const std::vector<Direction>& poses, solver::Mapping mapping,
+                                       Progress& progress);
+
+}  // namespace backbend::validate
