@@ -48,7 +48,7 @@ class Tune(CommandTest):
 
     def test_threads_change_nothing(self):
         for threads in ("1", "3"):
-            self.tune("isner", "--evaluations", "20", "--threads", threads, "-o", f"{threads}.toml")
+            self.tune("curve", *FEW, "--threads", threads, "-o", f"{threads}.toml")
         one, three = ((self.folder / f"{n}.toml") for n in "13")
         self.assertEqual(one.read_bytes(), three.read_bytes())
         sheets = [(self.folder / f"{n}_choices.png").read_bytes() for n in "13"]
