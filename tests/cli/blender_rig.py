@@ -5,7 +5,7 @@ import json
 import subprocess
 
 from even_native import inverse, moved, times, transposed
-from harness import SOURCE
+from harness import SOURCE, blender_environment
 
 SERVER = SOURCE / "scenes/bridges/backbend_blender.py"
 # rx, ry, rz of a control (along, forward, left) are these channels of its bone.
@@ -22,7 +22,8 @@ class BlenderRig:
         mapping.write_text('{"mesh": false}')
         self.process = subprocess.Popen(
             [blender, file, "--background", "--factory-startup", "--disable-autoexec", "--python", SERVER, "--",
-             "--serve", mapping], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.told)
+             "--serve", mapping], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=self.told,
+            env=blender_environment(mapping.parent))
         hello = self.read()
         while "schema" not in hello and "error" not in hello:
             hello = self.read()

@@ -13,6 +13,7 @@ import maya_scene
 from blender_rig import BlenderRig
 from even_native import Distance, graph_pose, inverse, largest_gain, random_poses, solver_poses, times
 from glb import tube
+import harness
 from harness import BAD_INPUT, CANNOT_WRITE, USAGE, CommandTest, character, human
 from maya_rig import MayaRig, maya_name
 
@@ -25,7 +26,7 @@ ANIMALS = ["alpaca.glb", "apatosaurus.glb"]
 MOST_TURN_DEG, MOST_PLACE_PERCENT, MOST_GAIN = 1e-4, 0.05, 1.001
 
 
-class ExportTest(CommandTest):
+class ExportTest:
     def export(self, program, glb, rig="even", *more):
         """Writes the file, and gives its path."""
         file = self.folder / f"even_{program}.{'json' if program == 'json' else 'py'}"
@@ -49,7 +50,7 @@ class ExportTest(CommandTest):
         return distance
 
 
-class TheGraph(ExportTest):
+class TheGraph(ExportTest, CommandTest):
     def test_evaluated_as_documented_it_is_the_solvers_spine(self):
         poses = random_poses(60, 1)
         for rig in ("even", "even:weights=[[0, 0.5], [0.5, 1]],twist=anatomical,bones=4"):
@@ -114,7 +115,7 @@ class TheGraph(ExportTest):
         self.assertEqual([each["code"] for each in report["findings"] if each["code"] == "BB001"], [])
 
 
-class WhatCannotBeExported(ExportTest):
+class WhatCannotBeExported(ExportTest, CommandTest):
     def export_refused(self, *words, code=BAD_INPUT, names=(), rig="even", glb=None, out="out.json", to="json"):
         return self.assert_refused("export", rig, "--to", to, "--for", glb or human(), "-o", out, *words, code=code,
                                    names=names)
@@ -149,7 +150,7 @@ class WhatCannotBeExported(ExportTest):
         self.assertEqual(self.graph(human())["schema"], "backbend.even_graph/1")
 
 
-class InMaya(ExportTest):
+class InMaya(ExportTest, CommandTest):
     def built(self, glb=None, up="y", **oddities):
         """(graph, rig, what the script defines)."""
         glb = glb or human()
@@ -275,9 +276,10 @@ print("STATE" + json.dumps({
 
 
 @unittest.skipUnless(BLENDER, "Blender is not installed")
-class InBlender(ExportTest):
+class InBlender(ExportTest, CommandTest):
     def blender(self, *words, code=0):
-        told = subprocess.run([BLENDER, *map(str, words)], cwd=self.folder, capture_output=True, text=True, timeout=600)
+        told = subprocess.run([BLENDER, *map(str, words)], cwd=self.folder, capture_output=True, text=True, timeout=600,
+                              env=harness.blender_environment(self.folder))
         self.assertEqual(told.returncode, code, told.stdout + told.stderr)
         self.assertNotIn("Dependency cycle", told.stdout + told.stderr)
         return told

@@ -55,6 +55,11 @@ def bare_environment(home, **more):
     return {"PATH": os.environ["PATH"], "HOME": str(home), **steering, **more}
 
 
+def blender_environment(home, **more):
+    """A bare environment in which Blender has its system's Python: it takes the first one on the PATH for its own."""
+    return bare_environment(home, PATH="/usr/bin:/bin", **more)
+
+
 def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=PATIENCE_S):
     """Runs the program in a bare environment. `folder` is its working folder and its home."""
     return subprocess.run([str(BACKBEND), *map(str, arguments)], cwd=cwd or folder,

@@ -8,7 +8,7 @@ import subprocess
 import unittest
 import xml.etree.ElementTree
 
-from harness import BAD_INPUT, CANNOT_WRITE, SOURCE, USAGE, CommandTest, bare_environment, human
+from harness import BAD_INPUT, CANNOT_WRITE, SOURCE, USAGE, CommandTest, blender_environment, human
 
 
 def chunks(glb):
@@ -192,8 +192,7 @@ class InBlender(CommandTest):
         self.write("compare.py", COMPARE)
         done = subprocess.run([blender, "--background", "--python", "compare.py", "--", str(path),
                                str(self.folder / "fixed.glb"), str(self.folder / "fixed.py")], cwd=self.folder,
-                              # Blender takes the first Python on the PATH for its own.
-                              env=bare_environment(self.folder, PATH="/usr/bin:/bin"), stdin=subprocess.DEVNULL, capture_output=True,
+                              env=blender_environment(self.folder), stdin=subprocess.DEVNULL, capture_output=True,
                               text=True, timeout=300)
         self.assertIn("RESULT True True True", done.stdout, done.stdout + done.stderr)
         self.assertIn("by place", done.stdout)
