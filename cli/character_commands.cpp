@@ -3,7 +3,7 @@
 #include "cli/commands.h"
 #include "cli/external_options.h"
 #include "cli/settings.h"
-#include "cli/sweep_named.h"
+#include "cli/sweep_option.h"
 #include "skin/body.h"
 #include "skin/body_proxy.h"
 #include "skin/glb_writer.h"
@@ -83,7 +83,7 @@ void add_bake(const Registry& registry) {
             std::move(confirmed.character), confirmed.hints, DrivenChain::spine,
             confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>());
         const auto system = stage.build(options->external.read_rig(options->rig).spec);
-        const Sweep sweep = sweep_named(options->sweep);
+        const Sweep sweep = sweep_option(options->sweep);
         skin::GlbAnimation animation;
         animation.name = options->rig + "_" + sweep.name;
         for (std::size_t i = 0; i < sweep.pose_count(); ++i) {

@@ -12,8 +12,10 @@
 #include "validate/clips/rigid_fit.h"
 #include "validate/clips/surface_points.h"
 #include "validate/files/data_folder.h"
+#include "validate/live/in_process_rig.h"
 #include "validate/metrics/chain.h"
 #include "validate/run/progress.h"
+#include "validate/sweeps/in_process_spec.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {
@@ -170,10 +172,14 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
 }
 
 void ExternalRig::start(const ExternalSpec& external) {
+  if (external.program == kInProcess) {
+    servers_.push_back(in_process_server(who_, external.file));
+    return;
+  }
   if (!external.file.empty() && !std::filesystem::is_regular_file(external.file))
     throw RigError(external.file + ": no such file");
   for (int n = 0; n < external.servers; ++n)
-    servers_.push_back(std::make_unique<RigServer>(who_, argv_of(external), external.timeout));
+    servers_.push_back(std::make_unique<ProgramServer>(who_, argv_of(external), external.timeout));
 }
 
 void ExternalRig::match_and_select() {
