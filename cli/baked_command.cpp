@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "cli/no_folder.h"
 #include "validate/clips/clip_run.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/shell_word.h"
@@ -68,7 +69,8 @@ int check_baked(const BakedOptions& options, const std::string& character,
                 const skin::AnatomyHints& hints, const std::string& output,
                 const PicturePlan& pictures, const Common& common) {
   const fs::path folder = new_run_folder(output);
-  const Report report = baked_report(options, character, hints, common, folder, pictures);
+  const Report report =
+      baked_report(options, character, hints, common, folder == kNoFolder ? "" : folder, pictures);
   return publish(report, folder, output.empty(), common);
 }
 

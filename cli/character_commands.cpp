@@ -1,9 +1,6 @@
 #include <cstdio>
 
 #include "cli/commands.h"
-#include "cli/external_options.h"
-#include "cli/settings.h"
-#include "cli/sweep_option.h"
 #include "skin/body.h"
 #include "skin/body_proxy.h"
 #include "skin/glb_writer.h"
@@ -11,10 +8,6 @@
 #include "validate/files/data_folder.h"
 #include "validate/files/import.h"
 #include "validate/files/output_folder.h"
-#include "validate/run/confirmed.h"
-#include "validate/run/measure.h"
-#include "validate/run/stage.h"
-#include "validate/sweeps/suite.h"
 
 namespace backbend::cli {
 
@@ -63,57 +56,6 @@ void add_body(const Registry& registry) {
       ->add_option("--vertices", options->vertices,
                    "approximate number of vertices [the description's]")
       ->check(CLI::Range(1000, 20'000'000));
-  command->add_option("-o,--output", options->output, "the .glb to write")->required();
-  add_anatomy_options(command, options->hints);
-}
-
-void add_bake(const Registry& registry) {
-  struct Options {
-    std::string character, rig = "even", sweep = "extension", mapping = "chest", output;
-    double frames_per_second = 24.0;
-    skin::AnatomyHints hints;
-    ExternalOptions external;
-  };
-  auto options = std::make_shared<Options>();
-  CLI::App* command = registry.add(
-      "bake", "write a rig's sweep as a skinned animation, .glb",
-      [options, &common = registry.common] {
-        ConfirmedCharacter confirmed = load_confirmed(options->character, options->hints);
-        const Stage stage(
-            std::move(confirmed.character), confirmed.hints, DrivenChain::spine,
-            confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>());
-        const auto system = stage.build(options->external.read_rig(options->rig).spec);
-        const Sweep sweep = sweep_option(options->sweep);
-        skin::GlbAnimation animation;
-        animation.name = options->rig + "_" + sweep.name;
-        for (std::size_t i = 0; i < sweep.pose_count(); ++i) {
-          poll_interrupt();
-          animation.time.push_back(
-              static_cast<float>(static_cast<double>(i) / options->frames_per_second));
-          const auto control = controls_at(*system, sweep.pose_at(sweep.control_at(i)),
-                                           *find_mapping(options->mapping));
-          animation.world_from_node.push_back(stage.pose(*system, control).world_from_node);
-        }
-        const fs::path file(options->output);
-        OutputFolder(file.parent_path())
-            .write(file.filename(), skin::encode_glb(stage.character(), &animation));
-        if (!common.quiet)
-          std::fprintf(stderr, "wrote %s: %zu frames\n", file.c_str(), animation.time.size());
-        return 0;
-      });
-  command
-      ->add_option("character", options->character,
-                   "character file: .glb, .gltf, .fbx, .dae, or a body description .toml")
-      ->required();
-  command->add_option("--rig", options->rig, kRigHelp)->type_name(kRigType)->configurable();
-  options->external.add_to(command);
-  command->add_option("--sweep", options->sweep, "sweep (backbend list sweeps) [extension]");
-  command->add_option("--mapping", options->mapping, "chest or spread [chest]")
-      ->check(CLI::IsMember({"chest", "spread"}))
-      ->configurable();
-  command->add_option("--fps", options->frames_per_second, "frames a second, 1 to 1000 [24]")
-      ->check(CLI::Range(1.0, 1000.0))
-      ->configurable();
   command->add_option("-o,--output", options->output, "the .glb to write")->required();
   add_anatomy_options(command, options->hints);
 }

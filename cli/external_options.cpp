@@ -10,7 +10,8 @@ using namespace backbend::validate;
 void ExternalOptions::add_to(CLI::App* command) {
   command
       ->add_option("--map", map,
-                   "of your own rig: which controls stand for which channel, JSON [the sidecar's]")
+                   "of your own rig: which controls stand for which channel, JSON, or one of the "
+                   "presets rigify, spline_ik and b_bone [the sidecar's]")
       ->type_name(kFileType);
   command
       ->add_option("--servers", servers,
@@ -28,7 +29,7 @@ void ExternalOptions::apply_to(std::vector<RigPlan*> rigs) const {
   }
   if (!any && !map.empty())
     throw CLI::ValidationError(
-        "--map: only for a rig of your own, blender:FILE or "
+        "--map: only for a rig of your own, blender:FILE, maya:FILE or "
         "command:\"PROGRAM ARGS\"");
 }
 

@@ -8,11 +8,11 @@
 namespace backbend::cli {
 
 inline constexpr const char* kRigHelp =
-    "rig: a system (backbend list rigs), a rig file, or your own, live: blender:FILE or "
+    "rig: a system (backbend list rigs), a rig file, or your own, live: blender:FILE, maya:FILE or "
     "command:\"PROGRAM ARGS\" [even]";
 
-/// `--map` and `--servers`: how a studio's own rig (`blender:FILE`, `command:"PROGRAM ARGS"`) is
-/// asked.
+/// `--map` and `--servers`: how a studio's own rig (`blender:FILE`, `maya:FILE`, `command:"PROGRAM
+/// ARGS"`) is asked.
 struct ExternalOptions {
   std::string map;
   int servers = 0;  // 0: as its rig file says, or 1

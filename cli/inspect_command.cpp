@@ -54,8 +54,8 @@ validate::ConfirmedCharacter load_inspected(const std::filesystem::path& file,
 solver::SystemSpec own_rig(const std::string& text) {
   const auto spec = validate::parse_external(text);
   if (!spec)
-    throw CLI::ValidationError("--rig: expected blender:FILE or command:\"PROGRAM ARGS\", got '" +
-                               text + "'");
+    throw CLI::ValidationError(
+        "--rig: expected blender:FILE, maya:FILE or command:\"PROGRAM ARGS\", got '" + text + "'");
   return *spec;
 }
 
@@ -127,9 +127,10 @@ void add_inspect(const Registry& registry) {
       "character", options->character,
       "character file: .glb, .gltf, .fbx, .dae, a skeleton .bvh, or a body description .toml "
       "[of --rig blender:hero.blend: hero.glb beside it]");
-  command->add_option("--rig", options->rig,
-                      "try the controls of a rig of your own, blender:FILE or command:\"PROGRAM "
-                      "ARGS\", and propose which stand for which channel");
+  command->add_option(
+      "--rig", options->rig,
+      "try the controls of a rig of your own, blender:FILE, maya:FILE or command:\"PROGRAM "
+      "ARGS\", and propose which stand for which channel");
   command->add_flag("--save", options->save,
                     "write what was found to NAME.backbend.toml beside the character");
   CLI::Option* suggest = command->add_flag("--suggest", options->suggest,

@@ -3,9 +3,11 @@
 
 namespace backbend::cli {
 
-// Commands that look at detectors and pictures themselves, and what repairs a finding.
+// Commands that look at detectors and pictures themselves, what repairs a finding, and the rig to
+// take instead.
 void add_calibrate(const Registry& registry);
 void add_diff(const Registry& registry);
+void add_export(const Registry& registry);
 void add_repair(const Registry& registry);
 
 }  // namespace backbend::cli

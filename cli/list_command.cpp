@@ -194,6 +194,10 @@ void add_explain(const Registry& registry) {
                                check->code == "BB061" || check->code == "BB062"
                            ? "backbend repair CHARACTER -o OUT.glb, where the weights are at fault"
                            : ""},
+            {"export", check->owner == Owner::solver || check->owner == Owner::rig
+                           ? "backbend export even --to blender|maya|json --for CHARACTER -o FILE: "
+                             "our spine on your joints; check CHARACTER --rig even measures it"
+                           : ""},
             {"picture", std::string(check->witness)},
             {"source", std::string(check->source)}};
         if (common.json) {

@@ -5,6 +5,7 @@
 #include "cli/judging_commands.h"
 #include "cli/prove_command.h"
 #include "cli/search_commands.h"
+#include "cli/serve_command.h"
 #include "cli/settings.h"
 #include "validate/report/escape.h"
 
@@ -46,6 +47,7 @@ Program::Program()
   add_solve(registry);
   add_inspect(registry);
   add_repair(registry);
+  add_export(registry);
   add_bake(registry);
   add_body(registry);
   add_calibrate(registry);
@@ -62,6 +64,7 @@ Program::Program()
   add_prove(registry);
   add_merge(registry);
   add_farm(registry);
+  add_serve(registry);
   add_completions(registry);
 }
 

@@ -1,9 +1,11 @@
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <optional>
 
 #include "cli/commands.h"
 #include "cli/external_options.h"
+#include "cli/no_folder.h"
 #include "cli/settings.h"
 #include "cli/sweep_option.h"
 #include "render/cameras.h"
@@ -124,7 +126,8 @@ struct PictureOptions {
     command->add_flag("--resume", request.resume,
                       "keep existing frames that are whole and have the same inputs");
     command->add_flag("--dry-run", dry_run, "print the plan and the estimated time, then exit");
-    command->add_option("-o,--output", output, "folder for the files [.]");
+    command->add_option("-o,--output", output,
+                        "folder for the files [.]; of one pose also -: the PNG on standard output");
     add_anatomy_options(command, request.hints);
     add_chain_option(command, chain);
   }
@@ -232,6 +235,12 @@ int print_extreme_plan(const RenderRequest& request, const std::vector<Sweep>& s
   return 0;
 }
 
+int print_png(const std::vector<std::uint8_t>& png) {
+  std::fwrite(png.data(), 1, png.size(), stdout);
+  if (std::fflush(stdout) != 0) throw WriteError("standard output: cannot be written", EIO);
+  return 0;
+}
+
 int print_files(const RenderedFiles& files, const std::filesystem::path& folder) {
   for (const auto& frame : files.frames) std::printf("%s\n", (folder / frame).c_str());
   for (const auto& extra : {files.sheet, files.video}) {
@@ -259,6 +268,14 @@ void add_render(const Registry& registry) {
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
         Progress progress(common.progress_style());
+        if (options->output == kNoFolder) {
+          if (options->extreme || !options->sweep.empty() || options->dry_run || request.resume ||
+              !request.export_obj.empty())
+            throw CLI::ValidationError(
+                "-o -: one pose goes to standard output; not with --sweep, --extreme, --dry-run, "
+                "--resume or --export-obj");
+          return print_png(render_pose_png(request, progress));
+        }
         const FolderTrace trace(options->output);
         const OutputFolder folder(options->output);
         if (!options->sweep.empty()) {
@@ -312,6 +329,8 @@ void add_turntable(const Registry& registry) {
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
         Progress progress(common.progress_style());
+        if (options->output == kNoFolder)
+          throw CLI::ValidationError("-o -: a turntable needs a folder");
         const FolderTrace trace(options->output);
         const OutputFolder folder(options->output);
         const Preset& base = options->preset();

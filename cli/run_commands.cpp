@@ -8,6 +8,7 @@
 #include "cli/commands.h"
 #include "cli/external_options.h"
 #include "cli/nightly.h"
+#include "cli/no_folder.h"
 #include "cli/settings.h"
 #include "cli/watch.h"
 #include "validate/calibrate/calibrate.h"
@@ -33,7 +34,9 @@ using namespace backbend::validate;
 void RunOptions::add_to(CLI::App* command) {
   const CLI::Validator named(
       [](const std::string& file) { return file.empty() ? "expected a file's name" : ""; }, "");
-  command->add_option("-o,--output", output, "run folder [runs/DATE_TIME with a link 'latest']");
+  command->add_option("-o,--output", output,
+                      "run folder [runs/DATE_TIME with a link 'latest']; -: none, only measure and "
+                      "print");
   command->add_flag("--quick", quick, "measure only: no pictures")->configurable();
   command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]")
       ->check(picture_size())
@@ -58,14 +61,14 @@ void RunOptions::add_to(CLI::App* command) {
 }
 
 void RunOptions::apply_to(PicturePlan& pictures) const {
-  if (quick) pictures.enabled = false;
+  if (quick || output == kNoFolder) pictures.enabled = false;
   if (samples > 0) pictures.samples = samples;
   if (!resolution.empty()) std::tie(pictures.width, pictures.height) = parse_resolution(resolution);
 }
 
 void RunOptions::apply_to(RunRequest& request) const {
   request.hints = hints;
-  if (quick) request.image_pass = false;
+  if (quick || output == kNoFolder) request.image_pass = false;
   apply_to(request.suite.pictures);
   request.today = today();
   request.label = label;
@@ -160,18 +163,23 @@ void print_character(const std::string& title, const CharacterFacts& facts, bool
   std::fflush(stdout);
 }
 
-int publish(const Report& report, const fs::path& folder, bool is_latest, const Common& common,
-            bool single_file) {
-  write_report(report, folder, {{}, single_file});
-  if (is_latest) point_link(folder.parent_path() / "latest", folder.filename());
+int print_report(const Report& report, const fs::path& page, const Common& common) {
   if (common.json) {
     std::printf("%s\n", report_json(report).c_str());
   } else {
     TerminalStyle style = style_of_stdout();
-    style.page = (folder / "index.html").string();
+    style.page = page.string();
     std::printf("%s", terminal_summary(report, style).c_str());
   }
   return report.exit_code;
+}
+
+int publish(const Report& report, const fs::path& folder, bool is_latest, const Common& common,
+            bool single_file) {
+  if (folder == kNoFolder) return print_report(report, {}, common);
+  write_report(report, folder, {{}, single_file});
+  if (is_latest) point_link(folder.parent_path() / "latest", folder.filename());
+  return print_report(report, folder / "index.html", common);
 }
 
 namespace {
@@ -204,6 +212,15 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
       print_character(one_rig ? title + ". Your own rig: --baked CLIP" : title, facts,
                       request.baseline.has_value());
     };
+  }
+  if (options.output == kNoFolder) {
+    request.folder.clear();
+    Progress progress(common.progress_style());
+    const Report report = run_suite(request, progress);
+    progress.finish();
+    if (!options.history.empty())
+      append_night(options.history, night_of(report, request.today, request.label));
+    return print_report(report, {}, common);
   }
   if (request.folder.empty()) request.folder = new_run_folder(options.output);
   const FolderTrace trace(request.folder);
@@ -333,6 +350,8 @@ void add_nightly(const Registry& registry) {
   CLI::App* command = registry.add(
       "nightly", "run a suite: the nightly comparison of rigs, with its report",
       [options, &common = registry.common] {
+        if (options->output == kNoFolder)
+          throw CLI::ValidationError("-o -: a night needs a run folder");
         const bool in_parts = options->resume || !options->shard.empty();
         if (in_parts && options->output.empty())
           throw CLI::ValidationError("--shard and --resume need the run folder: -o DIR");
@@ -458,6 +477,8 @@ void add_check(const Registry& registry) {
           throw CLI::ValidationError("--dry-run: not available with --baked");
         if (options->watch && (options->dry_run || !options->history.empty()))
           throw CLI::ValidationError("--watch goes with neither --dry-run nor --history");
+        if (options->watch && options->output == kNoFolder)
+          throw CLI::ValidationError("-o -: --watch needs a run folder");
         if (options->poll && !options->watch) throw CLI::ValidationError("--poll needs --watch");
         if (!options->baked.clip.empty() && options->watch)
           return watch(watched_clip(options->baked, options->character, *options, options->poll),

@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-#include "render/scene.h"
+#include "render/frame.h"
 
 namespace backbend::render {
 

@@ -3,7 +3,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "render/scene.h"
+#include "render/frame.h"
 
 namespace backbend::render {
 

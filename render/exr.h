@@ -3,7 +3,7 @@
 #include <span>
 #include <vector>
 
-#include "render/scene.h"
+#include "render/frame.h"
 
 namespace backbend::render {
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "render/scene.h"
+#include "render/frame.h"
 
 namespace backbend::render {
 

@@ -342,10 +342,4 @@ Frame Scene::render(const Camera& camera, const Settings& settings) const {
   return frame;
 }
 
-const Layer* Frame::find(std::string_view first_channel) const {
-  for (const Layer& layer : layers)
-    if (!layer.names.empty() && layer.names.front() == first_channel) return &layer;
-  return nullptr;
-}
-
 }  // namespace backbend::render

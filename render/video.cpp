@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "render/scene.h"
+#include "render/frame.h"
 
 namespace backbend::render {
 

@@ -1,5 +1,6 @@
 #include "skin/glb_writer_skeleton.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -175,7 +176,8 @@ std::optional<NodeTransform> split_transform(const glm::dmat4& matrix, double sl
   return out;
 }
 
-WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation* animation) {
+WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation* animation,
+                                 JointFrames frames) {
   check(character, animation);
   WrittenSkeleton out;
   for (const SkinJoint& joint : character.joints) {
@@ -185,7 +187,11 @@ WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation*
     }
     out.joint_from_mesh.push_back(joint.joint_from_mesh);
   }
-  if (split_skeleton(character, animation, nullptr, out) < 0) return out;
+  const bool rigid =
+      frames == JointFrames::rigid && std::ranges::none_of(character.nodes, [](const Node& node) {
+        return flattened(glm::dmat3(node.world_from_node));
+      });
+  if (!rigid && split_skeleton(character, animation, nullptr, out) < 0) return out;
 
   // world * rest^-1 * rigid is as rigid as the motion itself.
   std::vector<glm::dmat4> change(character.nodes.size());
@@ -198,8 +204,9 @@ WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation*
   }
   const int bad = split_skeleton(character, animation, &change, out);
   if (bad >= 0) {
-    throw CharacterError(node_label(character, static_cast<std::size_t>(bad)) +
-                         ": sheared by the motion, which glTF cannot say");
+    throw CharacterError(
+        node_label(character, static_cast<std::size_t>(bad)) +
+        ": sheared by the motion, which translation, rotation and scale cannot say");
   }
   for (std::size_t j = 0; j < character.joints.size(); ++j) {
     const auto node = static_cast<std::size_t>(character.joints[j].node);

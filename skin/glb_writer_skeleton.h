@@ -27,8 +27,13 @@ struct WrittenSkeleton {
   std::vector<glm::dmat4> joint_from_mesh;         // [joint of the character]
 };
 
+/// The joint frames that a file gets: those of the character where no node shears, else rigid ones;
+/// or rigid ones where no node is flattened, so that only a motion that scales brings in scales.
+enum class JointFrames { as_they_are, rigid };
+
 /// Throws CharacterError as encode_glb() says.
-WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation* animation);
+WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation* animation,
+                                 JointFrames frames = JointFrames::as_they_are);
 
 /// Writes nodes, skin and animation; the skin's number. `unskinned` asks for the joint that never
 /// moves, which gets the number character.joints.size(). Node numbers are the character's.

@@ -1,7 +1,6 @@
 #include "solver/curve_spine.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <optional>
 
@@ -23,7 +22,7 @@ using glm::dvec3;
 enum class Roll { top, full };
 enum class Arms { effector, top };
 
-class CurveSpine final : public SystemBase, public CrowdSolver {
+class CurveSpine final : public FormulaSystem, public CrowdSolver {
  public:
   CurveSpine(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;
@@ -50,27 +49,6 @@ class CurveSpine final : public SystemBase, public CrowdSolver {
     rest_curve_length_ = curve.length();
     build_rest(curve);
     measure_arc_fraction();
-  }
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;  // exactly, not to rounding
-      return;
-    }
-    Solved s;
-    s.bones = bones_.pose(control);
-    const Curve curve = draw(s.bones);
-    lay_chain(curve, bone_count_, follow_, length_, rest_curve_length_, s.chain);
-    carry_frames(s);
-    if (detail == Detail::all || roll_ == Roll::full) compare_with_top(s);
-    fill(control, curve, s, detail, pose);
   }
 
   void solve_crowd(const CrowdControls& control, CrowdPose& out) const override {
@@ -288,6 +266,16 @@ class CurveSpine final : public SystemBase, public CrowdSolver {
       }
     }
     turn[bone_count_] = turn[bone_count_ - 1];
+  }
+
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
+    Solved s;
+    s.bones = bones_.pose(control);
+    const Curve curve = draw(s.bones);
+    lay_chain(curve, bone_count_, follow_, length_, rest_curve_length_, s.chain);
+    carry_frames(s);
+    if (detail == Detail::all || roll_ == Roll::full) compare_with_top(s);
+    fill(control, curve, s, detail, pose);
   }
 
   void fill(std::span<const double> control, const Curve& curve, const Solved& s, Detail detail,

@@ -9,6 +9,7 @@
 #include "solver/box_solver.h"
 #include "solver/chain_measures.h"
 #include "solver/even_limits.h"
+#include "solver/even_options.h"
 #include "solver/even_reach.h"
 #include "solver/even_shape.h"
 #include "solver/fk_bones.h"
@@ -24,72 +25,9 @@ using glm::dvec3;
 
 enum ChannelIndex { kUpper = 3, kStretch = 9, kCompression };
 
-EvenWeight read_twist(OptionReader& read) {
-  constexpr int kAnatomicalSteps = 35;  // two for each mobile level, ends included
-  const OptionValue* given = read.find("twist");
-  if (const auto* list = given ? std::get_if<std::vector<double>>(given) : nullptr) {
-    double sum = 0.0;
-    for (const double v : *list) {
-      if (!std::isfinite(v) || v < 0.0) {
-        read.refuse("twist", "holds " + number_text(v) + ", expected densities of 0 or more");
-      }
-      sum += v;
-    }
-    if (!(sum > 0.0) || !std::isfinite(sum)) {
-      read.refuse("twist", "has no density above 0 to spread the twist by");
-    }
-    read.keep("twist", *list);
-    return EvenWeight::from_density(*list);
-  }
-  if (read.word("twist", {"linear", "anatomical"}) == 1) {
-    return EvenWeight::from_density(human_twist_density(kAnatomicalSteps));
-  }
-  const double even[] = {1.0};
-  return EvenWeight::from_density(even);
-}
-
-EvenWeights read_weights(OptionReader& read) {
-  const auto rows = read.rows("weights", {{0.0, 0.8}, {0.2, 1.0}});
-  if (rows.size() != 2 || rows[0].size() != 2 || rows[1].size() != 2) {
-    read.refuse("weights", "needs two spans, Middle's and Top's, like [[0, 0.8], [0.2, 1]]");
-  }
-  for (const auto& span : rows) {
-    if (!(0.0 <= span[0] && span[1] <= 1.0 && span[1] - span[0] >= 0.01)) {
-      read.refuse("weights", "holds [" + number_text(span[0]) + ", " + number_text(span[1]) +
-                                 "], expected a span inside 0..1, 0.01 wide or more");
-    }
-  }
-  const EvenWeight twist = read_twist(read);
-  return {EvenWeight::trapezoid(rows[0][0], rows[0][1]), twist,
-          EvenWeight::trapezoid(rows[1][0], rows[1][1]), twist};
-}
-
-/// Where joints end in arc fraction: the middles of the bones, then the tip.
-std::vector<double> joint_ends(int bones) {
-  std::vector<double> end;
-  for (int k = 0; k < bones; ++k) end.push_back((k + 0.5) / bones);
-  end.push_back(1.0);
-  return end;
-}
-
-class Even final : public SystemBase, public BoxSolver {
+class Even final : public FormulaSystem, public BoxSolver {
  public:
   Even(const SystemSpec& spec, const RestChain& chain) : Even(spec, chain, OptionReader(spec)) {}
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
-  }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control = fk_controls_for(body, mapping);
@@ -137,8 +75,8 @@ class Even final : public SystemBase, public BoxSolver {
                                     std::size_t count) const override {
     assert(count >= 2);
     const Bend bend = bend_of(control);
-    const EvenShape shape(drawn_, bone_.axes[1], bone_.axes[2], weights_, int(count) - 1,
-                          share_ends_);
+    const EvenShape shape(drawn_, bone_.axes[1], bone_.axes[2], weights_,
+                          equal_bones(int(count) - 1), share_ends_);
     std::vector<dquat> frame(count);
     std::vector<dvec3> point(count);
     shape.solve(bend.shares(), &bend.field, frame, point);
@@ -148,14 +86,15 @@ class Even final : public SystemBase, public BoxSolver {
 
  private:
   Even(const SystemSpec& spec, const RestChain& chain, OptionReader read)
-      : bones_(read.integer("bones", 10, 1, 64)),
+      : places_(read_even_places(read)),
+        bones_(places_.bones()),
         limited_(read.word("limits", {"none", "human"}) == 1),
-        share_ends_(limited_ ? joint_ends(bones_) : std::vector<double>{1.0}),
-        weights_(read_weights(read)),
+        share_ends_(limited_ ? places_.frame : std::vector<double>{1.0}),
+        weights_(read_even_weights(read)),
         bone_(chain, spec.system),
         drawn_(chain.joint),
-        shape_(drawn_, bone_.axes[1], bone_.axes[2], weights_, bones_, share_ends_),
-        joint_end_(joint_ends(bones_)) {
+        shape_(drawn_, bone_.axes[1], bone_.axes[2], weights_, places_, share_ends_),
+        joint_end_(places_.frame) {
     arms_on_top_ = read.word("arms", {"effector", "top"}) == 1;
     stretchiness_ = read.number("stretchiness", 0.0, 0.0, 1.0);
     max_ratio_ = read.number("max_ratio", 100.0, 1.0, 100.0);
@@ -168,6 +107,10 @@ class Even final : public SystemBase, public BoxSolver {
     if (limited_ && reach > 0.0) {
       read.refuse("reach", "cannot be combined with limits: it bends joints past them");
     }
+    if (options_.contains("joints") && (limited_ || reach > 0.0)) {
+      read.refuse("joints",
+                  "cannot be combined with limits or reach, which share among equal bones");
+    }
     measure_weights();
     set_bounds(reach);
 
@@ -178,7 +121,7 @@ class Even final : public SystemBase, public BoxSolver {
     for (int k = 0; k < bones_; ++k) names.push_back("spine_" + std::to_string(k + 1));
     names.push_back("tip");
     name_chain(std::move(names));
-    for (int k = 0; k <= bones_; ++k) arc_fraction_.push_back(double(k) / bones_);
+    arc_fraction_ = places_.joint;
     std::vector<double> control;
     for (const Channel& c : channels_) control.push_back(c.rest);
     SpinePose rest;
@@ -292,7 +235,7 @@ class Even final : public SystemBase, public BoxSolver {
     }
   }
 
-  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     const Bend bend = bend_of(control);
     pose.position.resize(bones_ + 1);
     pose.turn.resize(bones_ + 1);
@@ -376,6 +319,7 @@ class Even final : public SystemBase, public BoxSolver {
     return std::min(most + reach_->joint_share(bend.field), kPi);
   }
 
+  EvenPlaces places_;
   int bones_;
   bool limited_;
   std::vector<double> share_ends_;

@@ -7,6 +7,7 @@
 #include <glm/matrix.hpp>
 
 #include "solver/even_integral.h"
+#include "solver/gauss_legendre.h"
 #include "solver/rotation.h"
 
 namespace backbend::solver {
@@ -20,33 +21,6 @@ glm::dvec3 turned_by(const glm::dquat& q, const glm::dvec3& v) {
 namespace {
 
 using glm::dvec3;
-
-/// Nodes and weights of the Gauss-Legendre rule with n points on 0..1, by Newton's method on the
-/// Legendre polynomial from Tricomi's first guess.
-void gauss_legendre(int n, std::vector<double>& node, std::vector<double>& weight) {
-  node.resize(n);
-  weight.resize(n);
-  for (int i = 0; i < (n + 1) / 2; ++i) {
-    double x = std::cos(kPi * (i + 0.75) / (n + 0.5));
-    double slope = 1.0;
-    for (int step = 0; step < 100; ++step) {
-      double before = 1.0, p = x;
-      for (int k = 2; k <= n; ++k) {
-        const double next = ((2 * k - 1) * x * p - (k - 1) * before) / k;
-        before = p;
-        p = next;
-      }
-      slope = n * (x * p - before) / (x * x - 1.0);
-      const double change = p / slope;
-      x -= change;
-      if (std::abs(change) < 1e-16) break;
-    }
-    const double w = 1.0 / ((1.0 - x * x) * slope * slope);
-    node[i] = 0.5 * (1.0 - x);
-    node[n - 1 - i] = 0.5 * (1.0 + x);
-    weight[i] = weight[n - 1 - i] = w;
-  }
-}
 
 constexpr std::array<int, 3> kNodesOfRule{8, 12, 16};
 // The turning of a panel (sum over channels of peak slope times angle times width, radians) up to
@@ -76,16 +50,17 @@ std::size_t segment_at(const std::vector<double>& corner, double s) {
 }  // namespace
 
 EvenShape::EvenShape(std::span<const dvec3> drawn, const glm::dmat3& middle_axes,
-                     const glm::dmat3& top_axes, const EvenWeights& weights, int bones,
+                     const glm::dmat3& top_axes, const EvenWeights& weights, EvenPlaces places,
                      std::vector<double> share_ends)
-    : bones_(bones),
+    : places_(std::move(places)),
+      bones_(places_.bones()),
       middle_axes_(middle_axes),
       top_axes_(top_axes),
       middle_from_top_(glm::transpose(middle_axes) * top_axes),
       aligned_(middle_from_top_ == glm::dmat3(1.0)),
       weights_(weights),
       share_end_(std::move(share_ends)) {
-  assert(drawn.size() >= 2 && bones >= 1 && share_end_.back() == 1.0);
+  assert(drawn.size() >= 2 && bones_ >= 1 && share_end_.back() == 1.0);
   std::vector<double> corner{0.0};
   for (std::size_t i = 1; i < drawn.size(); ++i) {
     corner.push_back(corner.back() + glm::length(drawn[i] - drawn[i - 1]));
@@ -95,8 +70,8 @@ EvenShape::EvenShape(std::span<const dvec3> drawn, const glm::dmat3& middle_axes
   corner.back() = 1.0;
 
   rest_joint_.push_back(drawn.front());
-  for (int k = 1; k < bones; ++k) {
-    const double s = double(k) / bones;
+  for (int k = 1; k < bones_; ++k) {
+    const double s = places_.joint[std::size_t(k)];
     const std::size_t i = segment_at(corner, s);
     const double f = (s - corner[i - 1]) / (corner[i] - corner[i - 1]);
     rest_joint_.push_back(drawn[i - 1] + f * (drawn[i] - drawn[i - 1]));
@@ -109,8 +84,7 @@ EvenShape::EvenShape(std::span<const dvec3> drawn, const glm::dmat3& middle_axes
 }
 
 void EvenShape::cut_panels(std::span<const dvec3> drawn, const std::vector<double>& corner) {
-  std::vector<double> cut;
-  for (int k = 0; k <= bones_; ++k) cut.push_back(double(k) / bones_);
+  std::vector<double> cut = places_.joint;
   for (const EvenWeight* w :
        {&weights_.middle_bend, &weights_.middle_twist, &weights_.top_bend, &weights_.top_twist}) {
     for (const double knot : w->knots()) cut.push_back(knot);
@@ -147,7 +121,7 @@ void EvenShape::cut_panels(std::span<const dvec3> drawn, const std::vector<doubl
     }
     panel.share = 0;
     while (middle > share_end_[panel.share]) ++panel.share;
-    panel.ends_bone = std::abs(panel.to - double(next_joint) / bones_) < 1e-12;
+    panel.ends_bone = std::abs(panel.to - places_.joint[std::size_t(next_joint)]) < 1e-12;
     if (panel.ends_bone) ++next_joint;
     panel_.push_back(panel);
     widest_ = std::max(widest_, panel.to - panel.from);
@@ -159,7 +133,7 @@ void EvenShape::place_frames() {
   for (int first = 0; first <= bones_; first += 4) {
     std::array<std::array<double, 4>, 4> weight;
     for (int i = 0; i < 4; ++i) {
-      const double s = first + i < bones_ ? (first + i + 0.5) / bones_ : 1.0;
+      const double s = places_.frame[std::size_t(std::min(first + i, bones_))];
       weight[i] = weights_at(weights_, s);
       int share = 0;
       while (s > share_end_[share]) ++share;
@@ -217,7 +191,7 @@ double EvenShape::panel_turning(std::span<const AngleShare> share) const {
 
 BoxTurn EvenShape::frame(int k, std::span<const BoxReal> upper) const {
   assert(share_end_.size() == 1 && upper.size() == kUpperChannels);
-  const double s = k < bones_ ? (k + 0.5) / bones_ : 1.0;
+  const double s = places_.frame[std::size_t(k)];
   return upper_frame(middle_axes_, top_axes_, [&](int first, const glm::dmat3& axes) {
     const auto angle = [&](int i) {
       return BoxReal(weights_.of(first + i)(s)) * upper[std::size_t(first + i)];
@@ -241,7 +215,7 @@ void EvenShape::solve(std::span<const AngleShare> share, const ReachField* field
   const double turning = panel_turning(share);
   if (field && !field->none()) {
     for (int k = 0; k < bones_; ++k) {
-      frame[k] = turn_by_vector(field->at((k + 0.5) / bones_)) * frame[k];
+      frame[k] = turn_by_vector(field->at(places_.frame[std::size_t(k)])) * frame[k];
     }
     if (turning + kTurningOfField <= kTurningOfRule[1]) {
       return integral.shifts<3>(rule_[1], *field, shift);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "solver/box_number.h"
+#include "solver/even_places.h"
 #include "solver/even_reach.h"
 #include "solver/even_weight.h"
 
@@ -52,10 +53,10 @@ glm::dvec3 turned_by(const glm::dquat& q, const glm::dvec3& v);
 /// The rest curve is the drawn polyline by arc fraction s. Immutable.
 class EvenShape {
  public:
-  /// `middle_axes` and `top_axes` are the controls' rest frames in columns. Joints stand at s = i /
-  /// bones. `share_ends` lists where shares end, rising to 1; one entry for one share.
+  /// `middle_axes` and `top_axes` are the controls' rest frames in columns. `share_ends` lists
+  /// where shares end, rising to 1; one entry for one share.
   EvenShape(std::span<const glm::dvec3> drawn, const glm::dmat3& middle_axes,
-            const glm::dmat3& top_axes, const EvenWeights& weights, int bones,
+            const glm::dmat3& top_axes, const EvenWeights& weights, EvenPlaces places,
             std::vector<double> share_ends = {1.0});
 
   int bones() const { return bones_; }
@@ -63,8 +64,9 @@ class EvenShape {
   /// The joints at rest; first and last exactly the drawn ones.
   const std::vector<glm::dvec3>& rest_joint() const { return rest_joint_; }
 
-  /// frame[k] = S((k + 1/2) / bones), frame[bones] = S(1); shift[k] = how far joint k moves from
-  /// its rest place. Both spans hold bones + 1. At rest exactly the identity and exactly 0.
+  /// frame[k] = S at the place that joint k reads, frame[bones] = S(1); shift[k] = how far joint k
+  /// moves from its rest place. Both spans hold bones + 1. At rest exactly the identity and exactly
+  /// 0.
   ///
   /// The integral is Gauss-Legendre on panels cut wherever the integrand's smoothness drops; the
   /// number of nodes follows a bound of its turning, so that it is good to 1e-13 of the length for
@@ -73,8 +75,8 @@ class EvenShape {
   void solve(std::span<const AngleShare> share, const ReachField* field,
              std::span<glm::dquat> frame, std::span<glm::dvec3> shift) const;
 
-  /// S at bone k's middle, or at 1 for k = bones(), over a box of Middle's and Top's channels (six
-  /// of them). Of a shape with one share, and without a field.
+  /// S where joint k reads it, over a box of Middle's and Top's channels (six of them). Of a shape
+  /// with one share, and without a field.
   BoxTurn frame(int k, std::span<const BoxReal> upper) const;
 
   /// The chest's shift without a field, and the integrals of each bump times the posed tangent,
@@ -114,6 +116,7 @@ class EvenShape {
   void tabulate(int rule);
   double panel_turning(std::span<const AngleShare> share) const;
 
+  EvenPlaces places_;
   int bones_;
   double length_;
   glm::dmat3 middle_axes_, top_axes_;

@@ -1,7 +1,6 @@
 #include "solver/isner.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <glm/matrix.hpp>
 #include <optional>
@@ -37,7 +36,7 @@ enum ChannelIndex {
   kChestDepth
 };
 
-class Isner final : public SystemBase, public BoxSolver {
+class Isner final : public FormulaSystem, public BoxSolver {
  public:
   Isner(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;
@@ -69,21 +68,6 @@ class Isner final : public SystemBase, public BoxSolver {
     add_scalar("chest_depth", depth_[1]);
     place_vertebrae(vertebrae);
     build_rest();
-  }
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
   }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
@@ -293,7 +277,7 @@ class Isner final : public SystemBase, public BoxSolver {
     return kPi * share * share;
   }
 
-  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     const Ends<PoseMath> e = ends(control);
     const Curve curve = draw(e);
     const double used = used_length(curve);

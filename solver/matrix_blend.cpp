@@ -1,7 +1,6 @@
 #include "solver/matrix_blend.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
@@ -23,25 +22,10 @@ using glm::dvec3;
 
 enum class Style { rigify, mgear };
 
-class MatrixBlend final : public SystemBase, public BoxSolver {
+class MatrixBlend final : public FormulaSystem, public BoxSolver {
  public:
   MatrixBlend(const SystemSpec& spec, const RestChain& chain)
       : MatrixBlend(spec, chain, OptionReader(spec)) {}
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
-  }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control(channels_.size(), 0.0);
@@ -177,7 +161,7 @@ class MatrixBlend final : public SystemBase, public BoxSolver {
     rest_ = std::move(rest);
   }
 
-  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     const HipChest::Ends ends = hip_chest_.ends(control);
     pose.turn.resize(bones_ + 1);
     pose.flip_margin.resize(bones_ + 1);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -53,7 +52,7 @@ dquat neck_axes(const dquat& bone_frame) {
   return bone_frame * dquat(0.0, 0.0, half, -half);
 }
 
-class Neck final : public SystemBase, public BoxSolver {
+class Neck final : public FormulaSystem, public BoxSolver {
  public:
   Neck(const SystemSpec& spec, const RestChain& chain) : head_first_(!chain.frame.empty()) {
     name_ = spec.system;
@@ -101,21 +100,6 @@ class Neck final : public SystemBase, public BoxSolver {
     add_translation("parent_move");
     name_joints();
     build_rest();
-  }
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
   }
 
   /// Channels are divided by their gains: the head turns by what is asked. All of a bend on the top
@@ -276,7 +260,7 @@ class Neck final : public SystemBase, public BoxSolver {
     rest_ = std::move(rest);
   }
 
-  void fill(std::span<const double> c, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> c, Detail detail, SpinePose& pose) const override {
     std::array<double, kParentMove + 3> own;
     bool limited[4];
     std::copy_n(c.begin(), own.size(), own.begin());

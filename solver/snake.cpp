@@ -1,7 +1,6 @@
 #include "solver/snake.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
@@ -37,24 +36,9 @@ double interpolated(std::span<const double> at, std::span<const double> value, d
   return value.back();
 }
 
-class Snake final : public SystemBase {
+class Snake final : public FormulaSystem {
  public:
   Snake(const SystemSpec& spec, const RestChain& chain) : Snake(spec, chain, OptionReader(spec)) {}
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
-  }
 
   /// A snake has no chest control: the bend is laid on the controls' detail keys, evenly along the
   /// body (spread) or along its upper half (chest), the twist on the twist keys likewise.
@@ -316,7 +300,7 @@ class Snake final : public SystemBase {
     rest_ = std::move(rest);
   }
 
-  void fill(std::span<const double> c, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> c, Detail detail, SpinePose& pose) const override {
     const Body body = draw(c);
     WalkDetail walked_at;
     walk_body(c, body, pose.position, &walked_at);

@@ -1,7 +1,6 @@
 #include "solver/spline_ik.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -21,25 +20,10 @@ using glm::dvec3;
 enum class Twist { fk_roll, spread };
 enum class YScale { fit_curve, none };
 
-class SplineIk final : public SystemBase {
+class SplineIk final : public FormulaSystem {
  public:
   SplineIk(const SystemSpec& spec, const RestChain& chain)
       : SplineIk(spec, chain, OptionReader(spec)) {}
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
-  }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control(channels_.size(), 0.0);
@@ -141,7 +125,7 @@ class SplineIk final : public SystemBase {
     return curve.length();
   }
 
-  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     const HipChest::Ends ends = hip_chest_.ends(control);
     const Curve curve = drawn(ends.cv);
     std::vector<double> place_margin;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
@@ -33,7 +32,7 @@ enum ChannelIndex { kStretchiness = HipChest::kChannels, kLead, kCompression, kS
 
 constexpr double kMostCompression = 0.99;
 
-class Stretchy final : public SystemBase {
+class Stretchy final : public FormulaSystem {
  public:
   Stretchy(const SystemSpec& spec, const RestChain& chain)
       : by_cvs_(!chain.curve.empty()), left_(chain.left) {
@@ -65,21 +64,6 @@ class Stretchy final : public SystemBase {
     names.push_back("tip");
     name_chain(std::move(names));
     build_rest();
-  }
-
-  SpinePose solve(std::span<const double> control) const override {
-    SpinePose pose;
-    solve_into(control, Detail::all, pose);
-    return pose;
-  }
-
-  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
-    assert(control.size() == channels_.size());
-    if (is_at_rest(control)) {
-      pose = rest_;
-      return;
-    }
-    fill(control, detail, pose);
   }
 
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
@@ -280,7 +264,7 @@ class Stretchy final : public SystemBase {
     }
   }
 
-  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const {
+  void fill(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     const Drawn drawn = draw(control);
     const Cut cut = cut_of(control, drawn.curve);
     WalkDetail walked_at;

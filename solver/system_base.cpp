@@ -1,6 +1,7 @@
 #include "solver/system_base.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -41,6 +42,22 @@ bool SystemBase::is_at_rest(std::span<const double> control) const {
     if (control[i] != channels_[i].rest) return false;
   }
   return true;
+}
+
+SpinePose FormulaSystem::solve(std::span<const double> control) const {
+  SpinePose pose;
+  solve_into(control, Detail::all, pose);
+  return pose;
+}
+
+void FormulaSystem::solve_into(std::span<const double> control, Detail detail,
+                               SpinePose& pose) const {
+  assert(control.size() == channels_.size());
+  if (is_at_rest(control)) {
+    pose = rest_;
+    return;
+  }
+  fill(control, detail, pose);
 }
 
 std::vector<double> polyline_arcs(const std::vector<glm::dvec3>& point) {

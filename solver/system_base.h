@@ -43,6 +43,18 @@ class SystemBase : public SpineSystem {
   std::vector<double> arc_fraction_;
 };
 
+/// A system that computes its pose from the controls by formulas. Untouched it is rest() itself,
+/// exactly and not to rounding.
+class FormulaSystem : public SystemBase {
+ public:
+  SpinePose solve(std::span<const double> control) const final;
+  void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const final;
+
+ protected:
+  /// Fills all of `pose`, whose memory may have been used before. One value per channel.
+  virtual void fill(std::span<const double> control, Detail detail, SpinePose& pose) const = 0;
+};
+
 /// Throws RigError unless the chain has `least` joints or more, all finite, no two neighbours in
 /// one place (closer than 1e-9 of the chain's length).
 void check_chain(const RestChain& chain, const std::string& system, std::size_t least);

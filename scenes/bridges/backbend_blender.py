@@ -27,6 +27,25 @@ ROTATIONS = {"rx": 0, "ry": 1, "rz": 2}
 LOCATIONS = {"x": 0, "y": 1, "z": 2}
 
 
+# What a preset's mapping calls the control at the upper end of a spine that follows a curve.
+SPLINE_IK_END, B_BONE_END = "spline_ik_end", "b_bone_end"
+
+
+def scene_objects():
+    """What the scene shows: objects of the view layer, and those of collections that stand in it as instances. The
+    linked originals of overridden characters have the same names, and are not meant."""
+    shown, found = list(bpy.context.view_layer.objects), []
+    while shown:
+        thing = shown.pop(0)
+        if thing in found:
+            continue
+        found.append(thing)
+        if thing.instance_type == "COLLECTION" and thing.instance_collection is not None:
+            shown += thing.instance_collection.all_objects
+    originals = [thing.override_library.reference for thing in found if thing.override_library]
+    return [thing for thing in found if thing not in originals]
+
+
 def columns(matrix):
     return [matrix[row][column] for column in range(4) for row in range(4)]
 
@@ -52,6 +71,7 @@ class Scene:
             self.joints.append((bone.name, parent, bone.name, None))
             for segment in range(bone.bbone_segments if bone.bbone_segments > 1 else 0):
                 self.joints.append((self.segment_name(bone.name, segment), len(self.joints) - 1, bone.name, segment))
+            where[bone.name] = len(self.joints) - 1  # what follows a B-Bone goes on from its last segment
         self.spine = []
         for name in mapping["spine"]:
             if name not in self.armature.data.bones:
@@ -68,14 +88,16 @@ class Scene:
 
     @staticmethod
     def named(name, kind):
+        found = [thing for thing in scene_objects() if thing.type == kind]
         if name is None:
-            found = [thing for thing in bpy.data.objects if thing.type == kind]
             if len(found) != 1:
                 raise ValueError(f"{len(found)} objects of type {kind}: name one in the mapping")
             return found[0]
-        if name not in bpy.data.objects or bpy.data.objects[name].type != kind:
+        # Two linked characters may have objects of one name, in collections of their own.
+        found = [thing for thing in found if thing.name == name]
+        if not found:
             raise ValueError(f"no object '{name}' of type {kind}")
-        return bpy.data.objects[name]
+        return found[0]
 
     def rest_matrices(self):
         world = self.armature.matrix_world
@@ -92,10 +114,10 @@ class Scene:
         of a property."""
         if control in self.armature.pose.bones:
             target = self.armature.pose.bones[control]
-        elif control in bpy.data.objects:
-            target = bpy.data.objects[control]
         else:
-            raise ValueError(f"no bone or object '{control}'")
+            target = next((thing for thing in scene_objects() if thing.name == control), None)
+            if target is None:
+                raise ValueError(f"no bone or object '{control}'")
         if channel in ROTATIONS:
             if target.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
                 target.rotation_mode = "XYZ"  # a number of degrees beyond 180 needs a number
@@ -134,6 +156,7 @@ class Scene:
 def export(mapping, path, stress=False):
     """Drives the standard (or stress) sweeps and writes the clip."""
     backbend_clip.check_mapping(mapping)
+    check_drivers()
     scene = Scene(mapping)
     rest = scene.rest_matrices()
     _, points = scene.read_pose()
@@ -169,7 +192,7 @@ class Server:
         self.shown = False
         self.rest_points, self.triangles = self.declared_mesh()
         self.controls = {}  # by the channel's name
-        for thing in bpy.data.objects:
+        for thing in scene_objects():
             if thing.type != "ARMATURE" or thing.pose is None:
                 continue
             for bone in thing.pose.bones:
@@ -178,6 +201,9 @@ class Server:
                               if isinstance(value, (int, float)) and not isinstance(value, bool)]
                 for channel in [*ROTATIONS, *LOCATIONS, *properties]:
                     self.controls[f"{name}.{channel}"] = (bone, channel)
+        for name, bone in ends_of_curves(self.armature).items():
+            for channel in ROTATIONS:
+                self.controls.setdefault(f"{name}.{channel}", (bone, channel))
         self.channels = list(self.controls)
         self.known = {}  # name: (index of the parent, bone, segment or None)
         where = {}
@@ -194,17 +220,18 @@ class Server:
     def find_armature(mapping):
         if mapping.get("armature"):
             return Scene.named(mapping["armature"], "ARMATURE")
-        found = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"]
+        found = [thing for thing in scene_objects() if thing.type == "ARMATURE"]
         if len(found) == 1:
             return found[0]
         wanted = {target.get("control") for targets in mapping.get("channels", {}).values() for target in targets}
+        wanted -= {SPLINE_IK_END, B_BONE_END}
         fits = [thing for thing in found if wanted and wanted & set(thing.pose.bones.keys())]
         if len(fits) == 1:
             return fits[0]
         # A metarig stands beside the rig that was made of it: the one that moves a body is meant.
         moves = [thing for thing in found if any(
             modifier.type == "ARMATURE" and modifier.object == thing
-            for body in bpy.data.objects if body.type == "MESH" for modifier in body.modifiers)]
+            for body in scene_objects() if body.type == "MESH" for modifier in body.modifiers)]
         if not wanted and len(moves) == 1:
             return moves[0]
         raise ValueError(f"{len(found)} armatures: name one in the mapping (\"armature\")")
@@ -218,7 +245,7 @@ class Server:
         if names:
             found = [Scene.named(name, "MESH") for name in names]
         else:
-            found = [thing for thing in bpy.context.view_layer.objects if thing.type == "MESH"
+            found = [thing for thing in scene_objects() if thing.type == "MESH"
                      and not thing.hide_render and self.is_deformed(thing)]
         for thing in found:
             for modifier in thing.modifiers:
@@ -270,12 +297,13 @@ class Server:
     def declared_channels(self):
         out = []
         # What animators take hold of has a shape of its own, in a rig where any bone has.
-        shaped = {thing.name for thing in bpy.data.objects if thing.type == "ARMATURE" and thing.pose
+        shaped = {thing.name for thing in scene_objects() if thing.type == "ARMATURE" and thing.pose
                   and any(bone.custom_shape for bone in thing.pose.bones)}
         for name, (bone, channel) in self.controls.items():
             kind = "rotation" if channel in ROTATIONS else "translation" if channel in LOCATIONS else "scalar"
             owner = bone.id_data.name
-            is_control = (owner not in shaped or bone.custom_shape is not None) and not (
+            is_control = (owner not in shaped or bone.custom_shape is not None) and name.rpartition(".")[0] not in (
+                SPLINE_IK_END, B_BONE_END) and not (
                 channel in ROTATIONS and bone.lock_rotation[ROTATIONS[channel]])
             if kind == "rotation" and bone.rotation_mode in ("QUATERNION", "AXIS_ANGLE"):
                 out.append((name, kind, math.degrees(bone.matrix_basis.to_euler("XYZ")[ROTATIONS[channel]]), is_control))
@@ -334,9 +362,30 @@ class Server:
         return out
 
 
+def ends_of_curves(armature):
+    """{SPLINE_IK_END: the bone that the end of the longest Spline IK chain's curve is hooked to, B_BONE_END: the end
+    handle of the B-Bone with most segments}, where there are such."""
+    found = {}
+    chains = [constraint for bone in armature.pose.bones for constraint in bone.constraints
+              if constraint.type == "SPLINE_IK" and constraint.target is not None]
+    for constraint in sorted(chains, key=lambda constraint: constraint.chain_count, reverse=True)[:1]:
+        hooks = [hook for hook in constraint.target.modifiers
+                 if hook.type == "HOOK" and hook.object is not None and hook.object.type == "ARMATURE" and hook.subtarget]
+        for hook in sorted(hooks, key=lambda hook: max(hook.vertex_indices, default=-1)):
+            found[SPLINE_IK_END] = hook.object.pose.bones[hook.subtarget]  # the last point's
+    bent = [bone for bone in armature.data.bones if bone.bbone_segments > 1 and bone.bbone_custom_handle_end is not None]
+    for bone in sorted(bent, key=lambda bone: (bone.bbone_segments, depth(bone)))[-1:]:
+        found[B_BONE_END] = armature.pose.bones[bone.bbone_custom_handle_end.name]
+    return found
+
+
 def check_drivers():
     """Raises ValueError for a driver that Blender does not evaluate: without it another rig would be judged."""
     bpy.context.view_layer.update()
+    # Such drivers are valid, and 0.
+    if bpy.app.autoexec_fail and bpy.app.autoexec_fail_message.startswith("Driver"):
+        raise ValueError(f"drivers that call functions are disabled ({bpy.app.autoexec_fail_message}); "
+                         "start Blender with --enable-autoexec")
     for group in (bpy.data.objects, bpy.data.armatures, bpy.data.curves, bpy.data.lattices, bpy.data.meshes,
                   bpy.data.shape_keys):
         for thing in group:
@@ -349,7 +398,7 @@ def check_drivers():
 
 def hide_meshes():
     """What the armature does not deform is never wanted, and the rest only where its points are."""
-    for thing in bpy.data.objects:
+    for thing in scene_objects():
         if thing.type == "MESH":
             thing.hide_viewport = True
     bpy.context.view_layer.update()

@@ -41,8 +41,7 @@ for number, told in enumerate(json.load(open("told.json"))):
     systems.add(rig.system)
 print(*sorted(systems))
 """).split()
-        listed = {row["name"] for row in json.loads(run_backbend(["list", "rigs", "--json"], self.folder).stdout)}
-        self.assertLessEqual({"curve", "isner", "stretchy", "neck", "snake", "three_bone", "even"} & listed, set(systems))
+        self.assertLessEqual({"curve", "isner", "stretchy", "neck", "snake", "three_bone"}, set(systems))
 
     def test_every_system_stands_on_a_character_and_poses_it(self):
         listed = [row["name"] for row in json.loads(run_backbend(["list", "rigs", "--json"], self.folder).stdout)]

@@ -148,7 +148,8 @@ TEST(ExternalSpec, SplitsACommandWithoutAShell) {
 }
 
 TEST(ExternalSpec, IsReadFromTheTextThatItGives) {
-  for (const char* text : {"blender:a folder/hero.blend", "command:python3 my_rig.py --flag x"}) {
+  for (const char* text :
+       {"blender:a folder/hero.blend", "maya:hero.ma", "command:python3 my_rig.py --flag x"}) {
     const RigPlan plan = read_rig(text);
     EXPECT_TRUE(is_external(plan.spec));
     EXPECT_EQ(rig_text(plan.spec), text);

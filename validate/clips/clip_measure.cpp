@@ -312,6 +312,20 @@ class JointMeasures {
   Index moving_joints_ = 0;
 };
 
+/// Whether a joint hangs from one that stands where `chest` does at rest: rigs that keep mechanism
+/// and deforming joints side by side hang their arms from the former.
+bool hangs_from_twin(const skin::Character& character, const skin::Anatomy& anatomy, int joint,
+                     int chest) {
+  constexpr double kSamePlace = 1e-3;  // of the spine's length
+  const auto place = [&](int node) {
+    return skin::origin(character.nodes[static_cast<Index>(node)].world_from_node);
+  };
+  for (int above = character.nodes[static_cast<Index>(joint)].parent; above >= 0;
+       above = character.nodes[static_cast<Index>(above)].parent)
+    if (glm::distance(place(above), place(chest)) <= kSamePlace * anatomy.spine_length) return true;
+  return false;
+}
+
 /// The joints of the spine between hips and chest, the chest itself where the arms hang from it.
 std::vector<int> joints_with_shares(const skin::Character& character,
                                     const skin::Anatomy& anatomy) {
@@ -319,7 +333,8 @@ std::vector<int> joints_with_shares(const skin::Character& character,
   const int chest = anatomy.spine[last];
   bool carries = false;
   for (const int root : arm_roots(anatomy))
-    carries = carries || spine_above(character, anatomy, root) == chest;
+    carries = carries || spine_above(character, anatomy, root) == chest ||
+              hangs_from_twin(character, anatomy, root, chest);
   if (!carries && last > 0) --last;
   std::vector<int> out;
   for (Index k = 1; k <= last; ++k) out.push_back(static_cast<int>(k));

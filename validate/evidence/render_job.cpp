@@ -422,43 +422,77 @@ RenderEstimate estimate_extremes(const RenderRequest& request, const std::vector
   return out;
 }
 
+namespace {
+
+/// One pose in front of its camera.
+struct PoseView {
+  const RenderRequest& request;
+  const Studio studio;
+  const PosedCharacter posed;
+  Photographer photographer;
+  const render::Camera camera;
+  const Heat heat;
+  const BurnIn burn_in;
+
+  explicit PoseView(const RenderRequest& asked)
+      : request(asked),
+        studio(request),
+        posed(studio.posed(request.pose, request.mapping)),
+        photographer(studio.stage, framing_box(studio.stage, posed)),
+        camera(render::view_camera(
+            request.view, photographer.box(), photographer.facing(),
+            static_cast<double>(request.settings.width) / request.settings.height)),
+        heat(studio, request),
+        burn_in(burn_in_of(studio, request, request.pose, posed)) {}
+
+  render::Frame shoot() {
+    const std::vector<float> strain = heat.of(request.pose, posed);
+    photographer.pose(posed, strain, nullptr, studio.controllers(request, request.pose));
+    render::Frame frame = photographer.shoot(camera, studio.settings(request));
+    poll_interrupt();
+    return frame;
+  }
+
+  /// The picture of a frame as people see it.
+  std::vector<std::uint8_t> png(render::Picture picture) const {
+    heat.put_legend(picture);
+    burn_in.put(picture);
+    return render::encode_png(picture);
+  }
+};
+
+}  // namespace
+
 RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
                           Progress& progress) {
-  const Studio studio(request);
-  const PosedCharacter posed = studio.posed(request.pose, request.mapping);
-  Photographer photographer(studio.stage, framing_box(studio.stage, posed));
+  PoseView view(request);
   folder.prepare();
-  export_obj(request, studio, posed);
+  export_obj(request, view.studio, view.posed);
   progress.start("frames", 1);
-  const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
-  const render::Camera camera =
-      render::view_camera(request.view, photographer.box(), photographer.facing(), aspect);
-  const std::string stamp = stamp_of(studio, request.pose, camera);
+  const std::string stamp = stamp_of(view.studio, request.pose, view.camera);
   RenderedFiles files;
-  files.frames = {studio.name + ".exr", studio.name + ".png"};
-  const BurnIn burn_in = burn_in_of(studio, request, request.pose, posed);
-  const Heat heat(studio, request);
+  files.frames = {view.studio.name + ".exr", view.studio.name + ".png"};
   if (request.resume) {
     if (auto picture = picture_if_current(folder.path() / files.frames[0], stamp)) {
-      heat.put_legend(*picture);
-      burn_in.put(*picture);
-      folder.write(files.frames[1], render::encode_png(*picture));
+      folder.write(files.frames[1], view.png(std::move(*picture)));
       files.kept = 1;
       return files;
     }
   }
-  const std::vector<float> strain = heat.of(request.pose, posed);
-  photographer.pose(posed, strain, nullptr, studio.controllers(request, request.pose));
-  render::Frame frame = photographer.shoot(camera, studio.settings(request));
-  poll_interrupt();
-  add_provenance(frame, studio, request, request.pose, stamp);
+  render::Frame frame = view.shoot();
+  add_provenance(frame, view.studio, request, request.pose, stamp);
   folder.write(files.frames[0], render::encode_exr(frame, request.parts));
-  render::Picture picture = render::picture_from(frame);
-  heat.put_legend(picture);
-  burn_in.put(picture);
-  folder.write(files.frames[1], render::encode_png(picture));
+  folder.write(files.frames[1], view.png(render::picture_from(frame)));
   progress.step();
   return files;
+}
+
+std::vector<std::uint8_t> render_pose_png(const RenderRequest& request, Progress& progress) {
+  PoseView view(request);
+  progress.start("frames", 1);
+  std::vector<std::uint8_t> png = view.png(render::picture_from(view.shoot()));
+  progress.step();
+  return png;
 }
 
 RenderedFiles render_turntable(const RenderRequest& request, int views, int light_views,

@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -43,6 +44,9 @@ struct RenderedFiles {
 /// One picture of the pose: NAME.exr and NAME.png.
 RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& folder,
                           Progress& progress);
+
+/// The same picture as the bytes of a PNG; nothing is written.
+std::vector<std::uint8_t> render_pose_png(const RenderRequest& request, Progress& progress);
 
 /// Every pose of a sweep, seen alike: NAME.1001.exr onwards, with a contact sheet and a video.
 /// Request.pose is not asked.

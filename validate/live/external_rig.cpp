@@ -50,18 +50,16 @@ std::string plain_name(std::string_view name) {
 
 std::vector<std::string> argv_of(const ExternalSpec& spec) {
   if (spec.program == "command") return split_command(spec.command);
-  const std::string bridge = (data_folder() / "scenes/bridges/backbend_blender.py").string();
-  // Drivers that call functions are disabled, without a word, unless scripts of the file may run.
-  std::vector<std::string> argv = {"blender",
-                                   "--background",
-                                   "--enable-autoexec",
-                                   spec.file,
-                                   "--python-exit-code",
-                                   "3",
-                                   "--python",
-                                   bridge,
-                                   "--",
-                                   "--serve"};
+  const auto bridge = [&](const char* file) {
+    return (data_folder() / "scenes/bridges" / file).string();
+  };
+  std::vector<std::string> argv;
+  if (spec.program == "maya")
+    argv = {"mayapy", bridge("backbend_maya.py"), "--serve", spec.file};
+  else  // Drivers that call functions are disabled, without a word, unless scripts may run.
+    argv = {
+        "blender", "--background", "--enable-autoexec",           spec.file, "--python-exit-code",
+        "3",       "--python",     bridge("backbend_blender.py"), "--",      "--serve"};
   if (!spec.map.empty()) argv.push_back(spec.map);
   return argv;
 }

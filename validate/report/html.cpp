@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "validate/files/hash.h"
+#include "validate/report/base64.h"
 #include "validate/report/escape.h"
 #include "validate/report/names.h"
 #include "validate/report/number_text.h"
@@ -14,22 +15,6 @@
 
 namespace backbend::validate {
 namespace {
-
-std::string base64(const std::vector<std::uint8_t>& bytes) {
-  constexpr std::string_view kLetters =
-      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const std::size_t taken = std::min<std::size_t>(3, bytes.size() - i);
-    std::uint32_t triple = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      triple = triple << 8 | (k < taken ? bytes[i + k] : std::uint8_t{0});
-    for (std::size_t k = 0; k < 4; ++k)
-      out += k <= taken ? kLetters[triple >> (18 - 6 * k) & 63u] : '=';
-  }
-  return out;
-}
 
 /// The media type by the name's ending; empty for what the page does not show.
 std::string_view media_type(std::string_view path) {

@@ -2,16 +2,9 @@
 #include <string>
 
 #include "validate/report/report.h"
+#include "validate/report/terminal_style.h"
 
 namespace backbend::validate {
-
-struct TerminalStyle {
-  int width = 80;       // columns; at least 40 is used
-  bool color = false;   // ANSI colours; the caller knows about NO_COLOR and terminals
-  bool unicode = true;  // false: bars and marks in ASCII
-  int worst = 3;        // how many findings are shown with detail
-  std::string page;     // path of the report's page as the user may open it; empty: no line
-};
 
 /// The end of a run as a person reads it: headroom per channel with bars, counts, the worst
 /// findings with place and owner, canaries, detectors, where the page is and what to type next.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "validate/clips/bend_shares.h"
 #include "validate/live/external_rig.h"
@@ -146,6 +147,35 @@ LimitSet external_limits(LimitSet limits) {
                        "no curve is known that the chain should follow: a joint is held against "
                        "its neighbours, as in baked clips"});
   return limits;
+}
+
+std::string resolution_note(const RigRecord& rig) {
+  if (!external_rig(*rig.system)) return {};
+  Index evaluations = 0, sweeps = 0;
+  double smallest_deg = 0.0;
+  std::map<std::string, double> width_deg;  // the widest of a channel's sweeps
+  for (const SweepRecord& sweep : rig.sweeps) {
+    const FlipReport& flips = sweep.flips;
+    if (!flips.certified || flips.samples == 0) continue;
+    ++sweeps;
+    evaluations += flips.samples;
+    smallest_deg = std::max(smallest_deg, flips.smallest_deg);
+    for (const std::string_view channel : kBendChannels) {
+      if (!moves_alone(sweep.sweep, channel)) continue;
+      double& width = width_deg[std::string(channel)];
+      width =
+          std::max(width, flips.smallest_gap * std::abs(sweep.sweep.to_deg - sweep.sweep.from_deg));
+    }
+  }
+  if (width_deg.empty()) return {};
+  std::string text = "rig " + rig.plan.name + ": " + std::to_string(evaluations) +
+                     " evaluations along " + std::to_string(sweeps) +
+                     " sweeps looked for jumps of " + number_text(smallest_deg) +
+                     " deg and more; not seen is what goes and comes back within less than";
+  for (const auto& [channel, width] : width_deg)
+    text += " " + number_text(width, 3) + " deg of " + channel + ",";
+  text.back() = ';';
+  return text + " sweeps with a smaller step look closer";
 }
 
 ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapping mapping,

@@ -39,4 +39,10 @@ LimitSet external_limits(LimitSet limits);
 /// for a rig of ours.
 ExternalJudgement judge_external(const RigRecord& rig, const JudgeContext& context);
 
+/// How close the search for jumps of a studio's own rig looked: its evaluations, the smallest jump,
+/// and for each channel the width below which a jump that goes and comes back can be missed. Such a
+/// rig reports no flip margin that would betray it. Empty for a rig of ours, and where no sweep was
+/// searched.
+std::string resolution_note(const RigRecord& rig);
+
 }  // namespace backbend::validate

@@ -9,6 +9,7 @@
 #include <cstring>
 
 #include "validate/run/interrupt_note.h"
+#include "validate/run/progress_listener.h"
 #include "validate/run/superseded.h"
 
 namespace backbend::validate {
@@ -18,6 +19,27 @@ namespace {
 std::atomic<int> pending_signal = 0;
 static_assert(std::atomic<int>::is_always_lock_free);
 std::atomic<bool> is_superseded = false;
+
+/// The one listener, and when it was last told.
+struct Listening {
+  std::mutex mutex;
+  ProgressListener listener;
+  std::chrono::steady_clock::time_point told;
+};
+Listening& listening() {
+  static Listening place;
+  return place;
+}
+
+void tell(const std::string& stage, std::size_t done, std::size_t total) {
+  constexpr std::chrono::milliseconds kPause(100);
+  Listening& place = listening();
+  const std::lock_guard lock(place.mutex);
+  const auto now = std::chrono::steady_clock::now();
+  if (!place.listener || now - place.told < kPause) return;
+  place.told = now;
+  place.listener(stage, done, total);
+}
 
 std::string remaining(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
@@ -50,6 +72,13 @@ bool stop_pending() { return interrupt_pending() || is_superseded.load(); }
 
 void set_superseded(bool superseded) { is_superseded.store(superseded); }
 
+void listen_to_progress(ProgressListener listener) {
+  Listening& place = listening();
+  const std::lock_guard lock(place.mutex);
+  place.listener = std::move(listener);
+  place.told = {};
+}
+
 Progress::Progress(Style style) : style_(style) {
   if (style_ == Style::automatic) {
     const char* terminal = std::getenv("TERM");
@@ -71,6 +100,7 @@ void Progress::start(const std::string& stage, std::size_t total) {
 void Progress::step(std::size_t count) {
   const std::lock_guard lock(mutex_);
   done_ += count;
+  tell(stage_, done_, total_);
   const auto now = std::chrono::steady_clock::now();
   const auto pause =
       style_ == Style::live ? std::chrono::milliseconds(100) : std::chrono::milliseconds(1000);

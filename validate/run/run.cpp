@@ -9,10 +9,12 @@
 #include "validate/compare/worst_frames.h"
 #include "validate/evidence/artist.h"
 #include "validate/evidence/evidence.h"
+#include "validate/evidence/timeline.h"
 #include "validate/farm/measure_job.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/trend.h"
+#include "validate/live/control_lines.h"
 #include "validate/live/external_rig.h"
 #include "validate/report/csv.h"
 #include "validate/report/digest.h"
@@ -235,14 +237,20 @@ void name_places(const Stage& stage, const PlaceNames& names, const RigRecord& r
   }
 }
 
-/// Where the sidecar maps channels to the artist's controls, each finding gets the values to set.
+/// Where it is known which of the artist's controls stand for which channel, by the mapping of a
+/// live rig or by the sidecar, each finding gets the values to set.
 void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord& record,
                    std::vector<Finding>& findings) {
-  if (!sidecar) return;
+  const ExternalRig* external = external_rig(*record.system);
+  if (!external && !sidecar) return;
   for (Finding& finding : findings) {
-    for (const SweepRecord& each : record.sweeps)
-      if (each.sweep.name == finding.sweep)
-        finding.artist = artist_lines(*sidecar, each.sweep.pose_at(finding.control_deg));
+    for (const SweepRecord& each : record.sweeps) {
+      if (each.sweep.name != finding.sweep) continue;
+      const PoseDegrees pose = each.sweep.pose_at(finding.control_deg);
+      finding.artist =
+          external ? control_lines(*external, controls_at(*record.system, pose, record.mapping))
+                   : artist_lines(*sidecar, pose);
+    }
   }
 }
 
@@ -462,6 +470,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       report.characters.back().notes.push_back(note);
       report.reasons.push_back(note);
     }
+    if (std::string note = resolution_note(records[i]); !note.empty())
+      report.characters.back().notes.push_back(std::move(note));
     report.rigs.push_back(result_of(records[i], context, findings[i]));
     take_external(external[i], report.rigs.back());
     for (const Coverage& each : deformers[i].coverage) report.rigs.back().coverage.push_back(each);
@@ -958,6 +968,10 @@ void write_report(const Report& report, const std::filesystem::path& path, const
   folder.write("headline.png", headline_png(report, files));
   if (const std::string angles = angles_csv(report); !angles.empty())
     folder.write("review/angles.csv", angles);
+  if (const std::string sweeps = sweeps_otio(report); !sweeps.empty())
+    folder.write("review/sweeps.otio", sweeps);
+  if (const std::string findings = findings_otio(report); !findings.empty())
+    folder.write("review/findings.otio", findings);
   if (style.single_file) {
     folder.write("index.html", render_html_page(report, files));
   } else {

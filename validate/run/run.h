@@ -75,8 +75,8 @@ struct PageStyle {
   bool single_file = false;     // embed every picture in the page
 };
 
-/// The report in every form (JSON, page, JUnit, Markdown, CSV, headline.txt and .png, and
-/// review/angles.csv where there are frames) into the run's folder, the page last.
+/// The report in every form (JSON, page, JUnit, Markdown, CSV, headline.txt and .png; in review/
+/// angles.csv and the timelines of what has pictures) into the run's folder, the page last.
 void write_report(const Report& report, const std::filesystem::path& folder,
                   const PageStyle& style = {});
 

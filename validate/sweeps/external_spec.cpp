@@ -4,6 +4,7 @@
 #include <filesystem>
 
 #include "solver/nearest_name.h"
+#include "validate/files/data_folder.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/sweeps/in_process_spec.h"
@@ -14,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using solver::RigError;
 
-const std::vector<std::string> kPrograms = {"blender", "command", std::string(kInProcess)};
+const std::vector<std::string> kPrograms = {"blender", "maya", "command", std::string(kInProcess)};
 constexpr double kMostServers = 64, kLeastTimeout = 0.1, kMostTimeout = 86'400;
 
 std::string text_option(const solver::SystemSpec& spec, const std::string& key) {
@@ -36,6 +37,18 @@ double number_option(const solver::SystemSpec& spec, const std::string& key, dou
                    std::to_string(least).substr(0, 3) + " to " +
                    std::to_string(static_cast<int>(most)));
   return *number;
+}
+
+/// `rigify` names a mapping that comes with the program, where no file is called so. Suites put
+/// their folder before it.
+std::string mapping_file(const std::string& map) {
+  std::error_code none;
+  const std::string name = fs::path(map).filename().string();
+  if (map.empty() || fs::is_regular_file(map, none) ||
+      name.find_first_not_of("abcdefghijklmnopqrstuvwxyz_") != std::string::npos)
+    return map;
+  const fs::path preset = data_folder() / "scenes/bridges/presets" / (name + ".json");
+  return fs::is_regular_file(preset, none) ? preset.string() : map;
 }
 
 /// The options of the program that is named, and those that are missing.
@@ -95,13 +108,13 @@ ExternalSpec external_spec(const solver::SystemSpec& spec) {
   ExternalSpec out;
   out.program = text_option(spec, "program");
   if (out.program.empty())
-    throw RigError("external: option 'program' is missing: blender or command");
+    throw RigError("external: option 'program' is missing: blender, maya or command");
   if (std::find(kPrograms.begin(), kPrograms.end(), out.program) == kPrograms.end())
     throw RigError("external: no program '" + out.program + "'" +
-                   solver::did_you_mean(out.program, kPrograms) + "; blender or command");
+                   solver::did_you_mean(out.program, kPrograms) + "; blender, maya or command");
   out.file = text_option(spec, "file");
   out.command = text_option(spec, "command");
-  out.map = text_option(spec, "map");
+  out.map = mapping_file(text_option(spec, "map"));
   const double servers = number_option(spec, "servers", 1, kMostServers, 1);
   out.servers = static_cast<int>(servers);
   if (servers != out.servers) throw RigError("external: option 'servers' must be a whole number");

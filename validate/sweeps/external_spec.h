@@ -15,18 +15,19 @@ inline constexpr std::string_view kExternal = "external";
 /// How a studio's own rig is reached. As options of a solver::SystemSpec: program, file or command,
 /// map, servers, timeout.
 struct ExternalSpec {
-  std::string program;    // `blender`, or `command`
+  std::string program;    // `blender`, `maya`, or `command`
   std::string file;       // of the program: hero.blend
   std::string command;    // `PROGRAM ARGS` of `command`
-  std::string map;        // which controls stand for which channel; empty: the sidecar's
+  std::string map;        // which controls stand for which channel: a file, which is that of the
+                          // preset where its name was given; empty: the sidecar's
   int servers = 1;        // that are asked side by side; of no interest to results
   double timeout = 60.0;  // seconds for which a server may be silent
 };
 
 bool is_external(const solver::SystemSpec& spec);
 
-/// `blender:hero.blend` or `command:PROGRAM ARGS`; nullopt for another text. Throws RigError where
-/// nothing stands behind the colon.
+/// `blender:hero.blend`, `maya:hero.ma` or `command:PROGRAM ARGS`; nullopt for another text. Throws
+/// RigError where nothing stands behind the colon.
 std::optional<solver::SystemSpec> parse_external(const std::string& text);
 /// The text that parse_external() makes the same of, without map, servers and timeout.
 std::string external_text(const solver::SystemSpec& spec);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "validate/report/report.h"
-#include "validate/report/terminal.h"
+#include "validate/report/terminal_style.h"
 
 namespace backbend::validate {
 
