@@ -4,7 +4,7 @@
 #include "cli/commands.h"
 #include "cli/external_options.h"
 #include "cli/settings.h"
-#include "cli/sweep_named.h"
+#include "cli/sweep_option.h"
 #include "skin/glb_writer.h"
 #include "skin/usd_writer.h"
 #include "validate/evidence/photographer.h"
@@ -98,7 +98,7 @@ int run_bake(const BakeOptions& options, const Common& common) {
       confirmed.sidecar ? confirmed.sidecar->controls : std::vector<skin::SidecarControl>());
   const RigPlan rig = options.external.read_rig(options.rig);
   const auto system = stage.build(rig.spec);
-  const Sweep sweep = sweep_named(options.sweep);
+  const Sweep sweep = sweep_option(options.sweep);
   const Baked baked = bake(stage, *system, sweep, options);
   // Everything is made before anything is written.
   std::vector<std::uint8_t> glb;

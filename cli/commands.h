@@ -49,9 +49,6 @@ void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints);
 /// `--chain`: which chain the rig drives, `spine` or `neck`; empty: neck for the rig `neck`.
 void add_chain_option(CLI::App* command, std::string& chain);
 
-validate::DrivenChain driven_chain(const std::string& chain, const validate::RigPlan& rig,
-                                   const skin::AnatomyHints& hints);
-
 /// `--mapping`: `chest` or `spread`.
 CLI::Option* add_mapping_option(CLI::App* command, std::string& mapping);
 

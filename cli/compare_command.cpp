@@ -4,11 +4,10 @@
 #include "cli/external_options.h"
 #include "cli/nightly.h"
 #include "cli/settings.h"
-#include "skin/character.h"
 #include "validate/compare/comparison.h"
-#include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/report/report_json.h"
+#include "validate/run/standard_runs.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/verdicts/exit_code.h"
 
@@ -62,55 +61,26 @@ SideKind kind_of(const std::string& text, bool baked) {
   return fs::exists(path, none) ? SideKind::clip : SideKind::rig;
 }
 
-int compare_rigs(const Options& options, const Common& common) {
-  RunRequest request;
-  Suite& suite = request.suite;
-  suite.name = "compare";
-  suite.rigs = {read_rig(options.first), read_rig(options.second), isner_canary()};
-  options.external.apply_to({&suite.rigs[0], &suite.rigs[1]});
-  suite.rigs[1].role = Role::reference;
-  if (suite.rigs[0].name == suite.rigs[1].name) suite.rigs[1].name += "_2";
-  suite.title = suite.rigs[0].name + " against " + suite.rigs[1].name;
-  const fs::path bundled = read_suite(data_folder() / "scenes" / "nightly.toml").characters.front();
-  suite.characters = {options.character.empty() ? bundled : fs::path(options.character)};
-  suite.mappings = {*find_mapping(options.mapping)};
-  suite.pictures.sheet_columns = 0;  // the worst frames of both sides are what it is made for
-  suite.envelope = *find_envelope("sweep");
-  sweep_as_named(options.sweeps, suite);
-  suite.standard = false;  // they are those already, for every character
-  // Pictures of every pose are what takes time: they follow the bends, and findings elsewhere.
-  for (Sweep& sweep : suite.sweeps)
-    sweep.watched =
-        sweep.watched && (moves_alone(sweep, "extension") || moves_alone(sweep, "flexion"));
+int run_or_plan(RunRequest request, const Options& options, const Common& common) {
   options.apply_to(request);
-  request.compare = RunRequest::Compare::rigs;
-  request.character =
-      options.character.empty() ? "scenes/characters/human.toml" : options.character;
   if (options.dry_run) return print_estimate(request, common);
   return run_and_print(std::move(request), common, options);
 }
 
+int compare_rigs(const Options& options, const Common& common) {
+  RigPlan proposed = read_rig(options.first), reference = read_rig(options.second);
+  options.external.apply_to({&proposed, &reference});
+  return run_or_plan(
+      compare_rigs_request({std::move(proposed), std::move(reference), options.character,
+                            *find_mapping(options.mapping), options.sweeps}),
+      options, common);
+}
+
 int compare_characters(const Options& options, const Common& common) {
-  // Check both before measuring the first, which takes long.
-  for (const std::string& file : {options.first, options.second})
-    if (!fs::exists(file)) throw skin::CharacterError(file + ": no such file");
-  RunRequest request;
-  Suite& suite = request.suite;
-  suite.name = "compare";
-  const auto [first, second] = side_labels(options.first, options.second);
-  suite.title = second + " against " + first;
-  suite.characters = {options.first, options.second};
-  suite.rigs = {options.external.read_rig(options.rig), isner_canary()};
-  suite.mappings = {*find_mapping(options.mapping)};
-  suite.pictures.sheet_columns = 0;
-  suite.envelope = *find_envelope("human");
-  suite.envelope_by_kind = true;
-  sweep_as_named(options.sweeps, suite);
-  suite.judges_weights = true;
-  options.apply_to(request);
-  request.compare = RunRequest::Compare::characters;
-  if (options.dry_run) return print_estimate(request, common);
-  return run_and_print(std::move(request), common, options);
+  return run_or_plan(compare_characters_request({options.first, options.second,
+                                                 options.external.read_rig(options.rig),
+                                                 *find_mapping(options.mapping), options.sweeps}),
+                     options, common);
 }
 
 int compare_clips(const Options& options, const Common& common) {

@@ -10,6 +10,7 @@
 #include "validate/hunt/hunt.h"
 #include "validate/hunt/hunt_text.h"
 #include "validate/report/escape.h"
+#include "validate/run/standard_runs.h"
 
 namespace backbend::cli {
 namespace {

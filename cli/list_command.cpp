@@ -3,7 +3,6 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
-#include "cli/sweep_named.h"
 #include "render/cameras.h"
 #include "solver/nearest_name.h"
 #include "solver/spine_system.h"
@@ -11,6 +10,7 @@
 #include "validate/report/escape.h"
 #include "validate/sweeps/suite.h"
 #include "validate/sweeps/sweep.h"
+#include "validate/sweeps/sweep_named.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/topics.h"
 

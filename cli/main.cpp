@@ -152,14 +152,6 @@ void add_chain_option(CLI::App* command, std::string& chain) {
       ->check(CLI::IsMember({"spine", "neck"}));
 }
 
-DrivenChain driven_chain(const std::string& chain, const RigPlan& rig,
-                         const skin::AnatomyHints& hints) {
-  const bool named = !hints.hip.empty() || !hints.chest.empty() || !hints.spine.empty();
-  if (chain.empty())
-    return rig.spec.system == "neck" && !named ? DrivenChain::neck : DrivenChain::spine;
-  return chain == "neck" ? DrivenChain::neck : DrivenChain::spine;
-}
-
 }  // namespace backbend::cli
 
 int main(int argument_count, char** arguments) {

@@ -40,12 +40,6 @@ int run_and_print(validate::RunRequest request, const Common& common, const RunO
 /// `--dry-run`: prints the plan and the estimated time.
 int print_estimate(const validate::RunRequest& request, const Common& common);
 
-/// The default canary of a run (specification 8).
-validate::RigPlan isner_canary();
-/// Has the suite sweep as a name says: `standard`, or `stress` with the grid of poses; either with
-/// the corners of the envelope.
-void sweep_as_named(const std::string& name, validate::Suite& suite);
-
 /// The words of a command line that say what a job is: the options that were given, then the suite
 /// with its whole path. How it is done (folder, shard) is left out; files that only the report
 /// needs have their whole path.

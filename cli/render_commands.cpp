@@ -7,29 +7,21 @@
 #include "cli/external_options.h"
 #include "cli/no_folder.h"
 #include "cli/settings.h"
-#include "cli/sweep_named.h"
+#include "cli/sweep_option.h"
 #include "render/cameras.h"
+#include "render/modes.h"
 #include "render/open_image_denoise.h"
-#include "solver/nearest_name.h"
 #include "validate/evidence/frame_choice.h"
 #include "validate/evidence/render_job.h"
 #include "validate/farm/folder_trace.h"
+#include "validate/run/standard_runs.h"
 #include "validate/sweeps/suite.h"
+#include "validate/sweeps/sweep_named.h"
 
 namespace backbend::cli {
 namespace {
 
 using namespace backbend::validate;
-
-const std::map<std::string, render::Mode> kModes = {{"beauty", render::Mode::beauty},
-                                                    {"clay", render::Mode::clay},
-                                                    {"ao", render::Mode::ao},
-                                                    {"matcap", render::Mode::matcap},
-                                                    {"wireframe", render::Mode::wireframe},
-                                                    {"heat", render::Mode::heat},
-                                                    {"xray", render::Mode::xray},
-                                                    {"contour", render::Mode::contour},
-                                                    {"primary", render::Mode::primary}};
 
 /// Presets of quality; options on the command line override them.
 struct Preset {
@@ -104,7 +96,7 @@ struct PictureOptions {
         ->add_option(
             "--mode", mode,
             "beauty, clay, ao, matcap, wireframe, heat (strain), xray, contour, primary [clay]")
-        ->transform(CLI::IsMember(kModes, CLI::ignore_case))
+        ->transform(CLI::IsMember(render::modes(), CLI::ignore_case))
         ->configurable();
     command
         ->add_option("--aovs", layers,
@@ -150,7 +142,7 @@ struct PictureOptions {
     } catch (const solver::RigError& error) {
       throw CLI::ValidationError(std::string("--") + error.what());
     }
-    result.settings.mode = kModes.at(mode);
+    result.settings.mode = render::modes().at(mode);
     const Preset& base = preset();
     result.settings.width = base.width;
     result.settings.height = base.height;
@@ -264,41 +256,6 @@ std::vector<std::string> known_views() {
 
 }  // namespace
 
-std::vector<Sweep> bundled_sweeps() {
-  const Envelope human = *find_envelope("human");
-  std::vector<Sweep> sweeps = standard_sweeps(human);
-  for (Sweep& corner : corner_sweeps(human)) sweeps.push_back(std::move(corner));
-  return sweeps;
-}
-
-Sweep sweep_named(const std::string& name) {
-  const std::string stress = "stress ", grid = stress + "grid";
-  std::vector<std::string> names;
-  for (const Sweep& sweep : bundled_sweeps()) {
-    if (sweep.name == name) return sweep;
-    names.push_back(sweep.name);
-  }
-  for (const Sweep& sweep : stress_sweeps()) {
-    if (stress + sweep.name == name) return sweep;
-    names.push_back(stress + sweep.name);
-  }
-  if (name == grid) {
-    // One line after the other, each from its start to its end.
-    std::vector<PoseDegrees> poses;
-    double step = 0.0;
-    for (const Sweep& sweep : grid_sweeps()) {
-      poses.push_back(sweep.pose_at(sweep.from_deg));
-      poses.push_back(sweep.pose_at(sweep.to_deg));
-      step = sweep.step_deg;
-    }
-    return path_sweep("grid", poses, step);
-  }
-  names.push_back(grid);
-  throw CLI::ValidationError("--sweep: no sweep '" + name + "'" +
-                             solver::did_you_mean(name, names) +
-                             "; backbend list sweeps shows all");
-}
-
 void add_render(const Registry& registry) {
   struct Options : PictureOptions {
     bool extreme = false;
@@ -322,7 +279,7 @@ void add_render(const Registry& registry) {
         const FolderTrace trace(options->output);
         const OutputFolder folder(options->output);
         if (!options->sweep.empty()) {
-          const Sweep sweep = sweep_named(options->sweep);
+          const Sweep sweep = sweep_option(options->sweep);
           const std::size_t count = sweep.pose_count();
           request.frames = options->frames.chosen_of(count);
           if (options->dry_run) {

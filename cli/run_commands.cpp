@@ -21,6 +21,7 @@
 #include "validate/report/report_json.h"
 #include "validate/report/terminal.h"
 #include "validate/run/run.h"
+#include "validate/run/standard_runs.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/suite.h"
 #include "validate/verdicts/exit_code.h"
@@ -246,33 +247,6 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   return code;
 }
 
-RigPlan isner_canary() {
-  RigPlan plan;
-  plan.name = "isner_flip";
-  plan.spec.system = "isner";
-  plan.role = Role::canary;
-  CanaryDuty duty;
-  duty.code = "BB001";
-  duty.sweep = "extension";
-  duty.joint = "top_vertebra";
-  duty.control_deg = 114.3;
-  duty.tolerance_deg = 0.3;
-  duty.twin.system = "matrix_blend";
-  plan.duty = duty;
-  return plan;
-}
-
-void sweep_as_named(const std::string& name, Suite& suite) {
-  suite.standard = name != "stress";
-  suite.corners = true;
-  if (suite.standard) {
-    suite.sweeps = standard_sweeps(suite.envelope);
-    return;
-  }
-  suite.sweeps = stress_sweeps();
-  for (Sweep& sweep : grid_sweeps()) suite.sweeps.push_back(std::move(sweep));
-}
-
 /// What standard output can show: width and colour of a terminal, plain text elsewhere.
 TerminalStyle style_of_stdout() {
   TerminalStyle style;
@@ -428,8 +402,6 @@ void add_nightly(const Registry& registry) {
 
 namespace {
 
-constexpr const char* kByKind = "auto";
-
 WatchedRun watched_run(const RunOptions& options, bool poll) {
   WatchedRun run;
   run.output = options.output;
@@ -483,7 +455,7 @@ WatchedRun watched_clip(const BakedOptions& baked, const std::string& character,
 
 std::vector<std::string> envelope_choices() {
   std::vector<std::string> names = envelope_names();
-  names.insert(names.begin(), kByKind);
+  names.insert(names.begin(), kEnvelopeByKind);
   return names;
 }
 
@@ -491,8 +463,8 @@ std::vector<std::string> envelope_choices() {
 
 void add_check(const Registry& registry) {
   struct Options : RunOptions {
-    std::string character, rig = "even", mapping = "chest", envelope = kByKind, sweeps = "standard",
-                           chain;
+    std::string character, rig = "even", mapping = "chest", envelope = kEnvelopeByKind,
+                           sweeps = "standard", chain;
     BakedOptions baked;
     ExternalOptions external;
     bool dry_run = false, watch = false, poll = false;
@@ -519,29 +491,16 @@ void add_check(const Registry& registry) {
         }
         if (options->character.empty())
           throw CLI::RequiredError("a character file, or --baked with a clip");
-        RunRequest request;
-        Suite& suite = request.suite;
-        suite.name = "check";
-        suite.characters = {options->character};
-        suite.rigs = {options->external.read_rig(options->rig), isner_canary()};
-        suite.mappings = {*find_mapping(options->mapping)};
-        suite.envelope_by_kind = options->envelope == kByKind;
-        suite.envelope = *find_envelope(suite.envelope_by_kind ? "human" : options->envelope);
-        sweep_as_named(options->sweeps, suite);
+        const CheckWishes wishes{options->character,
+                                 options->external.read_rig(options->rig),
+                                 *find_mapping(options->mapping),
+                                 options->envelope,
+                                 options->sweeps,
+                                 options->chain,
+                                 options->hints};
+        RunRequest request = check_request(wishes);
         request.envelope_yields = common.from_project.contains("envelope");
-        suite.pictures.sheet_columns = 0;
         options->apply_to(request);
-        request.chain = driven_chain(options->chain, suite.rigs.front(), options->hints);
-        // Under the ideal bend what is wrong is the weights'; under any other rig it may be
-        // either's.
-        const bool external = is_external(suite.rigs.front().spec);
-        request.title =
-            (suite.rigs.front().spec.system == "even" ? "Judging the WEIGHTS of "
-                                                      : "Judging the RIG and the WEIGHTS of ") +
-            fs::path(options->character).filename().string() +
-            (external ? " with your rig '" : " with our rig '") + suite.rigs.front().name + "'";
-        request.character = options->character;
-        suite.judges_weights = true;
         if (options->dry_run) return print_estimate(request, common);
         if (options->watch)
           return watch(watched_check(std::move(request), options->rig, *options, options->poll),

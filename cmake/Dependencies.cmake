@@ -36,5 +36,18 @@ endif()
 # Offered for review pictures where it is found; Debian 12 has no package of it.
 find_package(OpenImageDenoise 2 QUIET CONFIG)
 
+# The module for Python. It is for the system's own interpreter, which Debian's Blender uses too; the
+# first on the PATH may be another.
+if(NOT DEFINED Python_EXECUTABLE AND EXISTS /usr/bin/python3)
+  set(Python_EXECUTABLE /usr/bin/python3 CACHE FILEPATH "The interpreter that the Python module is for")
+endif()
+find_package(Python 3.9 QUIET COMPONENTS Interpreter Development.Module)
+find_package(pybind11 2.10 QUIET CONFIG)
+set(python_default OFF)
+if(Python_Development.Module_FOUND AND pybind11_FOUND AND NOT BACKBEND_FUZZ)
+  set(python_default ON)
+endif()
+option(BACKBEND_PYTHON "Build the Python module (needs python3-dev and pybind11-dev)" ${python_default})
+
 find_path(BACKBEND_XXHASH_INCLUDE xxhash.h REQUIRED)
 find_library(BACKBEND_XXHASH_LIBRARY xxhash REQUIRED)

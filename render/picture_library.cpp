@@ -1,10 +1,11 @@
 #include "render/picture_library.h"
 
 #include <dlfcn.h>
-#include <link.h>
 
 #include <filesystem>
 #include <stdexcept>
+
+#include "render/own_file.h"
 
 namespace backbend::render {
 namespace {
@@ -13,18 +14,6 @@ namespace fs = std::filesystem;
 
 constexpr const char* kModule = "backbend-pictures.so";
 constexpr const char* kEntry = "backbend_picture_library";
-
-/// The folder of the file that this code is linked into: a program, or a library of one.
-fs::path own_folder() {
-  static const char here = 0;
-  Dl_info info;
-  link_map* map = nullptr;
-  // A program is called what its caller calls it, which says nothing; its map has no name.
-  if (dladdr1(&here, &info, reinterpret_cast<void**>(&map), RTLD_DL_LINKMAP) == 0 ||
-      map == nullptr || map->l_name == nullptr || *map->l_name == '\0')
-    return fs::read_symlink("/proc/self/exe").parent_path();
-  return fs::canonical(map->l_name).parent_path();
-}
 
 const PictureLibrary& load() {
   const fs::path file = picture_module();
@@ -41,19 +30,12 @@ const PictureLibrary& load() {
 
 }  // namespace
 
-/// <prefix>/bin/backbend has it in <prefix>/libexec/backbend, a build folder in its own
-/// libexec/backbend; programs of a build are up to two folders deep, libraries of Python's three.
 fs::path picture_module() {
-  const fs::path first = own_folder().parent_path();
-  fs::path above = first;
+  fs::path file = libexec_file(kModule);
   std::error_code error;
-  for (int step = 0; step < 3; ++step, above = above.parent_path()) {
-    const fs::path file = above / "libexec" / "backbend" / kModule;
-    if (fs::is_regular_file(file, error)) return file;
-  }
+  if (fs::is_regular_file(file, error)) return file;
   throw std::runtime_error("cannot find " + std::string(kModule) +
-                           ", which reads and writes pictures: expected " +
-                           (first / "libexec" / "backbend" / kModule).string());
+                           ", which reads and writes pictures: expected " + file.string());
 }
 
 const PictureLibrary& picture_library() {

@@ -41,8 +41,8 @@ struct PictureLibrary {
                       StoredPicture& out) = nullptr;
 };
 
-/// The module's file: backbend-pictures.so in libexec/backbend of the folder above the program's,
-/// or of one of the two above that. Throws std::runtime_error naming it where it is missing.
+/// The module's file, backbend-pictures.so (own_file.h). Throws std::runtime_error naming it where
+/// it is missing.
 std::filesystem::path picture_module();
 
 /// The module, loaded by the first call of the process; any thread may call. Throws

@@ -73,7 +73,15 @@ class Packaging(CommandTest):
         done = subprocess.run(["cpack", "--config", f"{BUILD}/CPackConfig.cmake", "-B", out], capture_output=True,
                               text=True, cwd=self.folder)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        (package,) = out.glob("*.deb")
+        (package,) = out.glob("backbend_*.deb")
+        for module in out.glob("python3-backbend_*.deb"):  # where the Python module is built
+            fields = subprocess.run(["dpkg-deb", "--field", module], check=True, capture_output=True, text=True).stdout
+            self.assertRegex(fields, r"(?m)^Depends:.*backbend \(= .*python3-numpy")
+            contents = subprocess.run(["dpkg-deb", "--contents", module], check=True, capture_output=True, text=True).stdout
+            for name in ("__init__.py", "__init__.pyi", "py.typed", "_core."):
+                self.assertIn("/usr/lib/python3/dist-packages/backbend/" + name, contents)
+            self.assertNotIn("/usr/bin", contents)
+            subprocess.run(["dpkg-deb", "--extract", module, self.folder / "root"], check=True)
         facts = subprocess.run(["dpkg-deb", "--field", package], check=True, capture_output=True, text=True).stdout
         depends = re.search(r"^Depends: (.*)$", facts, re.MULTILINE)[1]
         for library in ("libc6", "libembree", "libopenexr", "libopenimageio", "libtbb", "libassimp", "ffmpeg", "fonts-dejavu-core"):
@@ -86,6 +94,13 @@ class Packaging(CommandTest):
         subprocess.run(["dpkg-deb", "--extract", package, self.folder / "root"], check=True)
         done = subprocess.run([self.folder / "root/usr/bin/backbend", "list", "checks"], capture_output=True, text=True)
         self.assertEqual(done.stdout, harness.run_backbend(["list", "checks"], self.folder).stdout)
+        packages = self.folder / "root/usr/lib/python3/dist-packages"
+        if packages.is_dir():
+            # The module finds the program's files: the scenes, and what reads FBX.
+            done = subprocess.run(["/usr/bin/python3", "-c", "import backbend; print(len(backbend.compare('even', 'even', sweeps='standard').rigs))"],
+                                  env=harness.bare_environment(self.folder, PYTHONPATH=str(packages)), cwd=self.folder,
+                                  capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
         # Pictures need the module beside it.
         done = subprocess.run([self.folder / "root/usr/bin/backbend", "render", harness.human(), "--res", "32x32", "--spp", "1",
                                "-o", self.folder / "pictures"], capture_output=True, text=True)

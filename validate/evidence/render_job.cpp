@@ -19,6 +19,7 @@
 #include "validate/evidence/extremes.h"
 #include "validate/evidence/obj.h"
 #include "validate/evidence/photographer_pool.h"
+#include "validate/evidence/pose_frame.h"
 #include "validate/evidence/video.h"
 #include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
@@ -35,8 +36,6 @@ namespace {
 
 constexpr int kSheetCells = 12;
 constexpr int kSheetCellWidth = 320;
-
-constexpr float kHeatTop = 20.0f;  // strain: the limit of BB032
 
 constexpr std::uintmax_t kMaxEnvironmentBytes = std::uintmax_t{1} << 30;
 
@@ -114,7 +113,7 @@ struct Studio {
   render::Settings settings(const RenderRequest& request) const {
     render::Settings with_environment = request.settings;
     with_environment.environment = environment.picture;
-    with_environment.heat_high = kHeatTop;
+    with_environment.heat_high = kStrainHeatTop;
     return with_environment;
   }
 
@@ -253,12 +252,6 @@ void export_obj(const RenderRequest& request, const Studio& studio, const PosedC
       .write(request.export_obj.filename(), obj_text(studio.stage.character(), posed.mesh));
 }
 
-render::Bounds framing_box(const Studio& studio, const PosedCharacter& posed) {
-  render::Bounds box = render::bounds_of(studio.stage.rest().position);
-  box.add(render::bounds_of(posed.mesh.position));
-  return box;
-}
-
 /// The box of a sweep: of sixteen of its poses, enlarged by 1 % for the poses between.
 render::Bounds framing_box(const Studio& studio, const RenderRequest& request, const Sweep& sweep) {
   constexpr std::size_t kLooks = 16;
@@ -312,7 +305,7 @@ class Heat {
                               posed.mesh, glm::radians(pose.twist));
   }
   void put_legend(render::Picture& picture) const {
-    if (body_) render::draw_legend(picture, 0.0f, kHeatTop, kLabel);
+    if (body_) render::draw_legend(picture, 0.0f, kStrainHeatTop, kLabel);
   }
 
  private:
@@ -394,7 +387,7 @@ double picture_seconds(const Studio& studio, const RenderRequest& request, bool 
   PosedCharacter posed;
   const auto pose = [&] { posed = studio.posed(request.pose, request.mapping); };
   pose();
-  Photographer photographer(studio.stage, framing_box(studio, posed));
+  Photographer photographer(studio.stage, framing_box(studio.stage, posed));
   const Heat heat(studio, request);
   std::vector<float> strain;
   const double pose_s = seconds_of([&] {
@@ -445,7 +438,7 @@ struct PoseView {
       : request(asked),
         studio(request),
         posed(studio.posed(request.pose, request.mapping)),
-        photographer(studio.stage, framing_box(studio, posed)),
+        photographer(studio.stage, framing_box(studio.stage, posed)),
         camera(render::view_camera(
             request.view, photographer.box(), photographer.facing(),
             static_cast<double>(request.settings.width) / request.settings.height)),
@@ -506,7 +499,7 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
                                const OutputFolder& folder, Progress& progress) {
   const Studio studio(request);
   const PosedCharacter posed = studio.posed(request.pose, request.mapping);
-  Photographer photographer(studio.stage, framing_box(studio, posed));
+  Photographer photographer(studio.stage, framing_box(studio.stage, posed));
   folder.prepare();
   export_obj(request, studio, posed);
   const Heat heat(studio, request);

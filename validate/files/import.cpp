@@ -4,6 +4,7 @@
 #include <csignal>
 #include <string>
 
+#include "render/own_file.h"
 #include "skin/asset_folder.h"
 #include "skin/printable.h"
 #include "validate/files/child_process.h"
@@ -22,16 +23,12 @@ std::string kind_of(const fs::path& file) {
   return ending;
 }
 
-/// The program beside this one: <prefix>/bin/backbend has it in <prefix>/libexec/backbend, a build
-/// folder in its own libexec/backbend.
 fs::path import_program() {
+  fs::path file = render::libexec_file("backbend-import");
   std::error_code error;
-  const fs::path program = fs::read_symlink("/proc/self/exe", error);
-  const fs::path found =
-      program.parent_path().parent_path() / "libexec" / "backbend" / "backbend-import";
-  if (fs::is_regular_file(found, error)) return found;
+  if (fs::is_regular_file(file, error)) return file;
   throw ReadError("cannot find backbend-import, which reads FBX, Collada and BVH: expected " +
-                  found.string());
+                  file.string());
 }
 
 /// Why the child came back without a file, for a person who has only the file.

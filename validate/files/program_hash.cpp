@@ -2,6 +2,7 @@
 
 #include <filesystem>
 
+#include "render/own_file.h"
 #include "render/picture_library.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
@@ -17,7 +18,7 @@ std::string hash_or_none(const fs::path& file) {
 }
 
 std::string compute() {
-  std::string parts = content_hash(read_bytes("/proc/self/exe"));
+  std::string parts = content_hash(read_bytes(render::own_file()));
   try {
     const fs::path module = render::picture_module();
     parts +=

@@ -14,8 +14,10 @@
 #include "validate/clips/surface_points.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
+#include "validate/live/in_process_rig.h"
 #include "validate/metrics/chain.h"
 #include "validate/run/progress.h"
+#include "validate/sweeps/in_process_spec.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {
@@ -170,6 +172,10 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
 }
 
 void ExternalRig::start(const ExternalSpec& external) {
+  if (external.program == kInProcess) {
+    servers_.push_back(in_process_server(who_, external.file));
+    return;
+  }
   if (!external.file.empty() && !std::filesystem::is_regular_file(external.file))
     throw RigError(external.file + ": no such file");
   // Blender would only say that a Git LFS pointer is not one of its files.
@@ -177,7 +183,7 @@ void ExternalRig::start(const ExternalSpec& external) {
       std::filesystem::file_size(external.file) < skin::kMostLfsPointerBytes)
     read_bytes(external.file);
   for (int n = 0; n < external.servers; ++n)
-    servers_.push_back(std::make_unique<RigServer>(who_, argv_of(external), external.timeout));
+    servers_.push_back(std::make_unique<ProgramServer>(who_, argv_of(external), external.timeout));
 }
 
 void ExternalRig::match_and_select() {

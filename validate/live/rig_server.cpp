@@ -33,7 +33,30 @@ struct Failure : std::runtime_error {
 
 }  // namespace
 
-RigServer::RigServer(std::string who, std::vector<std::string> argv, double timeout)
+std::vector<double> RigServer::with_rest(std::span<const double> values, std::size_t poses,
+                                         std::span<const int> channels) const {
+  std::vector<double> all;
+  all.reserve(poses * hello_.channels.size());
+  for (std::size_t p = 0; p < poses; ++p) {
+    const std::size_t first = all.size();
+    for (const RigChannel& channel : hello_.channels) all.push_back(channel.rest);
+    for (std::size_t c = 0; c < channels.size(); ++c)
+      all[first + static_cast<std::size_t>(channels[c])] = values[p * channels.size() + c];
+  }
+  return all;
+}
+
+std::vector<glm::dmat4> RigServer::selected(std::span<const glm::dmat4> all, std::size_t poses,
+                                            std::span<const int> joints) const {
+  std::vector<glm::dmat4> wanted;
+  wanted.reserve(poses * joints.size());
+  for (std::size_t p = 0; p < poses; ++p)
+    for (const int j : joints)
+      wanted.push_back(all[p * hello_.joints.size() + static_cast<std::size_t>(j)]);
+  return wanted;
+}
+
+ProgramServer::ProgramServer(std::string who, std::vector<std::string> argv, double timeout)
     : who_(std::move(who)), argv_(std::move(argv)), patience_{timeout, [] { poll_interrupt(); }} {
   try {
     start();
@@ -42,7 +65,7 @@ RigServer::RigServer(std::string who, std::vector<std::string> argv, double time
   }
 }
 
-void RigServer::start() {
+void ProgramServer::start() {
   child_ = std::make_unique<ChildStream>(argv_);
   const ChildStream::Patience patience{kStartPatience * patience_.seconds, patience_.watch};
   std::size_t chatter = 0;
@@ -63,7 +86,7 @@ void RigServer::start() {
   }
 }
 
-void RigServer::fail(Outcome outcome, const std::string& what) {
+void ProgramServer::fail(Outcome outcome, const std::string& what) {
   std::string text;
   if (outcome == Outcome::silent) {
     text = "it was silent for " + std::to_string(static_cast<int>(patience_.seconds)) +
@@ -82,23 +105,23 @@ void RigServer::fail(Outcome outcome, const std::string& what) {
   throw Failure(text + (said.empty() ? "" : "; it said: " + said));
 }
 
-void RigServer::write(std::span<const std::uint8_t> bytes) {
+void ProgramServer::write(std::span<const std::uint8_t> bytes) {
   const Outcome outcome = child_->write(bytes, patience_);
   if (outcome != Outcome::all) fail(outcome, "an answer");
 }
 
-void RigServer::write(std::string_view text) {
+void ProgramServer::write(std::string_view text) {
   write({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
 }
 
-std::string RigServer::read_line(const std::string& what, std::size_t most) {
+std::string ProgramServer::read_line(const std::string& what, std::size_t most) {
   std::string line;
   const Outcome outcome = child_->read_line(line, most, patience_);
   if (outcome != Outcome::all) fail(outcome, what);
   return line;
 }
 
-void RigServer::select(std::vector<int> channels, std::vector<int> joints) {
+void ProgramServer::select(std::vector<int> channels, std::vector<int> joints) {
   channels_ = std::move(channels);
   joints_ = std::move(joints);
   try {
@@ -108,7 +131,7 @@ void RigServer::select(std::vector<int> channels, std::vector<int> joints) {
   }
 }
 
-void RigServer::send_selection() {
+void ProgramServer::send_selection() {
   joint_name_.clear();
   if (!hello_.selects) {
     for (const RigJoint& joint : hello_.joints) joint_name_.push_back(joint.name);
@@ -127,20 +150,13 @@ void RigServer::send_selection() {
   }
 }
 
-RigServer::Answer RigServer::ask_once(std::span<const double> values, std::size_t poses,
-                                      bool points) {
+RigServer::Answer ProgramServer::ask_once(std::span<const double> values, std::size_t poses,
+                                          bool points) {
   write(ask_line(poses, points));
   if (hello_.selects) {
     write(pack_values(values));
   } else {
-    std::vector<double> all;
-    for (std::size_t p = 0; p < poses; ++p) {
-      const std::size_t first = all.size();
-      for (const RigChannel& channel : hello_.channels) all.push_back(channel.rest);
-      for (std::size_t c = 0; c < channels_.size(); ++c)
-        all[first + static_cast<std::size_t>(channels_[c])] = values[p * channels_.size() + c];
-    }
-    write(pack_values(all));
+    write(pack_values(with_rest(values, poses, channels_)));
   }
   Answer answer;
   try {
@@ -158,23 +174,18 @@ RigServer::Answer RigServer::ask_once(std::span<const double> values, std::size_
   } catch (const ProtocolError& error) {
     throw Failure(error.what());
   }
-  if (hello_.selects) return answer;
-  std::vector<glm::dmat4> wanted;
-  wanted.reserve(poses * joints_.size());
-  for (std::size_t p = 0; p < poses; ++p)
-    for (const int j : joints_)
-      wanted.push_back(answer.joints[p * joint_name_.size() + static_cast<std::size_t>(j)]);
-  answer.joints = std::move(wanted);
+  if (!hello_.selects) answer.joints = selected(answer.joints, poses, joints_);
   return answer;
 }
 
-std::size_t RigServer::batch(bool points) const {
+std::size_t ProgramServer::batch(bool points) const {
   if (!points) return batch_;
   const std::size_t bytes = sizeof(glm::vec3) * std::max<std::size_t>(1, hello_.points.size());
   return std::clamp<std::size_t>(kMostPointBytes / bytes, 1, batch_with_points_);
 }
 
-RigServer::Answer RigServer::ask(std::span<const double> values, std::size_t poses, bool points) {
+RigServer::Answer ProgramServer::ask(std::span<const double> values, std::size_t poses,
+                                     bool points) {
   // Whoever asks next hears the same.
   if (!given_up_.empty()) throw solver::RigError(given_up_);
   while (true) {
@@ -195,7 +206,7 @@ RigServer::Answer RigServer::ask(std::span<const double> values, std::size_t pos
   }
 }
 
-void RigServer::after(const std::string& complaint) {
+void ProgramServer::after(const std::string& complaint) {
   if (restarted_) give_up(complaint + " (it had been started again once)");
   restarted_ = true;
   try {
@@ -216,7 +227,7 @@ void RigServer::after(const std::string& complaint) {
   }
 }
 
-void RigServer::give_up(const std::string& why) {
+void ProgramServer::give_up(const std::string& why) {
   child_.reset();
   given_up_ = who_ + ": " + why;
   throw solver::RigError(given_up_);

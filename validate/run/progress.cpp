@@ -8,13 +8,16 @@
 #include <cstdlib>
 #include <cstring>
 
+#include "validate/run/interrupt_note.h"
 #include "validate/run/progress_listener.h"
 #include "validate/run/superseded.h"
 
 namespace backbend::validate {
 namespace {
 
-volatile std::sig_atomic_t pending_signal = 0;
+// Written by signal handlers, and by other threads than those that ask.
+std::atomic<int> pending_signal = 0;
+static_assert(std::atomic<int>::is_always_lock_free);
 std::atomic<bool> is_superseded = false;
 
 /// The one listener, and when it was last told.
@@ -38,8 +41,6 @@ void tell(const std::string& stage, std::size_t done, std::size_t total) {
   place.listener(stage, done, total);
 }
 
-void note_signal(int signal_number) { pending_signal = signal_number; }
-
 std::string remaining(double seconds) {
   const auto whole = static_cast<long>(seconds + 0.5);
   if (whole >= 60)
@@ -51,12 +52,14 @@ std::string remaining(double seconds) {
 
 void watch_signals() {
   struct sigaction action = {};
-  action.sa_handler = note_signal;
+  action.sa_handler = note_interrupt;
   sigemptyset(&action.sa_mask);
   ::sigaction(SIGINT, &action, nullptr);
   ::sigaction(SIGTERM, &action, nullptr);
   ::signal(SIGPIPE, SIG_IGN);
 }
+
+void note_interrupt(int signal_number) { pending_signal = signal_number; }
 
 bool interrupt_pending() { return pending_signal != 0; }
 

@@ -7,6 +7,7 @@
 #include "validate/files/data_folder.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
+#include "validate/sweeps/in_process_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 namespace fs = std::filesystem;
 using solver::RigError;
 
-const std::vector<std::string> kPrograms = {"blender", "maya", "command"};
+const std::vector<std::string> kPrograms = {"blender", "maya", "command", std::string(kInProcess)};
 constexpr double kMostServers = 64, kLeastTimeout = 0.1, kMostTimeout = 86'400;
 
 std::string text_option(const solver::SystemSpec& spec, const std::string& key) {
@@ -82,11 +83,14 @@ std::optional<solver::SystemSpec> parse_external(const std::string& text) {
 
 std::string external_text(const solver::SystemSpec& spec) {
   const std::string program = text_option(spec, "program");
-  return program + ":" + text_option(spec, program == "command" ? "command" : "file");
+  const std::string own = text_option(spec, program == "command" ? "command" : "file");
+  return program + ":" + (program == kInProcess ? own.substr(0, own.find(kInProcessNumber)) : own);
 }
 
 std::string external_key(const solver::SystemSpec& spec) {
-  return external_text(spec) + "\n" + external_spec(spec).map;
+  const ExternalSpec external = external_spec(spec);
+  return external_text(spec) + "\n" + external.map +
+         (external.program == kInProcess ? "\n" + external.file : "");
 }
 
 std::string external_name(const solver::SystemSpec& spec) {
@@ -152,6 +156,7 @@ std::vector<std::string> split_command(const std::string& command) {
 
 std::vector<std::string> external_files(const solver::SystemSpec& spec) {
   const ExternalSpec external = external_spec(spec);
+  if (external.program == kInProcess) return {};
   std::vector<std::string> files = {external.file, external.map};
   if (external.program == "command")
     for (std::string& word : split_command(external.command)) files.push_back(std::move(word));

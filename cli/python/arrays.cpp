@@ -1,0 +1,112 @@
+#include "cli/python/arrays.h"
+
+#include <cmath>
+
+namespace backbend::python {
+namespace {
+
+constexpr int kAligned = py::detail::npy_api::NPY_ARRAY_ALIGNED_;
+using Plain = py::array_t<double, py::array::c_style | py::array::forcecast | kAligned>;
+
+std::string shape_text(const std::vector<py::ssize_t>& shape) {
+  std::string text;
+  for (const py::ssize_t length : shape)
+    text += (text.empty() ? "" : " x ") + std::to_string(length);
+  return text.empty() ? "a single number" : text;
+}
+
+/// `[3, 1]`: the place of a value in C order.
+std::string place_text(std::size_t at, const std::vector<py::ssize_t>& shape) {
+  std::string text;
+  for (std::size_t d = shape.size(); d-- > 0;) {
+    const auto length = static_cast<std::size_t>(shape[d]);
+    text = std::to_string(at % length) + (text.empty() ? "" : ", ") + text;
+    at /= length;
+  }
+  return "[" + text + "]";
+}
+
+Plain plain_array(py::handle from, const std::string& what) {
+  const std::string expected = what + ": expected an array of real numbers";
+  const py::array any = py::array::ensure(from);
+  if (!any) {
+    PyErr_Clear();
+    throw py::type_error(expected);
+  }
+  const char kind = any.dtype().kind();
+  if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
+    throw py::type_error(expected + ", found one of " +
+                         static_cast<std::string>(py::str(any.dtype())));
+  Plain plain = Plain::ensure(any);
+  if (!plain) {
+    PyErr_Clear();
+    throw py::type_error(expected);
+  }
+  return plain;
+}
+
+std::vector<py::ssize_t> shape_of(const py::array& array) {
+  return {array.shape(), array.shape() + array.ndim()};
+}
+
+Numbers copied(const Plain& plain, std::vector<py::ssize_t> shape, const std::string& what) {
+  Numbers out{std::move(shape), {plain.data(), plain.data() + plain.size()}};
+  for (std::size_t i = 0; i < out.value.size(); ++i)
+    if (!std::isfinite(out.value[i]))
+      throw py::value_error(what + place_text(i, out.shape) + " is not a finite number");
+  return out;
+}
+
+[[noreturn]] void refuse_shape(const std::string& what, const std::string& words,
+                               const std::vector<py::ssize_t>& found) {
+  throw py::value_error(what + ": expected " + words + ", found " + shape_text(found));
+}
+
+bool fits(const std::vector<py::ssize_t>& shape, const std::vector<py::ssize_t>& expected) {
+  if (shape.size() != expected.size()) return false;
+  for (std::size_t d = 0; d < shape.size(); ++d)
+    if (expected[d] >= 0 && shape[d] != expected[d]) return false;
+  return true;
+}
+
+}  // namespace
+
+Numbers read_numbers(py::handle from, const std::string& what, const std::string& words,
+                     const std::vector<py::ssize_t>& expected) {
+  const Plain plain = plain_array(from, what);
+  const std::vector<py::ssize_t> shape = shape_of(plain);
+  if (!fits(shape, expected)) refuse_shape(what, words, shape);
+  return copied(plain, shape, what);
+}
+
+Numbers read_rows(py::handle from, const std::string& what, const std::string& words,
+                  py::ssize_t width) {
+  const Plain plain = plain_array(from, what);
+  std::vector<py::ssize_t> shape = shape_of(plain);
+  if (fits(shape, {width})) shape.insert(shape.begin(), 1);
+  if (!fits(shape, {-1, width})) refuse_shape(what, words, shape);
+  return copied(plain, shape, what);
+}
+
+std::vector<glm::dmat4> matrices_of(const Numbers& numbers) {
+  std::vector<glm::dmat4> out(numbers.value.size() / 16);
+  for (std::size_t m = 0; m < out.size(); ++m)
+    for (int row = 0; row < 4; ++row)
+      for (int column = 0; column < 4; ++column)
+        out[m][column][row] = numbers.value[16 * m + static_cast<std::size_t>(4 * row + column)];
+  return out;
+}
+
+py::object record(const char* kind, const py::dict& values) {
+  return py::module_::import("backbend").attr(kind)(values);
+}
+
+py::array matrices_view(const std::shared_ptr<std::vector<glm::dmat4>>& matrices, py::ssize_t poses,
+                        py::ssize_t each) {
+  constexpr py::ssize_t kNumber = sizeof(double), kMatrix = sizeof(glm::dmat4);
+  const auto* data = reinterpret_cast<const double*>(matrices->data());
+  return view_of<double>(data, {poses, each, 4, 4}, matrices,
+                         {each * kMatrix, kMatrix, kNumber, 4 * kNumber}, true);
+}
+
+}  // namespace backbend::python

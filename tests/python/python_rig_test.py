@@ -1,0 +1,137 @@
+"""Rigs written in Python: judged as a rig in its own program is; their faults and their errors are found."""
+
+import json
+import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
+
+from module import PYTHON, SOURCE, ModuleTest, human, run_backbend  # noqa: E402
+
+# The rig of the example script, and what its pose() can be made to do.
+RIG = f"""
+sys.path.insert(0, {str(SOURCE / "scenes/python")!r})
+from judge_my_rig import EvenShares, about, turns
+body = backbend.load(HUMAN)
+class Changed(EvenShares):
+    def __init__(self, change, **more):
+        super().__init__(body)
+        self.change = change
+    def pose(self, values):
+        return self.change(super().pose(values), values)
+"""
+
+
+class JudgingARigInPython(ModuleTest):
+    def test_it_is_judged_as_the_same_rig_in_its_own_program_is(self):
+        report = json.loads(self.run_script(RIG + "print(backbend.judge(body, EvenShares(body)).text)"))
+        inspected = json.loads(self.run_script(RIG + """
+import json
+heights = [list(map(float, matrix[:3, 3])) for matrix in body.rest_matrices]
+print(json.dumps({"joints": [{"name": n, "parent": p, "position": at} for n, p, at in zip(body.joints, body.parents, heights)],
+                  "spine": body.anatomy.spine}))
+"""))
+        (self.folder / "skeleton.json").write_text(json.dumps(inspected))
+        command = f"command:{PYTHON} {SOURCE / 'scenes/bridges/example_rig.py'} {self.folder / 'skeleton.json'}"
+        result = run_backbend(["check", human(), "--rig", command, "--quick", "--json", "-o", "out"], self.folder)
+        self.assertIn(result.returncode, (0, 1), result.stderr)
+        told = json.loads(result.stdout)
+        mine, other = report["rigs"][0], told["rigs"][0]
+        self.assertEqual(mine["rig"], "EvenShares")
+        for ours, theirs in zip(mine["headroom"], other["headroom"]):
+            for name in ("channel", "needs_deg", "tested_to_deg"):
+                self.assertEqual(ours[name], theirs[name])
+            self.assertAlmostEqual(ours["clean_to_deg"], theirs["clean_to_deg"], delta=2.01)  # one step of the sweep
+        self.assertEqual({row["code"]: row["planned"] for row in mine["coverage"]},
+                         {row["code"]: row["planned"] for row in other["coverage"]})
+
+    def test_a_jump_is_found_at_its_angle(self):
+        findings = json.loads(self.run_script(RIG + """
+import json
+chest = body.joints.index(body.anatomy.spine[-1])
+def jump(world, values):
+    over = values[:, 0] > 40.0
+    below = [j for j in range(len(body.joints)) if j == chest or below_chest[j]]
+    extra = turns(np.radians(np.where(over, 35.0, 0.0))[:, None] * np.array([[0.0, 1.0, 0.0]]))
+    for joint in below:
+        moved = world[:, chest].copy()
+        there = np.tile(np.eye(4), (len(values), 1, 1)); there[:, :3, 3] = moved[:, :3, 3]
+        back = np.tile(np.eye(4), (len(values), 1, 1)); back[:, :3, 3] = -moved[:, :3, 3]
+        world[:, joint] = np.where(over[:, None, None], there @ extra @ back @ world[:, joint], world[:, joint])
+    return world
+below_chest = [False] * len(body.joints)
+for joint, parent in enumerate(body.parents):
+    below_chest[joint] = parent >= 0 and (parent == chest or below_chest[parent])
+report = backbend.judge(body, Changed(jump))
+print(json.dumps([finding for finding in report.findings if finding.code == "BB001" and finding.sweep == "extension"]))
+"""))
+        self.assertTrue(findings)
+        self.assertTrue(any(abs(finding["control_deg"] - 40.0) < 1e-3 for finding in findings), findings)
+        self.assertTrue(all(finding["owner"] == "RIG" for finding in findings if finding["rig"] == "Changed"))
+
+    def test_a_rig_that_remembers_is_found(self):
+        self.run_script(RIG + """
+seen = []
+def remembers(world, values):
+    before = seen[-1] if seen else 0.0
+    seen.append(float(values[-1, 0]))
+    world[:, :, 2, 3] += 1e-4 * abs(before) * (values[:, :1] != 0.0)
+    return world
+report = backbend.judge(body, Changed(remembers))
+assert any(finding.code == "BB044" for finding in report.findings), report.headline
+""")
+
+    def test_its_errors_come_with_what_it_raised(self):
+        self.run_script(RIG + """
+def fails(world, values):
+    raise LookupError("no such control")
+def refused(rig, words, cause=None):
+    for call in (lambda: backbend.Rig(rig, body), lambda: backbend.judge(body, rig)):
+        try:
+            call()
+        except backbend.InputError as error:
+            assert all(word in str(error) for word in words), error
+            assert cause is None or isinstance(error.__cause__, cause), repr(error.__cause__)
+            assert error.exit_code == 3
+        else:
+            raise SystemExit(f"taken: {words}")
+refused(Changed(fails), ["python:Changed", "LookupError: no such control"], LookupError)
+refused(Changed(lambda world, values: world[:, :3]), ["expected", "x 4 x 4"], ValueError)
+refused(Changed(lambda world, values: np.full_like(world, np.nan)), ["finite"], ValueError)
+refused(Changed(lambda world, values: None), ["real numbers"], TypeError)
+refused(Changed(lambda world, values: world * 2.0), ["python:Changed"])
+refused(Changed(lambda world, values: backbend.judge(body, "even")), ["pose() cannot judge"], RuntimeError)
+class NoPose(backbend.PythonRig):
+    pass
+refused(NoPose(["extension"], body.joints, body.parents, body.rest_matrices), ["must define pose"], NotImplementedError)
+refused(NoPose(["bend"], body.joints, body.parents, body.rest_matrices), ["--map"])
+refused(NoPose(["extension"], ["one"], [-1], [np.eye(4)]), ["no joint"])
+class NotSetUp(backbend.PythonRig):
+    def __init__(self):
+        pass
+try:
+    backbend.judge(body, NotSetUp())
+except (RuntimeError, TypeError) as error:
+    assert "__init__" in str(error), error
+for wrong in (lambda: NoPose(["extension"], ["one"], [-1, 0], [np.eye(4)]), lambda: NoPose(["extension"], ["one"], [-1], np.eye(3))):
+    try:
+        wrong()
+    except ValueError:
+        continue
+    raise SystemExit("taken")
+""")
+
+    def test_it_is_a_system_like_any_other(self):
+        self.run_script(RIG + """
+import gc
+rig = backbend.Rig(EvenShares(body), body)
+gc.collect()
+assert rig.channels == ["extension", "side", "twist"] and rig.joints == body.anatomy.spine
+poses = rig.solve(np.array([[0.0, 0, 0], [30, 0, 10]]))
+assert np.abs(poses.positions[0] - body.chain).max() < 1e-9
+bent = body.pose(rig, [[30.0, 0.0, 10.0]])
+assert np.abs(bent.matrices[0] - EvenShares(body).pose(np.array([[30.0, 0.0, 10.0]]))[0]).max() < 1e-9
+assert "chain_kink" in body.measure(rig, extension=20).metric or body.measure(rig, extension=20).metric
+report = backbend.compare(EvenShares(body), "isner", character=body, sweeps="standard")
+assert report.comparisons[0].paired > 0
+""")
