@@ -7,7 +7,7 @@
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/baseline.h"
-#include "validate/report/report_json.h"
+#include "validate/model/report_json.h"
 
 namespace backbend::cli {
 

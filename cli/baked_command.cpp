@@ -4,7 +4,7 @@
 #include "cli/no_folder.h"
 #include "validate/clips/clip_run.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/shell_word.h"
+#include "validate/text/shell_word.h"
 
 namespace backbend::cli {
 namespace {

@@ -3,7 +3,7 @@
 
 #include "cli/commands.h"
 #include "validate/evidence/bench.h"
-#include "validate/run/standard_runs.h"
+#include "validate/night/standard_runs.h"
 
 namespace backbend::cli {
 

@@ -2,11 +2,11 @@
 
 #include "cli/judging_commands.h"
 #include "validate/calibrate/calibrate.h"
-#include "validate/farm/folder_trace.h"
 #include "validate/files/data_folder.h"
+#include "validate/files/folder_trace.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/escape.h"
-#include "validate/run/stage.h"
+#include "validate/stage/stage.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {

@@ -1,10 +1,10 @@
 #include <cstdio>
 
 #include "cli/commands.h"
-#include "skin/body.h"
-#include "skin/body_proxy.h"
-#include "skin/glb_writer.h"
-#include "skin/gltf_reader.h"
+#include "skin/body/body.h"
+#include "skin/body/body_proxy.h"
+#include "skin/gltf/glb_writer.h"
+#include "skin/gltf/gltf_reader.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/import.h"
 #include "validate/files/output_folder.h"

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "validate/report/report.h"
+#include "skin/anatomy/anatomy.h"
+#include "validate/model/report.h"
 #include "validate/report/terminal.h"
-#include "validate/run/progress.h"
-#include "validate/run/stage.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::cli {
 

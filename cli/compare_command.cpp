@@ -6,8 +6,8 @@
 #include "cli/settings.h"
 #include "validate/compare/comparison.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/report_json.h"
-#include "validate/run/standard_runs.h"
+#include "validate/model/report_json.h"
+#include "validate/night/standard_runs.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/verdicts/exit_code.h"
 

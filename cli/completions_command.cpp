@@ -4,7 +4,7 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
-#include "validate/report/shell_word.h"
+#include "validate/text/shell_word.h"
 
 namespace backbend::cli {
 namespace {

@@ -6,7 +6,7 @@
 #include "cli/nightly.h"
 #include "cli/program.h"
 #include "cli/settings.h"
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 
 namespace backbend::cli {
 namespace {

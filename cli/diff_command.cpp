@@ -1,7 +1,7 @@
 #include <cstdio>
 
 #include "cli/judging_commands.h"
-#include "validate/run/picture_diff.h"
+#include "validate/evidence/picture_diff.h"
 
 namespace backbend::cli {
 

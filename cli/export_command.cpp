@@ -4,9 +4,9 @@
 #include "cli/judging_commands.h"
 #include "validate/export/even_export.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/escape.h"
-#include "validate/report/shell_word.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/escape.h"
+#include "validate/text/shell_word.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {

@@ -6,7 +6,7 @@
 #include "validate/farm/job.h"
 #include "validate/files/child_process.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 
 namespace backbend::cli {
 

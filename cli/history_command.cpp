@@ -5,12 +5,12 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/history_index.h"
 #include "validate/history/history_text.h"
 #include "validate/history/trend.h"
-#include "validate/report/report_json.h"
+#include "validate/model/report_json.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::cli {

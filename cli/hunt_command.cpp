@@ -5,12 +5,12 @@
 #include "cli/external_options.h"
 #include "cli/search_commands.h"
 #include "cli/settings.h"
-#include "solver/nearest_name.h"
-#include "validate/farm/folder_trace.h"
+#include "solver/rig/nearest_name.h"
+#include "validate/files/folder_trace.h"
 #include "validate/hunt/hunt.h"
 #include "validate/hunt/hunt_text.h"
-#include "validate/report/escape.h"
-#include "validate/run/standard_runs.h"
+#include "validate/night/standard_runs.h"
+#include "validate/text/escape.h"
 
 namespace backbend::cli {
 namespace {

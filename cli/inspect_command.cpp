@@ -1,17 +1,17 @@
 #include <cstdio>
 
 #include "cli/commands.h"
-#include "skin/anatomy.h"
-#include "skin/driven_nodes.h"
-#include "skin/gltf_reader.h"
-#include "skin/import_checks.h"
-#include "skin/inspect.h"
-#include "skin/sidecar.h"
-#include "skin/weight_suggestions.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/anatomy/driven_nodes.h"
+#include "skin/anatomy/import_checks.h"
+#include "skin/anatomy/sidecar.h"
+#include "skin/gltf/gltf_reader.h"
+#include "skin/weights/inspect.h"
+#include "skin/weights/weight_suggestions.h"
 #include "validate/files/import.h"
 #include "validate/files/output_folder.h"
+#include "validate/judge/confirmed.h"
 #include "validate/live/propose_mapping.h"
-#include "validate/run/confirmed.h"
 #include "validate/sweeps/external_spec.h"
 
 namespace backbend::cli {

@@ -3,14 +3,14 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
-#include "render/cameras.h"
-#include "solver/nearest_name.h"
-#include "solver/spine_system.h"
+#include "render/trace/cameras.h"
+#include "solver/rig/nearest_name.h"
+#include "solver/rig/spine_system.h"
 #include "validate/clips/clip_judge.h"
-#include "validate/report/escape.h"
 #include "validate/sweeps/suite.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/sweeps/sweep_named.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/topics.h"
 

@@ -13,9 +13,9 @@
 #include "cli/settings.h"
 #include "cli/trouble.h"
 #include "cli/watch.h"
-#include "skin/rig_templates.h"
-#include "solver/nearest_name.h"
-#include "validate/report/escape.h"
+#include "skin/anatomy/rig_templates.h"
+#include "solver/rig/nearest_name.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {

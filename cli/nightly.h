@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "cli/commands.h"
-#include "validate/run/run.h"
+#include "validate/night/run.h"
 
 namespace backbend::cli {
 

@@ -7,7 +7,7 @@
 #include "cli/search_commands.h"
 #include "cli/serve_command.h"
 #include "cli/settings.h"
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 
 namespace backbend::cli {
 

@@ -4,12 +4,12 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
-#include "skin/body_kind.h"
+#include "skin/anatomy/body_kind.h"
 #include "validate/files/output_folder.h"
 #include "validate/prove/certificate_check.h"
 #include "validate/prove/proof_text.h"
-#include "validate/report/escape.h"
-#include "validate/run/stage.h"
+#include "validate/stage/stage.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {

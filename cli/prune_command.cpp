@@ -3,8 +3,8 @@
 
 #include "cli/commands.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/report_json.h"
-#include "validate/run/progress.h"
+#include "validate/model/report_json.h"
+#include "validate/tasks/progress.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::cli {

@@ -2,11 +2,11 @@
 
 #include "cli/commands.h"
 #include "cli/judging_commands.h"
-#include "skin/sidecar.h"
-#include "skin/weight_export.h"
+#include "skin/anatomy/sidecar.h"
+#include "skin/weights/weight_export.h"
 #include "validate/files/output_folder.h"
 #include "validate/repair/repair_text.h"
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {

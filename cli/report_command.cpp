@@ -2,8 +2,8 @@
 
 #include "cli/commands.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/report_json.h"
-#include "validate/run/run.h"
+#include "validate/model/report_json.h"
+#include "validate/night/run.h"
 
 namespace backbend::cli {
 

@@ -5,8 +5,8 @@
 
 #include "cli/commands.h"
 #include "validate/files/data_folder.h"
-#include "validate/report/escape.h"
 #include "validate/selftest/selftest.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::cli {

@@ -1,8 +1,8 @@
 #include <cstdio>
 
 #include "cli/commands.h"
-#include "solver/solve_file.h"
-#include "validate/run/explain.h"
+#include "solver/rig/solve_file.h"
+#include "validate/judge/explain.h"
 
 namespace backbend::cli {
 

@@ -4,18 +4,18 @@
 #include <csignal>
 #include <exception>
 
-#include "render/scene.h"
-#include "skin/character.h"
-#include "solver/spine_system.h"
+#include "render/trace/scene.h"
+#include "skin/character/character.h"
+#include "solver/rig/spine_system.h"
 #include "validate/calibrate/calibrate.h"
-#include "validate/farm/ledger.h"
+#include "validate/files/ledger.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/baseline.h"
 #include "validate/history/history.h"
+#include "validate/model/report_json.h"
 #include "validate/prove/proof_box.h"
-#include "validate/report/report_json.h"
-#include "validate/run/progress.h"
 #include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::cli {
 

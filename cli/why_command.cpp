@@ -4,7 +4,7 @@
 #include "cli/external_options.h"
 #include "cli/search_commands.h"
 #include "cli/settings.h"
-#include "validate/run/standard_runs.h"
+#include "validate/night/standard_runs.h"
 #include "validate/why/why.h"
 #include "validate/why/why_text.h"
 

@@ -2,7 +2,7 @@
 """Breaks the code on purpose, one small fault at a time, and counts how many of them the tests notice.
 
     tests/mutation_check.py solver --count 40 --seed 1
-    tests/mutation_check.py metrics --only validate/metrics/flip.cpp
+    tests/mutation_check.py metrics --only validate/metrics/chain/flip.cpp
 
 Faults are a seeded sample of all places in a layer's sources (solver, skin, or metrics: validate/metrics) where one of
 the operators below applies. The broken file is compiled in a build folder of its own (-O1, with its assertions and the
@@ -259,7 +259,7 @@ def own_suites(folder, file):
     def suites(found):
         return {name for test in found for name in re.findall(r"^TEST(?:_F|_P)?\((\w+),", test.read_text(), re.M)}
 
-    return suites(tests.glob(f"{file.stem}_test.cpp")), suites(tests.glob(f"{file.stem.split('_')[0]}*_test.cpp"))
+    return suites(tests.rglob(f"{file.stem}_test.cpp")), suites(tests.rglob(f"{file.stem.split('_')[0]}*_test.cpp"))
 
 
 def main():

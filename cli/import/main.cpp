@@ -20,8 +20,8 @@
 #include <string>
 
 #include "cli/import/scene_glb.h"
-#include "skin/asset_folder.h"
-#include "skin/character.h"
+#include "skin/character/character.h"
+#include "skin/gltf/asset_folder.h"
 
 namespace backbend::import {
 namespace {

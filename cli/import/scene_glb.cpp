@@ -9,10 +9,10 @@
 #include <string>
 
 #include "cli/import/scene_mesh.h"
-#include "skin/glb_writer_document.h"
-#include "skin/glb_writer_skeleton.h"
-#include "skin/matrix_facts.h"
-#include "skin/printable.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/character/printable.h"
+#include "skin/gltf/glb_writer_document.h"
+#include "skin/gltf/glb_writer_skeleton.h"
 
 namespace backbend::import {
 namespace {

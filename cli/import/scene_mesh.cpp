@@ -7,8 +7,8 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "skin/character.h"
-#include "skin/printable.h"
+#include "skin/character/character.h"
+#include "skin/character/printable.h"
 
 namespace backbend::import {
 namespace {

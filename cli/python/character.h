@@ -5,10 +5,10 @@
 #include <memory>
 #include <mutex>
 
-#include "skin/anatomy.h"
-#include "skin/skinning_plan.h"
-#include "validate/metrics/body_metrics.h"
-#include "validate/run/stage.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/deform/skinning_plan.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/stage/stage.h"
 
 namespace backbend::python {
 

@@ -6,9 +6,9 @@
 #include "cli/python/character.h"
 #include "cli/python/rig.h"
 #include "cli/python/working.h"
-#include "solver/nearest_name.h"
-#include "validate/report/report_json.h"
-#include "validate/run/standard_runs.h"
+#include "solver/rig/nearest_name.h"
+#include "validate/model/report_json.h"
+#include "validate/night/standard_runs.h"
 #include "validate/sweeps/envelope.h"
 
 namespace backbend::python {

@@ -11,8 +11,8 @@
 #include "cli/python/rig.h"
 #include "cli/python/working.h"
 #include "cli/trouble.h"
-#include "validate/report/escape.h"
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
+#include "validate/text/escape.h"
 
 namespace backbend::python {
 namespace {

@@ -6,10 +6,10 @@
 
 #include "cli/python/arrays.h"
 #include "cli/python/working.h"
-#include "render/modes.h"
-#include "solver/nearest_name.h"
+#include "render/trace/modes.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/evidence/pose_frame.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
 
 namespace backbend::python {
 namespace {

@@ -7,9 +7,9 @@
 #include "cli/python/character.h"
 #include "cli/python/python_rig.h"
 #include "cli/python/working.h"
-#include "solver/crowd.h"
-#include "solver/solve_file.h"
-#include "validate/run/measure.h"
+#include "solver/rig/crowd.h"
+#include "solver/rig/solve_file.h"
+#include "validate/measure/measure.h"
 #include "validate/sweeps/external_spec.h"
 
 namespace backbend::python {

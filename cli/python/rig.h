@@ -5,7 +5,7 @@
 #include <string>
 
 #include "cli/python/arrays.h"
-#include "validate/run/stage.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::python {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <thread>
 
-#include "validate/run/interrupt_note.h"
-#include "validate/run/progress.h"
+#include "validate/tasks/interrupt_note.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::python {
 namespace {

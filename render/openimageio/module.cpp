@@ -1,4 +1,5 @@
-// The one file that includes OpenImageIO. It is a module that render/picture_library.cpp loads.
+// The one file that includes OpenImageIO. It is a module that render/image/picture_library.cpp
+// loads.
 #include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
@@ -6,7 +7,7 @@
 
 #include <algorithm>
 
-#include "render/picture_library.h"
+#include "render/image/picture_library.h"
 
 namespace backbend::render {
 namespace {

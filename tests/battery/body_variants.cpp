@@ -7,8 +7,8 @@
 #include <numeric>
 #include <set>
 
-#include "skin/joint_names.h"
-#include "skin/matrix_facts.h"
+#include "skin/character/joint_names.h"
+#include "skin/character/matrix_facts.h"
 
 namespace backbend::battery {
 namespace {

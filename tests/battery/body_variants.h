@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/character.h"
-#include "skin/glb_writer.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/character/character.h"
+#include "skin/gltf/glb_writer.h"
 #include "validate/calibrate/draw.h"
 
 namespace backbend::battery {

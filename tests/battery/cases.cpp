@@ -7,8 +7,8 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "validate/metrics/rotation.h"
-#include "validate/run/stage.h"
+#include "validate/metrics/math/rotation.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::battery {

@@ -28,7 +28,7 @@
 #include "tests/battery/weight_faults.h"
 #include "tests/source_folder.h"
 #include "validate/hunt/hunt.h"
-#include "validate/run/judge.h"
+#include "validate/judge/judge.h"
 
 namespace backbend::battery {
 namespace {

@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
 
-#include "skin/body.h"
+#include "skin/body/body.h"
 #include "tests/battery/body_variants.h"
 #include "tests/battery/pose_faults.h"
 #include "tests/skin/body_figure.h"

@@ -1,8 +1,8 @@
 #include "tests/battery/judged_case.h"
 
-#include "skin/character.h"
+#include "skin/character/character.h"
 #include "validate/clips/clip_run.h"
-#include "validate/run/run.h"
+#include "validate/night/run.h"
 #include "validate/sweeps/suite.h"
 #include "validate/verdicts/exit_code.h"
 

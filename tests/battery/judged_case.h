@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::battery {
 

@@ -7,11 +7,11 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "skin/matrix_facts.h"
+#include "skin/character/matrix_facts.h"
 #include "tests/battery/body_variants.h"
 #include "validate/clips/clip_body.h"
 #include "validate/files/import.h"
-#include "validate/metrics/rotation.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::battery {
 namespace {

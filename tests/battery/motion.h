@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/character.h"
-#include "skin/clip.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/character/character.h"
+#include "skin/clip/clip.h"
 
 namespace backbend::battery {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "skin/matrix_facts.h"
-#include "validate/metrics/rotation.h"
+#include "skin/character/matrix_facts.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::battery {
 namespace {

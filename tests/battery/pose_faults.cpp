@@ -6,7 +6,7 @@
 
 #include "tests/validate/spoiled_rig.h"
 #include "validate/calibrate/faults.h"
-#include "validate/metrics/rotation.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::battery {
 namespace {

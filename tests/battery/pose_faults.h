@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/spine_system.h"
+#include "solver/rig/spine_system.h"
 #include "validate/calibrate/draw.h"
 #include "validate/hunt/control_box.h"
 

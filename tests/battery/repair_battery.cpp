@@ -24,11 +24,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 
-#include "skin/character.h"
+#include "skin/character/character.h"
 #include "tests/battery/battery_options.h"
 #include "tests/battery/repair_case.h"
-#include "validate/metrics/median.h"
-#include "validate/run/stage.h"
+#include "validate/metrics/math/median.h"
+#include "validate/stage/stage.h"
 
 namespace backbend::battery {
 namespace {

@@ -7,13 +7,13 @@
 #include <fstream>
 #include <map>
 
-#include "skin/body_kind.h"
-#include "skin/gltf_reader.h"
-#include "skin/weight_graph.h"
+#include "skin/anatomy/body_kind.h"
+#include "skin/gltf/gltf_reader.h"
+#include "skin/weights/weight_graph.h"
 #include "tests/battery/cases.h"
+#include "validate/judge/judge.h"
 #include "validate/repair/weight_repair.h"
-#include "validate/run/judge.h"
-#include "validate/run/stage.h"
+#include "validate/stage/stage.h"
 #include "validate/verdicts/booking.h"
 #include "validate/verdicts/checks.h"
 

@@ -4,7 +4,7 @@
 
 #include <fstream>
 
-#include "skin/body.h"
+#include "skin/body/body.h"
 #include "tests/battery/repair_case.h"
 #include "tests/skin/gltf_fixture.h"
 #include "tests/source_folder.h"

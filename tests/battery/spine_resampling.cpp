@@ -2,8 +2,8 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "skin/matrix_facts.h"
-#include "skin/skinning.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/deform/skinning.h"
 #include "tests/battery/body_variants.h"
 
 namespace backbend::battery {

@@ -5,14 +5,14 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
 
-#include "skin/body.h"
-#include "skin/matrix_facts.h"
-#include "skin/skinning.h"
+#include "skin/body/body.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/deform/skinning.h"
 #include "tests/battery/body_variants.h"
 #include "tests/battery/motion_faults.h"
 #include "tests/battery/weight_faults.h"
 #include "tests/skin/body_figure.h"
-#include "validate/metrics/rotation.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::battery {
 namespace {

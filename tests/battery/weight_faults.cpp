@@ -5,8 +5,8 @@
 #include <functional>
 #include <glm/geometric.hpp>
 
-#include "skin/matrix_facts.h"
-#include "validate/metrics/rotation.h"
+#include "skin/character/matrix_facts.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::battery {
 namespace {

@@ -12,7 +12,7 @@
 #include "tests/battery/body_variants.h"
 #include "tests/battery/why_cases.h"
 #include "tests/source_folder.h"
-#include "validate/run/confirmed.h"
+#include "validate/judge/confirmed.h"
 
 namespace backbend::battery {
 namespace {

@@ -2,7 +2,7 @@
 
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "skin/skinning.h"
+#include "skin/deform/skinning.h"
 #include "tests/battery/body_variants.h"
 #include "tests/battery/weight_faults.h"
 

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "skin/body.h"
+#include "skin/body/body.h"
 #include "tests/battery/body_variants.h"
 #include "tests/battery/weight_faults.h"
 #include "tests/battery/why_cases.h"

@@ -11,9 +11,9 @@
 #include <glm/geometric.hpp>
 #include <random>
 
-#include "solver/chain_measures.h"
-#include "solver/rotation.h"
-#include "solver/spine_system.h"
+#include "solver/math/rotation.h"
+#include "solver/rig/chain_measures.h"
+#include "solver/rig/spine_system.h"
 
 namespace backbend::solver {
 namespace {

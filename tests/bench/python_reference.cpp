@@ -7,11 +7,11 @@
 #include <limits>
 #include <random>
 
-#include "skin/skinning_plan.h"
-#include "solver/crowd.h"
-#include "validate/run/confirmed.h"
-#include "validate/run/measure.h"
-#include "validate/run/stage.h"
+#include "skin/deform/skinning_plan.h"
+#include "solver/rig/crowd.h"
+#include "validate/judge/confirmed.h"
+#include "validate/measure/measure.h"
+#include "validate/stage/stage.h"
 
 namespace {
 

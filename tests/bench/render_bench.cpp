@@ -15,11 +15,11 @@
 #include <random>
 #include <vector>
 
-#include "render/exr.h"
-#include "render/ray_device.h"
-#include "render/refit_quality.h"
-#include "validate/evidence/photographer.h"
-#include "validate/run/measure.h"
+#include "render/image/exr.h"
+#include "render/trace/ray_device.h"
+#include "render/trace/refit_quality.h"
+#include "validate/camera/photographer.h"
+#include "validate/measure/measure.h"
 
 namespace backbend::validate {
 namespace {

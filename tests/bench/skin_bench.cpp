@@ -12,10 +12,10 @@
 #include <filesystem>
 #include <numbers>
 
-#include "skin/dual_quaternions.h"
-#include "skin/gltf_reader.h"
-#include "skin/skinning.h"
-#include "skin/skinning_plan.h"
+#include "skin/deform/dual_quaternions.h"
+#include "skin/deform/skinning.h"
+#include "skin/deform/skinning_plan.h"
+#include "skin/gltf/gltf_reader.h"
 
 namespace backbend::skin {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <random>
 
-#include "solver/crowd.h"
-#include "solver/rotation.h"
-#include "solver/spine_system.h"
+#include "solver/math/rotation.h"
+#include "solver/rig/crowd.h"
+#include "solver/rig/spine_system.h"
 
 namespace backbend::solver {
 namespace {

@@ -1,4 +1,4 @@
-#include "skin/clip.h"
+#include "skin/clip/clip.h"
 
 #include <bit>
 

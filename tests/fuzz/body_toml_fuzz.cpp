@@ -1,4 +1,4 @@
-#include "skin/body_description.h"
+#include "skin/body/body_description.h"
 #include "tests/fuzz/target.h"
 
 namespace backbend::fuzz {

@@ -7,8 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/import/scene_glb.h"
-#include "skin/character.h"
-#include "skin/glb_container.h"
+#include "skin/character/character.h"
+#include "skin/gltf/glb_container.h"
 #include "tests/fuzz/target.h"
 #include "tests/validate/import_fixture.h"
 

@@ -1,10 +1,10 @@
-#include "render/exr.h"
+#include "render/image/exr.h"
 
 #include <cstring>
 
-#include "render/picture.h"
+#include "render/image/picture.h"
 #include "tests/fuzz/target.h"
-#include "validate/metrics/frame_difference.h"
+#include "validate/metrics/image/frame_difference.h"
 
 namespace backbend::fuzz {
 namespace {

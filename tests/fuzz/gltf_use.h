@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "skin/gltf_document.h"
+#include "skin/gltf/gltf_document.h"
 #include "tests/fuzz/target.h"
 
 namespace backbend::fuzz {

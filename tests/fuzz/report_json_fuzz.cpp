@@ -2,11 +2,11 @@
 
 #include "tests/fuzz/target.h"
 #include "tests/validate/report_sample.h"
+#include "validate/model/report_json.h"
 #include "validate/report/csv.h"
 #include "validate/report/html.h"
 #include "validate/report/junit.h"
 #include "validate/report/markdown.h"
-#include "validate/report/report_json.h"
 #include "validate/report/terminal.h"
 
 namespace backbend::fuzz {

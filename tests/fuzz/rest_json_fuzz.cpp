@@ -1,4 +1,4 @@
-#include "solver/solve_file.h"
+#include "solver/rig/solve_file.h"
 #include "tests/fuzz/target.h"
 
 namespace backbend::fuzz {

@@ -1,7 +1,7 @@
-#include "skin/sidecar.h"
+#include "skin/anatomy/sidecar.h"
 
-#include "skin/clip.h"
-#include "skin/gltf_reader.h"
+#include "skin/clip/clip.h"
+#include "skin/gltf/gltf_reader.h"
 #include "tests/fuzz/target.h"
 #include "tests/skin/gltf_fixture.h"
 

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "solver/solve_file.h"
+#include "solver/rig/solve_file.h"
 #include "tests/fuzz/target.h"
 
 namespace backbend::fuzz {

@@ -1,6 +1,6 @@
 #include <string>
 
-#include "render/png.h"
+#include "render/image/png.h"
 #include "tests/fuzz/target.h"
 
 namespace backbend::fuzz {

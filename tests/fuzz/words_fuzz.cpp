@@ -2,10 +2,10 @@
 // apart by the first byte.
 #include <stdexcept>
 
-#include "solver/solve_file.h"
+#include "solver/rig/solve_file.h"
 #include "tests/fuzz/target.h"
-#include "validate/evidence/frame_choice.h"
-#include "validate/farm/ledger.h"
+#include "validate/camera/frame_choice.h"
+#include "validate/files/ledger.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::fuzz {

@@ -3,7 +3,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/scene.h"
+#include "render/trace/scene.h"
 
 namespace backbend::render {
 

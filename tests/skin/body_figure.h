@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "skin/body.h"
+#include "skin/body/body.h"
 
 namespace backbend::skin {
 

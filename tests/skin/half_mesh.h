@@ -3,8 +3,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "skin/body.h"
-#include "skin/body_connectivity.h"
+#include "skin/body/body.h"
+#include "skin/body/body_connectivity.h"
 
 namespace backbend::skin {
 

@@ -2,7 +2,7 @@
 // Faults of weights and binds as they happen, planted on any character, and healthy variants of it.
 #include <string>
 
-#include "skin/anatomy.h"
+#include "skin/anatomy/anatomy.h"
 
 namespace backbend::skin {
 

@@ -7,10 +7,10 @@
 #include <numeric>
 #include <tuple>
 
-#include "skin/matrix_facts.h"
-#include "skin/mirror_image.h"
-#include "skin/skinning.h"
-#include "skin/weld.h"
+#include "skin/anatomy/mirror_image.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/character/weld.h"
+#include "skin/deform/skinning.h"
 #include "tests/skin/planted_weights.h"
 
 namespace backbend::skin {

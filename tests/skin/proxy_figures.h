@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/body.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/body/body.h"
 #include "tests/skin/stick_figure.h"
 
 namespace backbend::skin::figures {

@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "skin/character.h"
+#include "skin/character/character.h"
 
 namespace backbend::skin {
 

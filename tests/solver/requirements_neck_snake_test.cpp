@@ -4,8 +4,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "solver/controllers.h"
-#include "solver/solve_file.h"
+#include "solver/rig/controllers.h"
+#include "solver/rig/solve_file.h"
 #include "tests/solver/rig_fixture.h"
 #include "tests/source_folder.h"
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <numeric>
 
-#include "solver/controllers.h"
-#include "solver/curve.h"
-#include "solver/fk_bones.h"
-#include "solver/solve_file.h"
-#include "solver/system_controller.h"
+#include "solver/curves/curve.h"
+#include "solver/rig/controllers.h"
+#include "solver/rig/solve_file.h"
+#include "solver/rig/system_controller.h"
+#include "solver/systems/fk_bones.h"
 #include "tests/solver/rig_fixture.h"
 
 namespace backbend::solver {

@@ -43,7 +43,7 @@ std::vector<Row> rows_of(const std::string& text) {
 }
 
 /// The names of the tests that each file of tests/ defines: "Suite.Name" by
-/// "solver/curve_test.cpp".
+/// "solver/curves/curve_test.cpp".
 using Defined = std::map<std::string, std::set<std::string>>;
 
 Defined defined_tests() {
@@ -61,7 +61,8 @@ Defined defined_tests() {
   return defined;
 }
 
-/// What is wrong with the `tests` cell of a row: "`solver/neck_test.cpp` Neck.A, Neck.B; `..` ..".
+/// What is wrong with the `tests` cell of a row: "`solver/systems/neck_test.cpp` Neck.A, Neck.B;
+/// `..` ..".
 std::vector<std::string> complaints(const Row& row, const Defined& defined) {
   std::vector<std::string> wrong;
   if (row.what.size() < 4) wrong.push_back(row.id + ": says nothing");
@@ -72,10 +73,10 @@ std::vector<std::string> complaints(const Row& row, const Defined& defined) {
     return wrong;
   }
   if (row.note.empty()) wrong.push_back(row.id + ": no options");
-  const std::regex group(R"(`([a-z_]+/[a-z_]+_test\.cpp)` (\w+\.\w+(?:, \w+\.\w+)*))");
+  const std::regex group(R"(`([a-z_]+/[a-z_/]+_test\.cpp)` (\w+\.\w+(?:, \w+\.\w+)*))");
   const std::regex whole(
       "(?:"
-      R"(`[a-z_]+/[a-z_]+_test\.cpp` \w+\.\w+(?:, \w+\.\w+)*(?:; |$))"
+      R"(`[a-z_]+/[a-z_/]+_test\.cpp` \w+\.\w+(?:, \w+\.\w+)*(?:; |$))"
       ")+");
   if (!std::regex_match(row.tests, whole)) {
     wrong.push_back(row.id + ": not a list of tests: " + row.tests);
@@ -141,7 +142,8 @@ TEST(RequirementsPage, CannotLieUnnoticed) {  // every way to be wrong is seen
   seen("| R17 |", "| R16 |", "R17: 0 rows");
   seen("| W18 |", "| W19 |", "W19: there is no such number");
   seen("ThreeBone.StraightChain", "ThreeBone.BentChain", "R1: no test ThreeBone.BentChain");
-  seen("`solver/three_bone_test.cpp`", "`solver/four_bone_test.cpp`", "no file tests/solver/four");
+  seen("`solver/systems/three_bone_test.cpp`", "`solver/four_bone_test.cpp`",
+       "no file tests/solver/four");
   const std::string start = "| – | ";
   const std::size_t reason = page.find(start) + start.size();
   seen(page.substr(reason, page.find(" |\n", reason) - reason), "later", "no test and no reason");

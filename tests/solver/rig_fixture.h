@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "solver/rotation.h"
-#include "solver/spine_system.h"
+#include "solver/math/rotation.h"
+#include "solver/rig/spine_system.h"
 
 namespace backbend::solver::rigs {
 

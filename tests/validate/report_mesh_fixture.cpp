@@ -2,7 +2,7 @@
 #include <limits>
 
 #include "report_sample.h"
-#include "validate/report/page_mesh.h"
+#include "validate/evidence/page_mesh.h"
 
 namespace backbend::validate {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/source_folder.h"
-#include "validate/report/number_text.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {

@@ -5,11 +5,11 @@
 #include <functional>
 #include <vector>
 
-#include "solver/spine_pose.h"
-#include "validate/metrics/bend_intent.h"
-#include "validate/metrics/mesh.h"
-#include "validate/metrics/slice_metrics.h"
-#include "validate/metrics/spine_slices.h"
+#include "solver/rig/spine_pose.h"
+#include "validate/metrics/surface/bend_intent.h"
+#include "validate/metrics/surface/mesh.h"
+#include "validate/metrics/surface/slice_metrics.h"
+#include "validate/metrics/surface/spine_slices.h"
 
 namespace backbend::validate::testing {
 

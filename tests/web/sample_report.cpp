@@ -6,9 +6,9 @@
 #include <iostream>
 
 #include "../validate/report_sample.h"
+#include "validate/model/report_json.h"
 #include "validate/report/html.h"
 #include "validate/report/junit.h"
-#include "validate/report/report_json.h"
 #include "validate/report/terminal.h"
 
 namespace {

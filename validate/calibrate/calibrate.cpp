@@ -9,7 +9,7 @@
 #include <set>
 
 #include "validate/files/output_folder.h"
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::validate {

@@ -3,8 +3,8 @@
 #include <string>
 
 #include "validate/calibrate/draw.h"
-#include "validate/metrics/body_metrics.h"
-#include "validate/run/stage.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/stage/stage.h"
 
 namespace backbend::validate {
 

@@ -4,7 +4,7 @@
 
 #include "validate/calibrate/calibrate.h"
 #include "validate/calibrate/faults.h"
-#include "validate/metrics/rig_probe.h"
+#include "validate/metrics/chain/rig_probe.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,10 +2,10 @@
 #include <span>
 #include <vector>
 
-#include "skin/character.h"
-#include "solver/spine_pose.h"
-#include "validate/metrics/flip.h"
-#include "validate/metrics/spine_slices.h"
+#include "skin/character/character.h"
+#include "solver/rig/spine_pose.h"
+#include "validate/metrics/chain/flip.h"
+#include "validate/metrics/surface/spine_slices.h"
 
 namespace backbend::validate {
 

@@ -6,11 +6,11 @@
 #include "validate/calibrate/body_poses.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/calibrate/faults.h"
+#include "validate/camera/photographer_pool.h"
 #include "validate/evidence/image_readings.h"
-#include "validate/evidence/photographer_pool.h"
-#include "validate/metrics/rig_probe.h"
-#include "validate/run/arm_pose.h"
-#include "validate/run/side_by_side.h"
+#include "validate/measure/arm_pose.h"
+#include "validate/metrics/chain/rig_probe.h"
+#include "validate/tasks/side_by_side.h"
 
 namespace backbend::validate {
 namespace {

@@ -4,7 +4,7 @@
 
 #include "validate/calibrate/calibrate.h"
 #include "validate/calibrate/faults.h"
-#include "validate/metrics/weight_hygiene.h"
+#include "validate/metrics/surface/weight_hygiene.h"
 
 namespace backbend::validate {
 namespace {

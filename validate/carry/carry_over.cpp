@@ -10,15 +10,15 @@
 #include <set>
 #include <sstream>
 
+#include "validate/carry/input_files.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/files/program_hash.h"
 #include "validate/files/project.h"
+#include "validate/model/report_json.h"
 #include "validate/report/libraries.h"
-#include "validate/report/report_json.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/verdicts/waivers.h"
-#include "validate/watch/input_files.h"
 
 namespace backbend::validate {
 namespace {

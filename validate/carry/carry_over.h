@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "validate/history/history.h"
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {

@@ -8,15 +8,15 @@
 #include <glm/gtc/matrix_inverse.hpp>
 #include <unordered_map>
 
-#include "skin/matrix_facts.h"
-#include "skin/printable.h"
-#include "skin/skinning.h"
-#include "solver/nearest_name.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/character/printable.h"
+#include "skin/deform/skinning.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/clips/point_space.h"
-#include "validate/clips/rigid_fit.h"
-#include "validate/clips/surface_points.h"
-#include "validate/run/progress.h"
+#include "validate/metrics/surface/rigid_fit.h"
+#include "validate/metrics/surface/surface_points.h"
 #include "validate/sweeps/sweep.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 namespace {

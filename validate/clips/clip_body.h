@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/clip.h"
-#include "skin/skinning_plan.h"
-#include "validate/metrics/rotation.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/clip/clip.h"
+#include "skin/deform/skinning_plan.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::validate {
 

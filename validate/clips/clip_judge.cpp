@@ -5,8 +5,8 @@
 #include <optional>
 #include <span>
 
-#include "skin/matrix_facts.h"
-#include "validate/run/judge.h"
+#include "skin/character/matrix_facts.h"
+#include "validate/judge/judge.h"
 #include "validate/verdicts/booking.h"
 
 namespace backbend::validate {

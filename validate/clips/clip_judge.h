@@ -1,6 +1,6 @@
 #pragma once
 #include "validate/clips/clip_measure.h"
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 #include "validate/verdicts/limits.h"
 
 namespace backbend::validate {

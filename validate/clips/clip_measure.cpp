@@ -7,9 +7,9 @@
 #include <cmath>
 #include <limits>
 
-#include "skin/matrix_facts.h"
-#include "validate/metrics/chain_corner.h"
-#include "validate/metrics/median.h"
+#include "skin/character/matrix_facts.h"
+#include "validate/metrics/chain/chain_corner.h"
+#include "validate/metrics/math/median.h"
 
 namespace backbend::validate {
 namespace {

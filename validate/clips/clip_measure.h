@@ -1,9 +1,9 @@
 #pragma once
-#include "validate/clips/bend_shares.h"
 #include "validate/clips/clip_system.h"
 #include "validate/clips/control_response.h"
-#include "validate/metrics/clip_flip.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
+#include "validate/metrics/chain/bend_shares.h"
+#include "validate/metrics/chain/clip_flip.h"
 
 namespace backbend::validate {
 

@@ -4,12 +4,12 @@
 #include <cmath>
 #include <optional>
 
-#include "render/png.h"
+#include "render/image/png.h"
+#include "validate/camera/photographer.h"
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/heat_picture.h"
-#include "validate/evidence/photographer.h"
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
+#include "validate/model/digest.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

@@ -1,8 +1,8 @@
 #pragma once
 #include "validate/clips/clip_judge.h"
 #include "validate/files/output_folder.h"
-#include "validate/run/place.h"
-#include "validate/run/stage.h"
+#include "validate/judge/place.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {

@@ -3,20 +3,20 @@
 #include <algorithm>
 #include <cmath>
 
-#include "skin/anatomy_hints.h"
-#include "skin/import_checks.h"
-#include "skin/matrix_facts.h"
-#include "skin/printable.h"
+#include "skin/anatomy/anatomy_hints.h"
+#include "skin/anatomy/import_checks.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/character/printable.h"
 #include "validate/clips/clip_judge.h"
 #include "validate/clips/clip_pictures.h"
 #include "validate/evidence/artist.h"
 #include "validate/files/hash.h"
 #include "validate/files/import.h"
+#include "validate/judge/confirmed.h"
+#include "validate/judge/place.h"
+#include "validate/judge/verdict.h"
+#include "validate/night/run.h"
 #include "validate/report/libraries.h"
-#include "validate/run/confirmed.h"
-#include "validate/run/place.h"
-#include "validate/run/run.h"
-#include "validate/run/verdict.h"
 
 namespace backbend::validate {
 namespace {

@@ -3,12 +3,12 @@
 #include <functional>
 #include <string>
 
-#include "skin/anatomy.h"
-#include "skin/clip.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/clip/clip.h"
 #include "validate/clips/clip_body.h"
-#include "validate/report/report.h"
-#include "validate/run/progress.h"
+#include "validate/model/report.h"
 #include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <glm/gtc/matrix_inverse.hpp>
 
-#include "skin/matrix_facts.h"
-#include "solver/curve.h"
-#include "validate/clips/rigid_fit.h"
-#include "validate/metrics/chain.h"
-#include "validate/metrics/chain_corner.h"
+#include "skin/character/matrix_facts.h"
+#include "solver/curves/curve.h"
+#include "validate/metrics/chain/chain.h"
+#include "validate/metrics/chain/chain_corner.h"
+#include "validate/metrics/surface/rigid_fit.h"
 
 namespace backbend::validate {
 namespace {

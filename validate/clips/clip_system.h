@@ -1,5 +1,5 @@
 #pragma once
-#include "solver/system_base.h"
+#include "solver/systems/system_base.h"
 #include "validate/clips/clip_body.h"
 
 namespace backbend::validate {

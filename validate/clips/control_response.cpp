@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "skin/matrix_facts.h"
-#include "validate/metrics/rotation.h"
+#include "skin/character/matrix_facts.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::validate {
 namespace {

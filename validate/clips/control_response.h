@@ -2,8 +2,8 @@
 #include <optional>
 #include <string>
 
-#include "skin/anatomy.h"
-#include "skin/clip.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/clip/clip.h"
 #include "validate/clips/clip_body.h"
 
 namespace backbend::validate {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "validate/clips/rigid_fit.h"
+#include "validate/metrics/surface/rigid_fit.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {

@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <set>
 
-#include "validate/metrics/median.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
+#include "validate/metrics/math/median.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 

@@ -3,7 +3,7 @@
 #include <utility>
 #include <vector>
 
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

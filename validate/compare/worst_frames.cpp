@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "render/png.h"
-#include "validate/run/judge.h"
+#include "render/image/png.h"
+#include "validate/judge/judge.h"
 
 namespace backbend::validate {
 namespace {

@@ -1,10 +1,10 @@
 #pragma once
 #include <string>
 
-#include "validate/evidence/photographer.h"
+#include "validate/camera/photographer.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/report.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
+#include "validate/model/report.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {

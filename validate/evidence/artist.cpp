@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

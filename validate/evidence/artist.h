@@ -2,7 +2,7 @@
 #include <map>
 #include <string>
 
-#include "skin/sidecar.h"
+#include "skin/anatomy/sidecar.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {

@@ -1,7 +1,7 @@
 #include "validate/evidence/bench.h"
 
-#include "render/cameras.h"
-#include "validate/run/measure.h"
+#include "render/trace/cameras.h"
+#include "validate/measure/measure.h"
 
 namespace backbend::validate {
 

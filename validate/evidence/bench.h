@@ -1,5 +1,5 @@
 #pragma once
-#include "render/ray_bench.h"
+#include "render/trace/ray_bench.h"
 #include "validate/evidence/render_job.h"
 
 namespace backbend::validate {

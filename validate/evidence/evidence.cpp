@@ -7,19 +7,19 @@
 #include <optional>
 #include <set>
 
-#include "render/exr.h"
-#include "render/png.h"
-#include "render/sheet.h"
+#include "render/image/exr.h"
+#include "render/image/png.h"
+#include "render/review/sheet.h"
 #include "validate/evidence/artist.h"
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/heat_picture.h"
 #include "validate/evidence/review.h"
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/run/side_by_side.h"
+#include "validate/model/digest.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/tasks/side_by_side.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

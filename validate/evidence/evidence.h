@@ -1,12 +1,12 @@
 #pragma once
 #include <vector>
 
-#include "validate/evidence/photographer_pool.h"
-#include "validate/farm/ledger.h"
+#include "validate/camera/photographer_pool.h"
+#include "validate/files/ledger.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/report.h"
-#include "validate/run/measure.h"
-#include "validate/run/place.h"
+#include "validate/judge/place.h"
+#include "validate/measure/measure.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

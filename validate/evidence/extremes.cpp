@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "validate/run/judge.h"
+#include "validate/judge/judge.h"
 
 namespace backbend::validate {
 

@@ -2,7 +2,7 @@
 #include <string>
 #include <vector>
 
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
 
 namespace backbend::validate {
 

@@ -2,7 +2,7 @@
 #include <string>
 #include <string_view>
 
-#include "render/cameras.h"
+#include "render/trace/cameras.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/finding.h"
 

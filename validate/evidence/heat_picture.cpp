@@ -1,12 +1,12 @@
 #include "validate/evidence/heat_picture.h"
 
-#include "render/heat_map.h"
-#include "render/mark.h"
-#include "render/projection.h"
-#include "render/sheet.h"
-#include "skin/glb_writer.h"
-#include "validate/report/escape.h"
-#include "validate/report/page_mesh.h"
+#include "render/image/heat_map.h"
+#include "render/review/mark.h"
+#include "render/review/sheet.h"
+#include "render/trace/projection.h"
+#include "skin/gltf/glb_writer.h"
+#include "validate/evidence/page_mesh.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,12 +2,12 @@
 #include <optional>
 #include <string>
 
-#include "render/picture.h"
-#include "render/scene.h"
+#include "render/image/picture.h"
+#include "render/trace/scene.h"
+#include "validate/camera/photographer.h"
 #include "validate/evidence/metric_heat.h"
-#include "validate/evidence/photographer.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

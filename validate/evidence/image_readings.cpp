@@ -4,10 +4,10 @@
 #include <array>
 #include <cmath>
 
-#include "render/cryptomatte.h"
-#include "validate/metrics/image.h"
-#include "validate/metrics/median.h"
-#include "validate/metrics/rotation.h"
+#include "render/image/cryptomatte.h"
+#include "validate/metrics/image/image.h"
+#include "validate/metrics/math/median.h"
+#include "validate/metrics/math/rotation.h"
 
 namespace backbend::validate {
 namespace {

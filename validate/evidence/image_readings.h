@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "validate/evidence/photographer.h"
+#include "validate/camera/photographer.h"
 
 namespace backbend::validate {
 

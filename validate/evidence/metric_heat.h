@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "validate/metrics/body_metrics.h"
-#include "validate/run/stage.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/stage/stage.h"
 #include "validate/verdicts/finding.h"
 
 namespace backbend::validate {

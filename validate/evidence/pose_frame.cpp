@@ -1,6 +1,6 @@
 #include "validate/evidence/pose_frame.h"
 
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 

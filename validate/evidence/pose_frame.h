@@ -2,7 +2,7 @@
 #include <span>
 #include <string>
 
-#include "validate/evidence/photographer.h"
+#include "validate/camera/photographer.h"
 
 namespace backbend::validate {
 

@@ -12,24 +12,24 @@
 #include <numeric>
 #include <sstream>
 
-#include "render/environment_map.h"
-#include "render/exr.h"
-#include "render/png.h"
-#include "render/sheet.h"
+#include "render/image/exr.h"
+#include "render/image/png.h"
+#include "render/review/sheet.h"
+#include "render/trace/environment_map.h"
+#include "validate/camera/photographer_pool.h"
 #include "validate/evidence/extremes.h"
 #include "validate/evidence/obj.h"
-#include "validate/evidence/photographer_pool.h"
 #include "validate/evidence/pose_frame.h"
 #include "validate/evidence/video.h"
 #include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
-#include "validate/metrics/body_metrics.h"
-#include "validate/report/report.h"
-#include "validate/run/confirmed.h"
-#include "validate/run/measure.h"
-#include "validate/run/pictures_ahead.h"
-#include "validate/run/side_by_side.h"
+#include "validate/judge/confirmed.h"
+#include "validate/measure/measure.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/model/report.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/tasks/pictures_ahead.h"
+#include "validate/tasks/side_by_side.h"
 
 namespace backbend::validate {
 namespace {

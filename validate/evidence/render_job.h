@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
-#include "render/exr.h"
-#include "render/scene.h"
-#include "validate/evidence/photographer.h"
+#include "render/image/exr.h"
+#include "render/trace/scene.h"
+#include "validate/camera/photographer.h"
 #include "validate/files/output_folder.h"
-#include "validate/run/progress.h"
 #include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 

@@ -3,8 +3,8 @@
 #include <cassert>
 #include <cmath>
 
-#include "validate/report/number_text.h"
-#include "validate/report/report.h"
+#include "validate/model/report.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "validate/evidence/review.h"
-#include "validate/report/escape.h"
-#include "validate/report/number_text.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {

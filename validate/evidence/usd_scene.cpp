@@ -4,8 +4,8 @@
 #include <glm/geometric.hpp>
 
 #include "validate/evidence/review.h"
-#include "validate/report/escape.h"
-#include "validate/report/report_json.h"
+#include "validate/model/report_json.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {

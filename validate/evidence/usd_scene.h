@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
-#include "render/cameras.h"
-#include "skin/usd_writer.h"
-#include "validate/report/report.h"
+#include "render/trace/cameras.h"
+#include "skin/gltf/usd_writer.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

@@ -3,9 +3,9 @@
 #include <cerrno>
 #include <charconv>
 
-#include "render/video.h"
+#include "render/image/video.h"
 #include "validate/files/child_process.h"
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,7 +2,7 @@
 #include <filesystem>
 #include <functional>
 
-#include "render/picture.h"
+#include "render/image/picture.h"
 #include "validate/files/output_folder.h"
 
 namespace backbend::validate {

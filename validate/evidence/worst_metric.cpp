@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "validate/report/report.h"
-#include "validate/run/judge.h"
+#include "validate/judge/judge.h"
+#include "validate/model/report.h"
 #include "validate/verdicts/limits.h"
 
 namespace backbend::validate {

@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
-#include "solver/spine_system.h"
-#include "validate/run/stage.h"
+#include "solver/rig/spine_system.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {

@@ -5,9 +5,9 @@
 #include <glm/geometric.hpp>
 #include <set>
 
-#include "skin/driven_nodes.h"
-#include "skin/matrix_facts.h"
-#include "validate/run/confirmed.h"
+#include "skin/anatomy/driven_nodes.h"
+#include "skin/character/matrix_facts.h"
+#include "validate/judge/confirmed.h"
 
 namespace backbend::validate {
 namespace {

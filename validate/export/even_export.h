@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "solver/even_graph.h"
+#include "skin/anatomy/anatomy.h"
+#include "solver/systems/even_graph.h"
 
 namespace backbend::validate {
 

@@ -1,6 +1,6 @@
 #include <nlohmann/json.hpp>
 
-#include "skin/printable.h"
+#include "skin/character/printable.h"
 #include "validate/export/even_export.h"
 #include "validate/export/script_files.h"
 #include "validate/sweeps/suite.h"

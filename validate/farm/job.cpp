@@ -8,8 +8,8 @@
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/files/program_hash.h"
-#include "validate/metrics/rig_probe.h"
-#include "validate/run/confirmed.h"
+#include "validate/judge/confirmed.h"
+#include "validate/metrics/chain/rig_probe.h"
 #include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {

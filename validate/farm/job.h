@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "validate/run/run.h"
+#include "validate/night/run.h"
 
 namespace backbend::validate {
 

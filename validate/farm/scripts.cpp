@@ -1,7 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "validate/farm/job.h"
-#include "validate/report/shell_word.h"
+#include "validate/text/shell_word.h"
 
 namespace backbend::validate {
 namespace {

@@ -1,6 +1,6 @@
 #include "validate/files/data_folder.h"
 
-#include "render/own_file.h"
+#include "render/image/own_file.h"
 #include "validate/files/output_folder.h"
 
 namespace backbend::validate {

@@ -4,9 +4,9 @@
 #include <csignal>
 #include <string>
 
-#include "render/own_file.h"
-#include "skin/asset_folder.h"
-#include "skin/printable.h"
+#include "render/image/own_file.h"
+#include "skin/character/printable.h"
+#include "skin/gltf/asset_folder.h"
 #include "validate/files/child_process.h"
 #include "validate/files/output_folder.h"
 

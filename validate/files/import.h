@@ -1,7 +1,7 @@
 #pragma once
 #include <filesystem>
 
-#include "skin/gltf_document.h"
+#include "skin/gltf/gltf_document.h"
 
 namespace backbend::validate {
 

@@ -15,7 +15,7 @@
 #include <system_error>
 #include <utility>
 
-#include "skin/lfs_pointer.h"
+#include "skin/gltf/lfs_pointer.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "render/own_file.h"
-#include "render/picture_library.h"
+#include "render/image/own_file.h"
+#include "render/image/picture_library.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 

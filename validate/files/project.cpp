@@ -5,7 +5,7 @@
 #include <charconv>
 #include <cmath>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 
 namespace backbend::validate {
 namespace {

@@ -6,10 +6,10 @@
 #include <tuple>
 
 #include "validate/files/hash.h"
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/number_text.h"
-#include "validate/report/report_json.h"
+#include "validate/model/digest.h"
+#include "validate/model/report_json.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/waivers.h"
 

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

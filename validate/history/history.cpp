@@ -16,11 +16,11 @@
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/escape.h"
-#include "validate/report/names.h"
-#include "validate/report/report_json.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
+#include "validate/model/report_json.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/checks.h"
+#include "validate/verdicts/names.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::validate {

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

@@ -10,7 +10,7 @@
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/names.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

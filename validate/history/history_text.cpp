@@ -4,8 +4,8 @@
 #include <array>
 #include <cmath>
 
-#include "validate/report/escape.h"
-#include "validate/report/number_text.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,7 +2,7 @@
 #include <string>
 
 #include "validate/history/trend.h"
-#include "validate/report/terminal_style.h"
+#include "validate/text/terminal_style.h"
 
 namespace backbend::validate {
 

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <optional>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/output_folder.h"
-#include "validate/run/compound_search.h"
+#include "validate/measure/compound_search.h"
 #include "validate/sweeps/channel_ranges.h"
 
 namespace backbend::validate {

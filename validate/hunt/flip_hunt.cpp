@@ -5,9 +5,9 @@
 #include <glm/trigonometric.hpp>
 #include <limits>
 
-#include "validate/metrics/rig_probe.h"
-#include "validate/metrics/rotation.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
+#include "validate/metrics/chain/rig_probe.h"
+#include "validate/metrics/math/rotation.h"
 #include "validate/sweeps/named_pose.h"
 
 namespace backbend::validate {

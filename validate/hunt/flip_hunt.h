@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "solver/spine_system.h"
+#include "solver/rig/spine_system.h"
 #include "validate/hunt/control_box.h"
 #include "validate/hunt/pose_search.h"
-#include "validate/metrics/flip.h"
+#include "validate/metrics/chain/flip.h"
 
 namespace backbend::validate {
 

@@ -7,14 +7,14 @@
 #include <cmath>
 #include <glm/trigonometric.hpp>
 
-#include "skin/body_kind.h"
-#include "solver/nearest_name.h"
+#include "skin/anatomy/body_kind.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/hunt/flip_hunt.h"
 #include "validate/hunt/pose_search.h"
+#include "validate/judge/judge.h"
+#include "validate/judge/owner.h"
+#include "validate/judge/place.h"
 #include "validate/live/external_rig.h"
-#include "validate/run/judge.h"
-#include "validate/run/owner.h"
-#include "validate/run/place.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/named_pose.h"
 

@@ -10,10 +10,10 @@
 #include <vector>
 
 #include "validate/hunt/control_box.h"
-#include "validate/metrics/body_metrics.h"
-#include "validate/report/report.h"
-#include "validate/run/measure.h"
-#include "validate/run/stage.h"
+#include "validate/measure/measure.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/model/report.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
 #include "validate/verdicts/limits.h"
 

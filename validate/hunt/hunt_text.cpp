@@ -6,10 +6,10 @@
 #include <set>
 
 #include "validate/files/output_folder.h"
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/number_text.h"
+#include "validate/model/digest.h"
 #include "validate/sweeps/named_pose.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {

@@ -4,12 +4,12 @@
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/render_job.h"
 #include "validate/hunt/hunt.h"
+#include "validate/judge/judge_external.h"
 #include "validate/live/external_rig.h"
-#include "validate/report/shell_word.h"
-#include "validate/run/judge_external.h"
-#include "validate/run/searched_character.h"
+#include "validate/night/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/named_pose.h"
+#include "validate/text/shell_word.h"
 #include "validate/verdicts/exit_code.h"
 
 namespace backbend::validate {

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "validate/metrics/rotation.h"
-#include "validate/report/escape.h"
+#include "validate/metrics/math/rotation.h"
 #include "validate/sweeps/sweep.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/sweeps/sweep.h"
 

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "skin/sidecar.h"
-#include "solver/spine_system.h"
+#include "skin/anatomy/sidecar.h"
+#include "solver/rig/spine_system.h"
 #include "validate/live/rig_protocol.h"
 
 namespace backbend::validate {

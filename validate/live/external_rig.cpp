@@ -6,19 +6,19 @@
 #include <cstring>
 #include <glm/gtc/matrix_inverse.hpp>
 
-#include "skin/lfs_pointer.h"
-#include "skin/matrix_facts.h"
-#include "skin/skinning.h"
-#include "solver/nearest_name.h"
-#include "validate/clips/rigid_fit.h"
-#include "validate/clips/surface_points.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/deform/skinning.h"
+#include "skin/gltf/lfs_pointer.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/live/in_process_rig.h"
-#include "validate/metrics/chain.h"
-#include "validate/run/progress.h"
+#include "validate/metrics/chain/chain.h"
+#include "validate/metrics/surface/rigid_fit.h"
+#include "validate/metrics/surface/surface_points.h"
 #include "validate/sweeps/in_process_spec.h"
 #include "validate/sweeps/sweep.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 namespace {

@@ -9,8 +9,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/character.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/character/character.h"
 #include "validate/live/control_mapping.h"
 #include "validate/live/rig_server.h"
 #include "validate/sweeps/external_spec.h"

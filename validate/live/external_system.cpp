@@ -1,10 +1,10 @@
 #include <cmath>
 #include <glm/gtc/quaternion.hpp>
 
-#include "solver/curve.h"
-#include "solver/system_base.h"
+#include "solver/curves/curve.h"
+#include "solver/systems/system_base.h"
 #include "validate/live/external_rig.h"
-#include "validate/metrics/chain.h"
+#include "validate/metrics/chain/chain.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {

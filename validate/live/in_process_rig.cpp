@@ -4,9 +4,9 @@
 #include <map>
 #include <mutex>
 
-#include "validate/run/progress.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/in_process_spec.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 namespace {

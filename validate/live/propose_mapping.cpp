@@ -8,9 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-#include "skin/printable.h"
+#include "skin/character/printable.h"
 #include "validate/live/external_rig.h"
-#include "validate/metrics/rotation.h"
+#include "validate/metrics/math/rotation.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {

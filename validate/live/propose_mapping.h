@@ -2,10 +2,10 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/character.h"
-#include "skin/sidecar.h"
-#include "solver/spine_system.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/anatomy/sidecar.h"
+#include "skin/character/character.h"
+#include "solver/rig/spine_system.h"
 
 namespace backbend::validate {
 

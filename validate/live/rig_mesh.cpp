@@ -6,10 +6,10 @@
 #include <limits>
 #include <map>
 
-#include "skin/matrix_facts.h"
-#include "validate/clips/surface_points.h"
+#include "skin/character/matrix_facts.h"
 #include "validate/live/external_rig.h"
-#include "validate/metrics/rotation.h"
+#include "validate/metrics/math/rotation.h"
+#include "validate/metrics/surface/surface_points.h"
 
 namespace backbend::validate {
 namespace {

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "validate/report/number_text.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {

@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "validate/files/output_folder.h"
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 namespace {

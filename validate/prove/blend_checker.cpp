@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "solver/interval.h"
+#include "solver/math/interval.h"
 #include "validate/prove/claim_checker.h"
 #include "validate/prove/proof.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <map>
 
-#include "solver/interval.h"
+#include "solver/math/interval.h"
 #include "validate/prove/proof.h"
 
 namespace backbend::validate {

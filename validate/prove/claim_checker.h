@@ -6,7 +6,8 @@
 namespace backbend::validate {
 
 /// Bounds the gain of a rig over boxes by other means than the search: it shares the interval
-/// arithmetic (solver/interval.h) and nothing else, neither the solver's code nor its templates.
+/// arithmetic (solver/math/interval.h) and nothing else, neither the solver's code nor its
+/// templates.
 class ClaimChecker {
  public:
   virtual ~ClaimChecker() = default;

@@ -4,7 +4,7 @@
 #include <limits>
 #include <optional>
 
-#include "solver/interval.h"
+#include "solver/math/interval.h"
 #include "validate/prove/claim_checker.h"
 #include "validate/prove/proof.h"
 

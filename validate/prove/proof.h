@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "solver/box_solver.h"
+#include "solver/rig/box_solver.h"
 #include "validate/prove/proof_box.h"
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 

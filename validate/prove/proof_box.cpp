@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "solver/nearest_name.h"
-#include "solver/rotation.h"
+#include "solver/math/rotation.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/output_folder.h"
 #include "validate/sweeps/channel_ranges.h"
 

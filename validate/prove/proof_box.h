@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/box_solver.h"
+#include "solver/rig/box_solver.h"
 #include "validate/sweeps/envelope.h"
 
 namespace backbend::validate {

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "skin/printable.h"
-#include "validate/report/names.h"
+#include "skin/character/printable.h"
 #include "validate/verdicts/checks.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

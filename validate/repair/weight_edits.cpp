@@ -7,14 +7,14 @@
 #include <set>
 #include <utility>
 
-#include "skin/matrix_facts.h"
-#include "skin/mirror_weights.h"
-#include "skin/printable.h"
-#include "skin/weight_inpaint.h"
-#include "validate/metrics/proxy_weights.h"
-#include "validate/metrics/spine_coordinate.h"
-#include "validate/metrics/torso.h"
-#include "validate/run/stage.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/character/printable.h"
+#include "skin/weights/mirror_weights.h"
+#include "skin/weights/weight_inpaint.h"
+#include "validate/metrics/surface/proxy_weights.h"
+#include "validate/metrics/surface/spine_coordinate.h"
+#include "validate/metrics/surface/torso.h"
+#include "validate/stage/stage.h"
 
 namespace backbend::validate {
 

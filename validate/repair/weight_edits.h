@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/weight_faults.h"
-#include "skin/weight_graph.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/weights/weight_faults.h"
+#include "skin/weights/weight_graph.h"
 
 namespace backbend::validate {
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "validate/run/judge.h"
-#include "validate/run/judge_input.h"
-#include "validate/run/measure.h"
-#include "validate/run/owner.h"
-#include "validate/run/place.h"
-#include "validate/run/stage.h"
+#include "validate/judge/judge.h"
+#include "validate/judge/judge_input.h"
+#include "validate/judge/owner.h"
+#include "validate/judge/place.h"
+#include "validate/measure/measure.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
 #include "validate/verdicts/checks.h"
 

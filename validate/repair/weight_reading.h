@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/weight_faults.h"
-#include "validate/metrics/weight_hygiene.h"
-#include "validate/run/progress.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/weights/weight_faults.h"
+#include "validate/metrics/surface/weight_hygiene.h"
 #include "validate/sweeps/envelope.h"
+#include "validate/tasks/progress.h"
 #include "validate/verdicts/finding.h"
 #include "validate/verdicts/limits.h"
 

@@ -8,11 +8,11 @@
 #include <set>
 #include <utility>
 
-#include "skin/body_kind.h"
-#include "skin/gltf_weights.h"
-#include "skin/import_checks.h"
-#include "skin/sidecar.h"
-#include "skin/weight_graph.h"
+#include "skin/anatomy/body_kind.h"
+#include "skin/anatomy/import_checks.h"
+#include "skin/anatomy/sidecar.h"
+#include "skin/gltf/gltf_weights.h"
+#include "skin/weights/weight_graph.h"
 #include "validate/files/import.h"
 #include "validate/repair/weight_edits.h"
 #include "validate/verdicts/booking.h"

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/character.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/character/character.h"
 #include "validate/repair/weight_reading.h"
 
 namespace backbend::validate {

@@ -3,10 +3,10 @@
 #include <cmath>
 #include <set>
 
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/names.h"
-#include "validate/report/number_text.h"
+#include "validate/model/digest.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

@@ -72,7 +72,7 @@ literal(css_code "${css}")
 literal(js_code "${js}")
 literal(schema_code "${schema}")
 file(WRITE ${OUT}.new "// Written by validate/report/embed.cmake.
-#include \"validate/report/web_files.h\"
+#include \"validate/model/web_files.h\"
 namespace backbend::validate::web {
 std::string_view report_schema_json() { return
 ${schema_code}; }

@@ -1,9 +1,9 @@
 #include "validate/report/handoff.h"
 
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/names.h"
-#include "validate/report/number_text.h"
+#include "validate/model/digest.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

@@ -3,14 +3,14 @@
 #include <algorithm>
 #include <sstream>
 
-#include "render/png.h"
-#include "render/sheet.h"
-#include "render/text.h"
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
+#include "render/image/png.h"
+#include "render/image/text.h"
+#include "render/review/sheet.h"
+#include "validate/model/digest.h"
 #include "validate/report/handoff.h"
-#include "validate/report/names.h"
-#include "validate/report/number_text.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,8 +2,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "validate/model/report.h"
 #include "validate/report/html.h"
-#include "validate/report/report.h"
 
 namespace backbend::validate {
 

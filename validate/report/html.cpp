@@ -6,12 +6,12 @@
 #include <string_view>
 
 #include "validate/files/hash.h"
+#include "validate/model/report_json.h"
+#include "validate/model/web_files.h"
 #include "validate/report/base64.h"
-#include "validate/report/escape.h"
-#include "validate/report/names.h"
-#include "validate/report/number_text.h"
-#include "validate/report/report_json.h"
-#include "validate/report/web_files.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

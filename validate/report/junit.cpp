@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <string_view>
 
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/names.h"
+#include "validate/model/digest.h"
+#include "validate/text/escape.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

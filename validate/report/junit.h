@@ -1,7 +1,7 @@
 #pragma once
 #include <string>
 
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

@@ -6,7 +6,7 @@
 
 #include <string_view>
 
-#include "render/library_versions.h"
+#include "render/trace/library_versions.h"
 
 namespace backbend::validate {
 

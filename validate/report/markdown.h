@@ -2,7 +2,7 @@
 #include <cstddef>
 #include <string>
 
-#include "validate/report/report.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 

@@ -1,8 +1,8 @@
 #pragma once
 #include <string>
 
-#include "validate/report/report.h"
-#include "validate/report/terminal_style.h"
+#include "validate/model/report.h"
+#include "validate/text/terminal_style.h"
 
 namespace backbend::validate {
 

@@ -3,8 +3,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
 
-#include "render/picture.h"
-#include "validate/evidence/photographer.h"
+#include "render/image/picture.h"
+#include "validate/camera/photographer.h"
 #include "validate/selftest/properties.h"
 
 namespace backbend::validate {

@@ -2,8 +2,8 @@
 #include <cmath>
 #include <memory>
 
-#include "validate/run/stage.h"
 #include "validate/selftest/selftest.h"
+#include "validate/stage/stage.h"
 
 namespace backbend::validate {
 

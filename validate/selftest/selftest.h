@@ -3,9 +3,9 @@
 #include <string>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "validate/run/progress.h"
+#include "skin/anatomy/anatomy.h"
 #include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 

@@ -5,8 +5,8 @@
 #include <glm/trigonometric.hpp>
 #include <random>
 
-#include "solver/rotation.h"
-#include "validate/metrics/chain.h"
+#include "solver/math/rotation.h"
+#include "validate/metrics/chain/chain.h"
 #include "validate/selftest/properties.h"
 
 namespace backbend::validate {

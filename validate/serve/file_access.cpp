@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "validate/report/base64.h"
-#include "validate/report/escape.h"
 #include "validate/serve/json_rpc.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

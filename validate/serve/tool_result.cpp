@@ -1,6 +1,6 @@
 #include "validate/serve/tool_result.h"
 
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 
-#include "render/cameras.h"
-#include "solver/nearest_name.h"
-#include "validate/report/escape.h"
+#include "render/trace/cameras.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/escape.h"
 
 namespace backbend::validate {
 namespace {

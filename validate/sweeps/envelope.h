@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "skin/body_kind.h"
+#include "skin/anatomy/body_kind.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"

@@ -4,7 +4,7 @@
 #include <string_view>
 #include <vector>
 
-#include "solver/spine_system.h"
+#include "solver/rig/spine_system.h"
 
 namespace backbend::validate {
 

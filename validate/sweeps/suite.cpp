@@ -7,11 +7,11 @@
 #include <map>
 #include <set>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/files/output_folder.h"
-#include "validate/report/number_text.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/named_pose.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/spine_system.h"
+#include "solver/rig/spine_system.h"
 #include "validate/sweeps/envelope.h"
 #include "validate/sweeps/suite_rules.h"
 #include "validate/sweeps/sweep.h"

@@ -7,7 +7,7 @@
 #include <random>
 #include <utility>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 
 namespace backbend::validate {
 namespace {

@@ -1,6 +1,6 @@
 #include "validate/sweeps/sweep_named.h"
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 #include "validate/sweeps/envelope.h"
 
 namespace backbend::validate {

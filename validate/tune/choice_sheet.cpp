@@ -1,11 +1,11 @@
 #include "validate/tune/choice_sheet.h"
 
-#include "render/picture.h"
-#include "render/png.h"
-#include "render/sheet.h"
+#include "render/image/picture.h"
+#include "render/image/png.h"
+#include "render/review/sheet.h"
+#include "validate/camera/photographer.h"
 #include "validate/evidence/finding_view.h"
-#include "validate/evidence/photographer.h"
-#include "validate/run/measure.h"
+#include "validate/measure/measure.h"
 
 namespace backbend::validate {
 namespace {

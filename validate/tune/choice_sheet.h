@@ -3,8 +3,8 @@
 #include <string>
 #include <vector>
 
-#include "validate/run/progress.h"
-#include "validate/run/stage.h"
+#include "validate/stage/stage.h"
+#include "validate/tasks/progress.h"
 #include "validate/tune/headroom_gauge.h"
 
 namespace backbend::validate {

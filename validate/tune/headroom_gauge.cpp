@@ -6,7 +6,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "validate/run/judge.h"
+#include "validate/judge/judge.h"
 
 namespace backbend::validate {
 namespace {

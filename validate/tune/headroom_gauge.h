@@ -2,9 +2,9 @@
 #include <string>
 #include <vector>
 
-#include "validate/metrics/body_metrics.h"
-#include "validate/run/measure.h"
-#include "validate/run/stage.h"
+#include "validate/measure/measure.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/envelope.h"
 #include "validate/verdicts/limits.h"
 

@@ -4,8 +4,8 @@
 #include <charconv>
 #include <cmath>
 
-#include "solver/nearest_name.h"
-#include "validate/report/number_text.h"
+#include "solver/rig/nearest_name.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "solver/option_range.h"
+#include "solver/rig/option_range.h"
 
 namespace backbend::validate {
 

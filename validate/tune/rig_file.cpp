@@ -2,8 +2,8 @@
 
 #include <nlohmann/json.hpp>
 
-#include "skin/printable.h"
-#include "validate/report/number_text.h"
+#include "skin/character/printable.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {

@@ -6,9 +6,9 @@
 #include <map>
 #include <set>
 
-#include "validate/run/judge.h"
-#include "validate/run/owner.h"
-#include "validate/run/searched_character.h"
+#include "validate/judge/judge.h"
+#include "validate/judge/owner.h"
+#include "validate/night/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/tune/choice_sheet.h"
 #include "validate/tune/trade_search.h"

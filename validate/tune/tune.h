@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "validate/report/report.h"
-#include "validate/run/progress.h"
-#include "validate/run/stage.h"
+#include "validate/model/report.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
 #include "validate/tune/headroom_gauge.h"
 #include "validate/tune/option_space.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "validate/report/escape.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "solver/nearest_name.h"
+#include "solver/rig/nearest_name.h"
 
 namespace backbend::validate {
 namespace {

@@ -15,7 +15,7 @@
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 namespace {

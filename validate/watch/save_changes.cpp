@@ -5,11 +5,11 @@
 #include <map>
 #include <tuple>
 
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/names.h"
-#include "validate/report/number_text.h"
+#include "validate/model/digest.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
+#include "validate/verdicts/names.h"
 
 namespace backbend::validate {
 namespace {

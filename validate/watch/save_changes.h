@@ -2,8 +2,8 @@
 #include <string>
 #include <vector>
 
-#include "validate/report/report.h"
-#include "validate/report/terminal_style.h"
+#include "validate/model/report.h"
+#include "validate/text/terminal_style.h"
 
 namespace backbend::validate {
 

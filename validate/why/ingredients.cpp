@@ -11,9 +11,9 @@
 #include <tuple>
 #include <unordered_map>
 
-#include "skin/import_checks.h"
-#include "skin/skinning.h"
-#include "validate/run/confirmed.h"
+#include "skin/anatomy/import_checks.h"
+#include "skin/deform/skinning.h"
+#include "validate/judge/confirmed.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {

@@ -7,9 +7,9 @@
 #include <string_view>
 #include <vector>
 
-#include "skin/anatomy.h"
-#include "skin/sidecar.h"
-#include "validate/run/stage.h"
+#include "skin/anatomy/anatomy.h"
+#include "skin/anatomy/sidecar.h"
+#include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {

@@ -5,15 +5,15 @@
 #include <cmath>
 #include <set>
 
-#include "skin/body_kind.h"
+#include "skin/anatomy/body_kind.h"
+#include "validate/judge/judge.h"
+#include "validate/judge/judge_external.h"
+#include "validate/judge/judge_input.h"
+#include "validate/judge/owner.h"
+#include "validate/judge/place.h"
 #include "validate/live/external_rig.h"
-#include "validate/metrics/weight_hygiene.h"
-#include "validate/run/compound_search.h"
-#include "validate/run/judge.h"
-#include "validate/run/judge_external.h"
-#include "validate/run/judge_input.h"
-#include "validate/run/owner.h"
-#include "validate/run/place.h"
+#include "validate/measure/compound_search.h"
+#include "validate/metrics/surface/weight_hygiene.h"
 #include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {

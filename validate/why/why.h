@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "validate/run/progress.h"
+#include "validate/tasks/progress.h"
 #include "validate/verdicts/finding.h"
 #include "validate/why/ingredients.h"
 

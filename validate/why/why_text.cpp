@@ -6,10 +6,10 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "validate/report/digest.h"
-#include "validate/report/escape.h"
-#include "validate/report/number_text.h"
+#include "validate/model/digest.h"
 #include "validate/sweeps/sweep.h"
+#include "validate/text/escape.h"
+#include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/exit_code.h"
 

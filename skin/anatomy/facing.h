@@ -1,0 +1,16 @@
+#pragma once
+#include "skin/anatomy/anatomy.h"
+#include "skin/anatomy/skeleton_shape.h"
+
+namespace backbend::skin {
+
+/// Sets up, left and forward of an anatomy whose spine and limbs stand already, and says why.
+///
+/// Up: away from the feet; +Y (the standard's) without legs. Left: by names, else by forward.
+/// Forward: by left, else where the soles lie before the ankles or the head of a level body before
+/// the hips, else +Z (the standard's). Directions within 30 degrees of a world axis are that axis.
+/// Others count only where legs and back agree on up, and all named pairs on left; else the
+/// standard's up and the nearest axis do. An up that is not the standard's is never sure.
+void find_facing(const Character& character, const SkeletonShape& shape, Anatomy& anatomy);
+
+}  // namespace backbend::skin

@@ -1,0 +1,28 @@
+#pragma once
+#include <glm/geometric.hpp>
+#include <glm/vec3.hpp>
+#include <vector>
+
+#include "skin/anatomy/anatomy.h"
+
+namespace backbend::skin {
+
+/// The reflection that swaps a character's left and right, world space at rest.
+struct Mirror {
+  glm::dvec3 left;    // unit
+  glm::dvec3 middle;  // a point of the middle plane
+  glm::dvec3 operator()(const glm::dvec3& p) const {
+    return p - 2.0 * glm::dot(p - middle, left) * left;
+  }
+};
+
+/// The middle plane runs through the middle of the arms' roots, else of the legs', else the hips;
+/// across it lies the way from the right limbs' roots to the left ones', where that is more than 2
+/// degrees off the anatomy's left.
+Mirror mirror_of(const Character& character, const Anatomy& anatomy);
+
+/// The node on the other side of each node; itself in the middle, and where there is none. Names
+/// decide, and where they tell no pair, places.
+std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror);
+
+}  // namespace backbend::skin

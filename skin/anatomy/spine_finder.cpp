@@ -1,0 +1,328 @@
+#include "skin/anatomy/spine_finder.h"
+
+#include <algorithm>
+#include <glm/geometric.hpp>
+
+#include "skin/anatomy/anatomy_hints.h"
+#include "skin/character/printable.h"
+
+namespace backbend::skin {
+namespace {
+
+// Of the character's size: arms reach a third and more, breasts, ears and pouches less than this.
+constexpr double kLimbReach = 0.12;
+constexpr double kNamedLimbReach = 0.02;  // a dinosaur's leg against its length
+
+// Hair, trunks and antlers hang from heads too, but none makes a third of its owner.
+constexpr double kBodyReach = 0.35;
+
+// Hips that hang so far (of the size) from the way to the head end a spine; nearer ones are a
+// pelvis beside its centre of mass.
+constexpr double kBuiltFromChest = 0.05;
+
+using Index = std::size_t;
+
+bool is_limb_name(BodyPart part) {
+  return part == BodyPart::leg || part == BodyPart::arm || part == BodyPart::clavicle ||
+         part == BodyPart::fin;
+}
+
+LimbPair::Kind kind_of(const NameFacts& name) {
+  switch (name.part) {
+    case BodyPart::leg:
+      return name.front ? LimbPair::Kind::arm : LimbPair::Kind::leg;
+    case BodyPart::arm:
+    case BodyPart::clavicle:
+    case BodyPart::fin:
+      if (name.back) return LimbPair::Kind::leg;
+      return name.part == BodyPart::fin && !name.front ? LimbPair::Kind::unknown
+                                                       : LimbPair::Kind::arm;
+    default:
+      return LimbPair::Kind::unknown;
+  }
+}
+
+std::string name_of(const Character& character, int node) {
+  return in_quotes(character.nodes[static_cast<Index>(node)].name);
+}
+
+/// Joint children that could carry the body on: no controls, no end markers, not half of a pair.
+std::vector<int> central_children(const SkeletonShape& shape, int node) {
+  std::vector<int> out;
+  for (const int child : shape.children[static_cast<Index>(node)]) {
+    const NameFacts& name = shape.name[static_cast<Index>(child)];
+    const bool paired = std::any_of(
+        shape.pairs.begin(), shape.pairs.end(),
+        [&](const MirrorPair& pair) { return pair.left == child || pair.right == child; });
+    if (shape.is_joint[static_cast<Index>(child)] && !paired && !name.control && !name.end &&
+        name.side == Side::none)
+      out.push_back(child);
+  }
+  return out;
+}
+
+std::vector<int> path_from_root(const Character& character, int node) {
+  int root = node;
+  while (character.nodes[static_cast<Index>(root)].parent >= 0)
+    root = character.nodes[static_cast<Index>(root)].parent;
+  return path_down(character, root, node);
+}
+
+/// The deepest node above (or at) both.
+int common_ancestor(const Character& character, int a, int b) {
+  const auto path_a = path_from_root(character, a), path_b = path_from_root(character, b);
+  int common = -1;
+  for (Index k = 0; k < std::min(path_a.size(), path_b.size()) && path_a[k] == path_b[k]; ++k)
+    common = path_a[k];
+  return common;
+}
+
+/// From the uppermost limbs on: the heaviest branch between them, followed while it does not fork.
+int head_by_topology(const SkeletonShape& shape, int attach) {
+  auto branches = central_children(shape, attach);
+  if (branches.empty()) return -1;
+  int node = *std::max_element(branches.begin(), branches.end(), [&](int a, int b) {
+    return shape.weight_below[static_cast<Index>(a)] < shape.weight_below[static_cast<Index>(b)];
+  });
+  for (auto next = central_children(shape, node);
+       next.size() == 1 && shape.children[static_cast<Index>(node)].size() == 1;
+       next = central_children(shape, node))
+    node = next.front();
+  return node;
+}
+
+class EndFinder {
+ public:
+  EndFinder(const Character& character, const SkeletonShape& shape,
+            const std::vector<LimbPair>& limbs)
+      : character_(character), shape_(shape), limbs_(limbs) {}
+
+  SpineEnds find() {
+    if (find_single_chain()) return std::move(out_);
+    find_head();
+    if (out_.head >= 0) find_hip();
+    return std::move(out_);
+  }
+
+ private:
+  void say(const std::string& reason) { out_.reasons.push_back(reason); }
+
+  /// A skeleton without a fork has one reading: all of it.
+  bool find_single_chain() {
+    std::vector<int> joints;
+    for (Index n = 0; n < shape_.is_joint.size(); ++n)
+      if (shape_.is_joint[n] && !shape_.name[n].control) joints.push_back(static_cast<int>(n));
+    for (Index k = 1; k < joints.size(); ++k)
+      if (!shape_.is_ancestor(character_, joints[k - 1], joints[k])) return false;
+    if (joints.size() < 2) return false;
+    out_.hip = joints.front();
+    out_.head = joints.back();
+    const auto is_head = [&](int node) {
+      return shape_.name[static_cast<Index>(node)].part == BodyPart::head;
+    };
+    if (is_head(out_.hip)) {
+      std::swap(out_.hip, out_.head);
+    } else if (const int head = head_by_name(shape_); head >= 0) {
+      out_.head = head;  // what lies beyond is a jaw, a tongue, a hat
+    }
+    say("spine: the skeleton is one chain of " + std::to_string(joints.size()) + " joints");
+    return true;
+  }
+
+  void find_head() {
+    out_.head = head_by_name(shape_);
+    if (out_.head >= 0) return say("head: " + name_of(character_, out_.head) + " by its name");
+    // Two pairs of limbs on one line fix the body between them; the head lies beyond the upper.
+    int upper = -1, lower = -1;
+    for (const LimbPair& limb : limbs_) {
+      if (upper < 0 || shape_.is_ancestor(character_, upper, limb.pair.parent))
+        upper = limb.pair.parent;
+      if (lower < 0 || shape_.is_ancestor(character_, limb.pair.parent, lower))
+        lower = limb.pair.parent;
+    }
+    if (limbs_.size() == 2 && upper == lower) {
+      find_head_of_parted_body();
+      if (out_.head >= 0) return;
+    }
+    if (limbs_.size() < 2 || upper == lower || !shape_.is_ancestor(character_, lower, upper)) {
+      out_.doubt = "no joint is named head, and fewer than two pairs of limbs to infer it from";
+      return;
+    }
+    out_.head = head_by_topology(shape_, upper);
+    if (out_.head < 0) {
+      out_.doubt = "nothing hangs between the upper limbs on " + name_of(character_, upper);
+      return;
+    }
+    say("head: " + name_of(character_, out_.head) + ", the branch between the limbs of " +
+        name_of(character_, upper));
+  }
+
+  /// Pelvis and ribcage hang beside each other from one joint: the head is on the branch that goes
+  /// on between its limbs, where only one does.
+  void find_head_of_parted_body() {
+    const int a = limbs_[0].pair.parent, b = limbs_[1].pair.parent;
+    const int common = common_ancestor(character_, a, b);
+    if (a == b || common < 0 || !shape_.is_joint[static_cast<Index>(common)]) return;
+    const int head_a = head_by_topology(shape_, a), head_b = head_by_topology(shape_, b);
+    if ((head_a < 0) == (head_b < 0)) return;
+    out_.head = std::max(head_a, head_b);
+    say("head: " + name_of(character_, out_.head) + ", the branch between the limbs of " +
+        name_of(character_, head_a < 0 ? b : a));
+  }
+
+  /// A skeleton that is built from the chest: hips that are called so hang from the way to the
+  /// head, a good piece of the body away.
+  int hip_below_chest(const std::vector<int>& path_to_head) const {
+    for (Index n = 0; n < shape_.name.size(); ++n) {
+      const int node = static_cast<int>(n);
+      const NameFacts& name = shape_.name[n];
+      if (name.part != BodyPart::hip || name.control || name.end || !shape_.is_joint[n]) continue;
+      const int common = common_ancestor(character_, node, out_.head);
+      if (common < 0 || common == node || common == out_.head) continue;
+      const auto c = static_cast<Index>(common);
+      if (!shape_.is_joint[c] || is_scene_root(shape_, common) ||
+          std::find(path_to_head.begin(), path_to_head.end(), common) == path_to_head.end())
+        continue;
+      if (glm::distance(shape_.position[n], shape_.position[c]) > kBuiltFromChest * shape_.size)
+        return node;
+    }
+    return -1;
+  }
+
+  void find_hip() {
+    const auto path = path_from_root(character_, out_.head);
+    for (const int node : path) {
+      const NameFacts& name = shape_.name[static_cast<Index>(node)];
+      if (name.part == BodyPart::hip && !name.control && node != out_.head) {
+        out_.hip = node;
+        return say("hips: " + name_of(character_, node) + " by its name");
+      }
+    }
+    if (const int hip = hip_below_chest(path); hip >= 0) {
+      out_.hip = hip;
+      return say("hips: " + name_of(character_, hip) +
+                 " by its name; the skeleton is built from the chest");
+    }
+    const int legs = leg_parent();
+    const int start = legs < 0 ? path.front() : common_ancestor(character_, legs, out_.head);
+    const auto begin = std::find(path.begin(), path.end(), start);
+    const auto found = std::find_if(begin, path.end(), [&](int node) {
+      const NameFacts& name = shape_.name[static_cast<Index>(node)];
+      return shape_.is_joint[static_cast<Index>(node)] && !name.control &&
+             !is_scene_root(shape_, node);
+    });
+    if (found == path.end() || *found == out_.head) {
+      if (find_body_below_head()) return;
+      out_.doubt = "no joint between the root and the head " + name_of(character_, out_.head) +
+                   " could be the hips";
+      return;
+    }
+    out_.hip = *found;
+    const char* why = legs < 0          ? ", the first joint of the body on the way to the head"
+                      : *found == start ? ", where the legs meet the way to the head"
+                                        : ", the first joint inside the body above the legs";
+    say("hips: " + name_of(character_, out_.hip) + why);
+  }
+
+  /// A snake that is built from its head: the body is the long branch that hangs from it.
+  bool find_body_below_head() {
+    const auto head = static_cast<Index>(out_.head);
+    const auto path = path_down(character_, out_.head, shape_.farthest[head]);
+    const bool central = std::all_of(path.begin(), path.end(), [&](int node) {
+      return shape_.name[static_cast<Index>(node)].side == Side::none;
+    });
+    if (path.size() < 3 || !central || shape_.reach[head] < kBodyReach * shape_.size) return false;
+    out_.hip = path.back();
+    say("hips: " + name_of(character_, out_.hip) +
+        ", the far end of the body that hangs from the head");
+    return true;
+  }
+
+  /// Where the legs hang: those by name, else the lowest limbs on the tree.
+  int leg_parent() const {
+    int lowest = -1;
+    bool by_name = false;
+    for (const LimbPair& limb : limbs_) {
+      const bool named = limb.kind == LimbPair::Kind::leg;
+      if (limb.kind == LimbPair::Kind::arm || (by_name && !named)) continue;
+      // Legs on a root of their own say nothing of where on the body they start.
+      if (common_ancestor(character_, limb.pair.parent, out_.head) < 0) continue;
+      if (lowest < 0 || (named && !by_name) ||
+          shape_.is_ancestor(character_, limb.pair.parent, lowest))
+        lowest = limb.pair.parent;
+      by_name |= named;
+    }
+    return lowest;
+  }
+
+  const Character& character_;
+  const SkeletonShape& shape_;
+  const std::vector<LimbPair>& limbs_;
+  SpineEnds out_;
+};
+
+}  // namespace
+
+std::vector<LimbPair> find_limbs(const Character& character, const SkeletonShape& shape, int head) {
+  std::vector<LimbPair> out;
+  for (const MirrorPair& pair : shape.pairs) {
+    const NameFacts& name = shape.name[static_cast<Index>(pair.left)];
+    const bool by_name = pair.named && is_limb_name(name.part);
+    const double least = (by_name ? kNamedLimbReach : kLimbReach) * shape.size;
+    const bool other = name.control || name.end || name.part == BodyPart::face ||
+                       name.part == BodyPart::breast || name.part == BodyPart::finger;
+    if (other || std::min(shape.reach[static_cast<Index>(pair.left)],
+                          shape.reach[static_cast<Index>(pair.right)]) < least)
+      continue;
+    if (head >= 0 && (shape.is_ancestor(character, head, pair.parent) ||
+                      shape.is_ancestor(character, pair.left, head) ||
+                      shape.is_ancestor(character, pair.right, head)))
+      continue;  // on the head, or the neck itself
+    const bool on_a_limb = std::any_of(out.begin(), out.end(), [&](const LimbPair& limb) {
+      return shape.is_ancestor(character, limb.pair.left, pair.parent) ||
+             shape.is_ancestor(character, limb.pair.right, pair.parent);
+    });
+    if (!on_a_limb) out.push_back({pair, pair.named ? kind_of(name) : LimbPair::Kind::unknown});
+  }
+  // A mechanism's limbs beside those that move the surface are none.
+  const auto moves = [&](const LimbPair& limb) {
+    return shape.weight_below[static_cast<Index>(limb.pair.left)] > 0.0 ||
+           shape.weight_below[static_cast<Index>(limb.pair.right)] > 0.0;
+  };
+  for (const auto kind : {LimbPair::Kind::arm, LimbPair::Kind::leg})
+    if (std::any_of(out.begin(), out.end(),
+                    [&](const LimbPair& limb) { return limb.kind == kind && moves(limb); }))
+      std::erase_if(out, [&](const LimbPair& limb) { return limb.kind == kind && !moves(limb); });
+  return out;
+}
+
+int head_by_name(const SkeletonShape& shape) {
+  int best = -1;
+  for (Index n = 0; n < shape.name.size(); ++n) {
+    const NameFacts& name = shape.name[n];
+    if (name.part != BodyPart::head || name.side != Side::none || name.end || name.control ||
+        !shape.is_joint[n])
+      continue;
+    // The first of a chain of heads carries the others.
+    if (best < 0 || shape.weight_below[n] > shape.weight_below[static_cast<Index>(best)])
+      best = static_cast<int>(n);
+  }
+  return best;
+}
+
+SpineEnds find_spine_ends(const Character& character, const SkeletonShape& shape,
+                          const std::vector<LimbPair>& limbs) {
+  return EndFinder(character, shape, limbs).find();
+}
+
+bool is_scene_root(const SkeletonShape& shape, int node) {
+  const auto n = static_cast<Index>(node);
+  if (shape.weight[n] > 0.0) return false;
+  const double slack = 0.02 * shape.size;
+  const glm::dvec3 p = shape.position[n];
+  const bool inside = glm::all(glm::greaterThanEqual(p, shape.low - slack)) &&
+                      glm::all(glm::lessThanEqual(p, shape.high + slack));
+  return !inside || glm::length(p) <= 0.01 * shape.size;
+}
+
+}  // namespace backbend::skin

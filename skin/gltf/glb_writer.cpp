@@ -1,0 +1,162 @@
+#include "skin/gltf/glb_writer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/geometric.hpp>
+
+#include "skin/gltf/glb_writer_document.h"
+#include "skin/gltf/glb_writer_skeleton.h"
+#include "skin/gltf/written_influences.h"
+
+namespace backbend::skin {
+namespace {
+
+template <typename Index>
+void add_joints(GlbDocument& document, Json& attributes, const std::vector<WrittenInfluences>& all,
+                int sets, int component_type) {
+  for (int set = 0; set < sets; ++set) {
+    std::vector<Index> joint;
+    std::vector<float> weight;
+    for (const WrittenInfluences& one : all) {
+      for (int k = 4 * set; k < 4 * set + 4; ++k) {
+        const bool used = k < one.count;
+        joint.push_back(used ? static_cast<Index>(one.joint[static_cast<std::size_t>(k)])
+                             : Index{0});
+        weight.push_back(used ? one.weight[static_cast<std::size_t>(k)] : 0.0f);
+      }
+    }
+    const int j = document.add_accessor<Index>(joint, component_type, "VEC4", kVertexTarget);
+    const int w = document.add_accessor<float>(weight, kGlFloat, "VEC4", kVertexTarget);
+    // Four numbers make one element.
+    document.json["accessors"][static_cast<std::size_t>(j)]["count"] = all.size();
+    document.json["accessors"][static_cast<std::size_t>(w)]["count"] = all.size();
+    attributes[set == 0 ? "JOINTS_0" : "JOINTS_1"] = j;
+    attributes[set == 0 ? "WEIGHTS_0" : "WEIGHTS_1"] = w;
+  }
+}
+
+/// One primitive per part, each with its own vertices.
+template <typename AddMore>
+int add_mesh(GlbDocument& document, const Character& character,
+             const std::vector<glm::vec3>& position, const std::vector<glm::vec3>& normal,
+             const AddMore& add_more) {
+  Json primitives = Json::array();
+  for (const Part& part : character.parts) {
+    if (part.triangle_count == 0) continue;
+    const std::span<const glm::vec3> places(position.data() + part.first_vertex, part.vertex_count);
+    for (const glm::vec3& p : places) {
+      if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
+        throw CharacterError("part `" + part.name + "`: vertex " +
+                             std::to_string(&p - places.data() + part.first_vertex) +
+                             " is not finite");
+      }
+    }
+    Json attributes;
+    const int at = document.add_accessor<glm::vec3>(places, kGlFloat, "VEC3", kVertexTarget);
+    document.add_bounds<glm::vec3>(at, places, 3);
+    attributes["POSITION"] = at;
+    std::vector<glm::vec3> unit(normal.begin() + part.first_vertex,
+                                normal.begin() + part.first_vertex + part.vertex_count);
+    for (glm::vec3& n : unit) {
+      const glm::dvec3 d(n);
+      const double length = glm::length(d);
+      n = std::isfinite(length) && length > 1e-20 ? glm::vec3(d / length) : glm::vec3(0, 1, 0);
+    }
+    attributes["NORMAL"] = document.add_accessor<glm::vec3>(unit, kGlFloat, "VEC3", kVertexTarget);
+    if (!character.uv.empty()) {
+      const std::span<const glm::vec2> uv(character.uv.data() + part.first_vertex,
+                                          part.vertex_count);
+      attributes["TEXCOORD_0"] =
+          document.add_accessor<glm::vec2>(uv, kGlFloat, "VEC2", kVertexTarget);
+    }
+    add_more(part, attributes);
+    std::vector<std::uint32_t> index;
+    for (std::uint32_t t = part.first_triangle; t < part.first_triangle + part.triangle_count;
+         ++t) {
+      for (int k = 0; k < 3; ++k) index.push_back(character.triangles[t][k] - part.first_vertex);
+    }
+    Json primitive = {{"attributes", attributes}};
+    primitive["indices"] =
+        document.add_accessor<std::uint32_t>(index, kGlUnsignedInt, "SCALAR", kIndexTarget);
+    if (part.material >= 0 &&
+        static_cast<std::size_t>(part.material) < character.materials.size()) {
+      primitive["material"] = part.material;
+    }
+    primitives.push_back(std::move(primitive));
+  }
+  if (primitives.empty()) throw CharacterError(character.file_name + ": no triangles to write");
+  Json mesh;
+  if (!character.name.empty()) mesh["name"] = character.name;
+  mesh["primitives"] = std::move(primitives);
+  return document.append("meshes", std::move(mesh));
+}
+
+}  // namespace
+
+std::vector<std::uint8_t> encode_glb(const Character& character, const GlbAnimation* animation) {
+  GlbDocument document;
+  std::vector<WrittenInfluences> influences;
+  bool unskinned = false;
+  int sets = 1;
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    influences.push_back(written_influences(character.influences[v], character.joints.size(), v));
+    unskinned |= influences.back().joint[0] == character.joints.size();
+    if (influences.back().count > 4) sets = 2;
+  }
+  const int skin = add_skeleton(document, character, animation, unskinned);
+  add_materials(document, character, false);
+  const bool small = character.joints.size() + 1 <= 256;
+  const int mesh =
+      add_mesh(document, character, character.bind_position, character.bind_normal,
+               [&](const Part& part, Json& attributes) {
+                 const auto first = influences.begin() + part.first_vertex;
+                 const std::vector<WrittenInfluences> own(first, first + part.vertex_count);
+                 if (small) {
+                   add_joints<std::uint8_t>(document, attributes, own, sets, kGlUnsignedByte);
+                 } else {
+                   add_joints<std::uint16_t>(document, attributes, own, sets, kGlUnsignedShort);
+                 }
+               });
+  Json node;
+  if (!character.name.empty()) node["name"] = character.name + "_mesh";
+  node["mesh"] = mesh;
+  node["skin"] = skin;
+  const int index = document.append("nodes", std::move(node));
+  document.json["scenes"][0]["nodes"].push_back(index);
+  return document.finish();
+}
+
+std::vector<std::uint8_t> encode_posed_glb(const Character& character, const PosedMesh& posed,
+                                           std::span<const glm::vec3> color) {
+  const std::size_t n = character.vertex_count();
+  if (posed.position.size() != n || posed.normal.size() != n ||
+      (!color.empty() && color.size() != n)) {
+    throw CharacterError(character.file_name + ": a pose of " +
+                         std::to_string(posed.position.size()) + " vertices for a mesh of " +
+                         std::to_string(n));
+  }
+  GlbDocument document;
+  document.json["scene"] = 0;
+  document.json["scenes"] = Json::array({{{"nodes", {0}}}});
+  add_materials(document, character, !color.empty());
+  const int mesh = add_mesh(
+      document, character, posed.position, posed.normal, [&](const Part& part, Json& attributes) {
+        if (color.empty()) return;
+        std::vector<glm::vec4> own;
+        for (std::uint32_t v = part.first_vertex; v < part.first_vertex + part.vertex_count; ++v) {
+          const glm::vec3 c = color[v];
+          // A colour that is not a number would make the file invalid: black.
+          const auto channel = [](float x) { return x >= 0.0f ? std::min(x, 1.0f) : 0.0f; };
+          own.emplace_back(channel(c.x), channel(c.y), channel(c.z), 1.0f);
+        }
+        attributes["COLOR_0"] =
+            document.add_accessor<glm::vec4>(own, kGlFloat, "VEC4", kVertexTarget);
+      });
+  Json node;
+  if (!character.name.empty()) node["name"] = character.name;
+  node["mesh"] = mesh;
+  document.append("nodes", std::move(node));
+  return document.finish();
+}
+
+}  // namespace backbend::skin

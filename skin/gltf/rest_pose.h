@@ -1,0 +1,34 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "skin/character/character.h"
+
+namespace backbend::skin {
+
+/// One skin of a file: which nodes are its joints and how the mesh stood to each at bind.
+struct BoundSkin {
+  std::vector<int> node;                    // into the character's nodes, one per joint
+  std::vector<glm::dmat4> joint_from_mesh;  // inverse bind matrices
+  glm::dmat4 world_from_mesh{1.0};          // at bind: place_at_bind() finds it
+};
+
+/// The world place of the mesh at bind: where the skin's main root (the joint above most others)
+/// puts it. A bind shape or dequantisation baked into every inverse bind matrix cancels out here.
+/// Identity for a skin without an invertible joint.
+glm::dmat4 place_at_bind(const std::vector<Node>& nodes, const BoundSkin& skin);
+
+/// Decides which pose is the rest, and moves the nodes to it.
+///
+/// The nodes of a file often hold the first frame of some animation, and only the inverse binds
+/// remember the pose in which the weights were painted. So the bind pose is the rest where the
+/// inverse binds describe a skeleton (invertible, bones as long as the nodes' own) and stand more
+/// than 1 % of the character's size from the node pose; a warning `rest_is_bind_pose` says so.
+/// Where they describe none, the node pose stays, with `bind_pose_unusable`.
+///
+/// `vertex_skin` gives the skin of each vertex of `character`, -1 for rigid ones; influences index
+/// Character::joints. Returns the warnings.
+std::vector<Warning> settle_rest_pose(Character& character, const std::vector<BoundSkin>& skins,
+                                      const std::vector<int>& vertex_skin);
+
+}  // namespace backbend::skin

@@ -1,0 +1,157 @@
+#include "solver/math/box_arc.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace backbend::solver {
+
+BoxArc::Coefficient BoxArc::coefficient(const BoxVector& v) {
+  Coefficient c{{v.x.value, v.y.value, v.z.value}, {v.x.center, v.y.center, v.z.center}, {}};
+  for (std::size_t j = 0; j < kBoxVariables; ++j)
+    c.slope[j] = {v.x.slope[j], v.y.slope[j], v.z.slope[j]};
+  return c;
+}
+
+BoxArc::Triple BoxArc::at(const Triple& a, const Triple& b, const Triple& c, const Interval& u) {
+  return {a.x + u * (b.x + u * c.x), a.y + u * (b.y + u * c.y), a.z + u * (b.z + u * c.z)};
+}
+
+Interval BoxArc::dot(const Triple& a, const Triple& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+Interval BoxArc::size(const Triple& a) {
+  return square_root(square(a.x) + square(a.y) + square(a.z));
+}
+
+namespace {
+
+/// p + (u - middle) (b + 2 u c): the mean value form of a + b u + c u^2, p its value at the middle.
+Interval along(const Interval& p, const Interval& b, const Interval& c, const Interval& u,
+               double middle) {
+  return p + (u - Interval(middle)) * (b + Interval(2.0) * u * c);
+}
+
+}  // namespace
+
+BoxArc::BoxArc(const std::array<BoxVector, 4>& cv) {
+  const BoxReal three(3.0), six(6.0);
+  const BoxVector first = cv[1] - cv[0], second = cv[2] - cv[1], third = cv[3] - cv[2];
+  a_ = coefficient(three * first);
+  b_ = coefficient(six * (second - first));
+  c_ = coefficient(three * ((third - second) - (second - first)));
+  until_.emplace_back(0.0);
+  for (int i = 0; i < kPanels; ++i) {
+    until_.push_back(until_.back() + piece(double(i) / kPanels, double(i + 1) / kPanels));
+  }
+  length_ = until_.back();
+}
+
+BoxArc::Triple BoxArc::velocity(const Interval& u, double middle) const {
+  const Triple p = at(a_.value, b_.value, c_.value, middle);
+  return {along(p.x, b_.value.x, c_.value.x, u, middle),
+          along(p.y, b_.value.y, c_.value.y, u, middle),
+          along(p.z, b_.value.z, c_.value.z, u, middle)};
+}
+
+Interval BoxArc::speed_slope(const Interval& u, const Triple& velocity, const Interval& speed,
+                             std::size_t j) const {
+  return dot(velocity, at(a_.slope[j], b_.slope[j], c_.slope[j], u)) / speed;
+}
+
+BoxReal BoxArc::piece(double from, double to, int depth) const {
+  const Interval u(from, to), h = Interval(to) - Interval(from);
+  const double middle = 0.5 * (from + to);
+  BoxReal r;
+  {
+    // At the box's middle, by the midpoint rule: h g(middle) + h^3 / 24 g'' somewhere on the piece.
+    // The middle is one of doubles, so its distance from both ends is h / 2 for exact panels and
+    // off by a rounding else, which the linear term covers.
+    const Triple p = at(a_.center, b_.center, c_.center, middle);
+    const Triple v{along(p.x, b_.center.x, c_.center.x, u, middle),
+                   along(p.y, b_.center.y, c_.center.y, u, middle),
+                   along(p.z, b_.center.z, c_.center.z, u, middle)};
+    const Interval two(2.0);
+    const Triple second{b_.center.x + two * u * c_.center.x, b_.center.y + two * u * c_.center.y,
+                        b_.center.z + two * u * c_.center.z};
+    const Triple third{two * c_.center.x, two * c_.center.y, two * c_.center.z};
+    const Interval speed = size(v), slant = dot(v, second);
+    constexpr int kDeepest = 6;
+    if (!(speed.lo > 0.5 * speed.hi) && depth < kDeepest && speed.is_finite()) {
+      return piece(from, middle, depth + 1) + piece(middle, to, depth + 1);
+    }
+    const Interval bend =
+        (dot(second, second) + dot(v, third)) / speed - square(slant) / (speed * square(speed));
+    const Interval off = Interval(0.5) * (Interval(from) + Interval(to)) - Interval(middle);
+    r.center = h * size(p) + h * off * (slant / speed) + h * square(h) / Interval(24.0) * bend;
+  }
+  const Triple v = velocity(u, middle);
+  const Interval speed = size(v);
+  double spread = 0.0;
+  const Interval two(2.0), eighth = square(h) / Interval(8.0);
+  const Triple at_middle = velocity(middle, middle);
+  const Interval speed_at_middle = size(at_middle);
+  const Triple second{b_.value.x + two * u * c_.value.x, b_.value.y + two * u * c_.value.y,
+                      b_.value.z + two * u * c_.value.z};
+  const Interval slant = dot(v, second) / (speed * square(speed));
+  for (std::size_t j = 0; j < kBoxVariables; ++j) {
+    // h s(middle), and the integral of (u - middle) s'(..), whose factor has both signs alike: at
+    // most h^2 / 8 of what s' varies over the piece. The middle's rounding is far below the rest.
+    const Coefficient &a = a_, &b = b_, &c = c_;
+    const Triple d = at(a.slope[j], b.slope[j], c.slope[j], u);
+    const Triple d_slope{b.slope[j].x + two * u * c.slope[j].x,
+                         b.slope[j].y + two * u * c.slope[j].y,
+                         b.slope[j].z + two * u * c.slope[j].z};
+    const Interval rate = (dot(second, d) + dot(v, d_slope)) / speed - dot(v, d) * slant;
+    const double most = rounding::above_product(eighth.hi * rounding::above(rate.hi - rate.lo)) +
+                        rounding::above_product(h.hi * (h.hi * 0x1p-50) * rate.most());
+    r.slope[j] = h * speed_slope(middle, at_middle, speed_at_middle, j) + Interval(-most, most);
+    if (!rate.is_finite()) r.slope[j] = Interval::entire();
+    spread = rounding::above(spread + r.slope[j].most());
+  }
+  if (!r.center.is_finite() || !std::isfinite(spread)) return BoxReal::undefined();
+  r.value = r.center + Interval(-spread, spread);
+  return r;
+}
+
+BoxReal BoxArc::parameter_at(const BoxReal& s) const {
+  const BoxReal undefined = BoxReal::undefined();
+  if (!length_.is_finite() || !s.is_finite()) return undefined;
+  // A guess for the box's middle: which panel, and how far along it at even speed.
+  const double goal = s.center.middle();
+  std::size_t panel = 0;
+  while (panel + 1 < kPanels && until_[panel + 1].center.middle() < goal) ++panel;
+  const double before = until_[panel].center.middle(), after = until_[panel + 1].center.middle();
+  const double from = double(panel) / kPanels;
+  double guess = from + (goal - before) / (after - before) / kPanels;
+  if (!(guess > from - 1.0 && guess < from + 1.0)) return undefined;
+
+  BoxReal error = guess == from
+                      ? until_[panel] - s
+                      : until_[panel] + piece(std::min(from, guess), std::max(from, guess)) - s;
+  if (guess < from) error = until_[panel] - piece(guess, from) - s;
+  if (!error.is_finite()) return undefined;
+
+  // Interval Newton: if guess - error / speed(u) lies inside u, every pose of the box has its root
+  // there. The speed is above 0, so it has no other.
+  const Interval own(guess);
+  double reach = 1.5 * error.value.most() / std::max(1e-300, size(velocity(own, guess)).lo) + 1e-13;
+  for (int i = 0; i < 8; ++i, reach *= 1.6) {
+    const Interval u = own + Interval(-reach, reach);
+    const Triple v = velocity(u, guess);
+    const Interval speed = size(v);
+    if (!(speed.lo > 0.0)) return undefined;
+    const Interval root = own - error.value / speed;
+    if (!(root.lo > u.lo && root.hi < u.hi)) continue;
+    BoxReal r;
+    r.value = root;
+    r.center = common(root, own - error.center / speed);
+    for (std::size_t j = 0; j < kBoxVariables; ++j) {
+      // By the implicit function theorem; the arc's slope is taken from the guess to the root.
+      const Interval rest = (root - own) * speed_slope(hull(root, own), v, speed, j);
+      r.slope[j] = -((error.slope[j] + rest) / speed);
+    }
+    return r;
+  }
+  return undefined;
+}
+
+}  // namespace backbend::solver

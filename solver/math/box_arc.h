@@ -1,0 +1,51 @@
+#pragma once
+#include <array>
+#include <vector>
+
+#include "solver/math/box_number.h"
+
+namespace backbend::solver {
+
+/// Arc length of one cubic Bezier over a box of poses, with proof: what Curve finds by series and
+/// Newton's method is enclosed here by panels with a remainder and by the interval Newton operator.
+///
+/// A curve whose speed may vanish somewhere, at some pose of the box, has no finite results.
+class BoxArc {
+ public:
+  explicit BoxArc(const std::array<BoxVector, 4>& cv);
+
+  const BoxReal& length() const { return length_; }
+
+  /// The parameter at arc length `s` from the start, on the polynomial's own continuation past 1.
+  /// There is one, and one only, at every pose of the box; not finite where that was not proved.
+  BoxReal parameter_at(const BoxReal& s) const;
+
+ private:
+  static constexpr int kPanels = 32;
+  struct Triple {
+    Interval x, y, z;
+  };
+  /// A coefficient vector: over the box, at its middle, and by each variable.
+  struct Coefficient {
+    Triple value, center;
+    std::array<Triple, kBoxVariables> slope;
+  };
+  static Coefficient coefficient(const BoxVector& v);
+  static Triple at(const Triple& a, const Triple& b, const Triple& c, const Interval& u);
+  static Interval dot(const Triple& a, const Triple& b);
+  static Interval size(const Triple& a);
+
+  /// Velocity over the box for parameters in `u` around `middle`.
+  Triple velocity(const Interval& u, double middle) const;
+  /// d speed / d y_j over the box for parameters in `u`.
+  Interval speed_slope(const Interval& u, const Triple& velocity, const Interval& speed,
+                       std::size_t j) const;
+  /// Arc length between two parameters. Cut finer where the speed varies much.
+  BoxReal piece(double from, double to, int depth = 0) const;
+
+  Coefficient a_, b_, c_;       // velocity a + b u + c u^2
+  std::vector<BoxReal> until_;  // arc length up to each panel's end; the first is 0
+  BoxReal length_;
+};
+
+}  // namespace backbend::solver

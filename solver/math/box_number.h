@@ -1,0 +1,136 @@
+#pragma once
+#include <array>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/mat3x3.hpp>
+#include <glm/vec3.hpp>
+
+#include "solver/math/interval.h"
+
+/// Scalars, vectors and rotations over a whole box of poses at once: the types with which a
+/// solver's templates run for `backbend prove`, in the place of double, glm::dvec3 and glm::dquat.
+/// Functions have the names and the meaning of those in rotation.h and glm.
+namespace backbend::solver {
+
+/// How many channels a box may vary at once; all others are fixed.
+inline constexpr int kBoxVariables = 3;
+using BoxSlopes = std::array<Interval, kBoxVariables>;
+
+/// A number that depends on the pose, over a box of poses. Poses are counted from the box's middle
+/// in half widths: every variable y runs over [-1, 1].
+///
+/// `value` encloses the number at every pose, `center` at the middle one, and `slope[j]` its
+/// partial derivative by y_j at every pose. A number that is only Lipschitz (the smaller of two)
+/// has its generalised gradient in the slopes. So value is inside center + sum of slope[j] [-1, 1]
+/// (the mean value theorem), and every operation keeps the narrower of the two enclosures: widths
+/// fall with the square of the box's.
+struct BoxReal {
+  Interval value, center;
+  BoxSlopes slope{};
+
+  BoxReal() = default;
+  BoxReal(double exactly) : value(exactly), center(exactly) {}  // NOLINT: constants read better
+  explicit BoxReal(const Interval& constant) : value(constant), center(constant) {}
+  /// What may be undefined somewhere in the box; nothing finite comes of it.
+  static BoxReal undefined();
+
+  /// The variable y_j itself, as a number from `low` to `high`.
+  static BoxReal variable(int j, double low, double high);
+  bool is_finite() const;
+};
+
+BoxReal operator-(const BoxReal& a);
+BoxReal operator+(const BoxReal& a, const BoxReal& b);
+BoxReal operator-(const BoxReal& a, const BoxReal& b);
+BoxReal operator*(const BoxReal& a, const BoxReal& b);
+BoxReal operator/(const BoxReal& a, const BoxReal& b);
+BoxReal square(const BoxReal& a);
+BoxReal square_root(const BoxReal& a);
+BoxReal sine(const BoxReal& a);
+BoxReal cosine(const BoxReal& a);
+BoxReal smaller(const BoxReal& a, const BoxReal& b);
+
+struct BoxVector {
+  BoxReal x, y, z;
+
+  BoxVector() = default;
+  BoxVector(BoxReal ax, BoxReal ay, BoxReal az) : x(ax), y(ay), z(az) {}
+  BoxVector(const glm::dvec3& exactly)  // NOLINT: as BoxReal
+      : x(exactly.x), y(exactly.y), z(exactly.z) {}
+  bool is_finite() const { return x.is_finite() && y.is_finite() && z.is_finite(); }
+};
+
+BoxVector operator-(const BoxVector& a);
+BoxVector operator+(const BoxVector& a, const BoxVector& b);
+BoxVector operator-(const BoxVector& a, const BoxVector& b);
+BoxVector operator*(const BoxReal& f, const BoxVector& v);
+BoxVector operator/(const BoxVector& v, const BoxReal& f);
+BoxVector operator*(const glm::dmat3& m, const BoxVector& v);
+BoxReal dot(const BoxVector& a, const BoxVector& b);
+BoxReal length(const BoxVector& v);
+BoxVector cross(const BoxVector& a, const BoxVector& b);
+
+/// Bounds of how fast something turns: radians for each variable's y, upward rounded.
+using BoxRates = std::array<double, kBoxVariables>;
+
+/// A rotation over a box, as a unit quaternion.
+///
+/// `rate[j]` bounds its angular speed as y_j moves. It is carried beside the components, because
+/// the speeds of factors add up at most (the angle between rotations is the same however both are
+/// turned), which is sharper than what the components' slopes say: a product of turns about fixed
+/// axes has its rates to the last digit, however large the box.
+struct BoxTurn {
+  BoxReal w, x, y, z;
+  BoxRates rate{};
+
+  BoxTurn() : w(1.0) {}
+  BoxTurn(BoxReal aw, BoxReal ax, BoxReal ay, BoxReal az, BoxRates rates)
+      : w(aw), x(ax), y(ay), z(az), rate(rates) {}
+  BoxTurn(const glm::dquat& exactly)  // NOLINT: as BoxReal
+      : w(exactly.w), x(exactly.x), y(exactly.y), z(exactly.z) {}
+};
+
+/// Takes the components' slopes as rates where they are smaller: of a unit quaternion q they are
+/// 2 |dq|.
+BoxTurn with_least_rates(BoxTurn q);
+
+BoxTurn operator*(const BoxTurn& a, const BoxTurn& b);
+BoxVector operator*(const BoxTurn& q, const BoxVector& v);
+/// Unit already, as exact numbers are.
+inline BoxTurn normalize(const BoxTurn& q) { return q; }
+inline BoxTurn renormalised(const BoxTurn& q) { return q; }
+
+BoxTurn turn_about(const glm::dvec3& axis, const BoxReal& angle);
+BoxTurn from_euler_xyz(const BoxReal& rx, const BoxReal& ry, const BoxReal& rz);
+BoxTurn euler_turn(const glm::dmat3& axes, const BoxTurn& euler);
+/// Not finite where somewhere in the box both ways round may be equally long.
+BoxTurn slerp_short(const BoxTurn& a, const BoxTurn& b, double t);
+/// Not finite where somewhere in the box the two may point apart.
+BoxTurn shortest_arc(const BoxVector& from, const BoxVector& to, const BoxVector& half_turn_axis);
+
+/// The angular speed of the frame whose X lies along `velocity` and whose Y is nearest to unit
+/// `up`. Infinite where somewhere in the box the velocity may vanish or lie along `up`.
+///
+/// With unit axes x, y, z the frame turns by (z . v', y . v') / |v| across x, and about x by
+/// ((up . x) (z . v') / |v| - z . up') / |x cross up|: what lengths do is left out before it can
+/// widen anything.
+BoxRates rates_of_aim(const BoxVector& velocity, const BoxVector& up);
+
+/// sin(t h) / sin(h) over cosines c = cos(h), 0 < c <= 1, 0 <= t <= 1: what a slerp takes of its
+/// end. Falls with c.
+Interval slerp_weight(const Interval& c, double t);
+/// Its derivative by c.
+Interval slerp_weight_slope(const Interval& c, double t);
+
+/// The types of one pose, and of a box of them, for templates.
+struct PoseMath {
+  using Real = double;
+  using Vector = glm::dvec3;
+  using Turn = glm::dquat;
+};
+struct BoxMath {
+  using Real = BoxReal;
+  using Vector = BoxVector;
+  using Turn = BoxTurn;
+};
+
+}  // namespace backbend::solver

@@ -1,0 +1,40 @@
+#pragma once
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solver/math/box_number.h"
+#include "solver/rig/spine_system.h"
+
+namespace backbend::solver {
+
+/// A body pose of BodyPose over a box; `back` is extension less flexion, radians.
+struct BodyBox {
+  BoxReal back, side, twist;
+};
+
+/// What is known of a rig at every pose of a box.
+struct BoxPose {
+  /// Of each joint's world rotation, in the order of SpineSystem::joint_names(). Infinite where it
+  /// may be undefined, or jump, somewhere in the box; a finite rate is proof that it does neither.
+  std::vector<BoxRates> rate;
+};
+
+/// A SpineSystem is one of these too if its solver runs on boxes of poses: the same formulas as
+/// solve(), as templates, with enclosures in the place of numbers. What is enclosed is the exact
+/// value of the formulas, of which solve() gives a rounding; a rig's options and its rest frames
+/// count as exact as they are stored.
+class BoxSolver {
+ public:
+  /// Why the rig with these options cannot be run on boxes; empty: it can.
+  virtual std::string why_not_on_boxes() const { return {}; }
+  /// As SpineSystem::controls_for().
+  virtual std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const = 0;
+  /// The rig for one value per channel. Needs !why_not_on_boxes().
+  virtual void solve_box(std::span<const BoxReal> control, BoxPose& pose) const = 0;
+
+ protected:
+  ~BoxSolver() = default;
+};
+
+}  // namespace backbend::solver

@@ -1,0 +1,633 @@
+// Faults of weights planted on real characters are found and named with their size; their healthy
+// variants have none. The table of what was found is printed.
+#include "skin/weights/weight_faults.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <glm/geometric.hpp>
+#include <map>
+
+#include "skin/anatomy/body_kind.h"
+#include "skin/anatomy/import_checks.h"
+#include "skin/character/weld.h"
+#include "skin/deform/skinning.h"
+#include "skin/gltf/gltf_reader.h"
+#include "tests/skin/planted_weights.h"
+#include "tests/skin/shared_characters.h"
+#include "tests/skin/stick_figure.h"
+
+namespace backbend::skin {
+namespace {
+
+// As the table of checks has them: BB063 to BB069, as shares.
+constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.06, kSeam = 0.2,
+                 kBindOff = 0.001, kHardBorder = 0.5;
+
+bool is_clean(const Character& character) {
+  const Anatomy anatomy = find_anatomy(character);
+  const WeightFaults faults = find_weight_faults(character, anatomy);
+  const auto off = joints_bound_off(character);
+  return faults.wrong_side.worst() <= kWrongSide && faults.far.worst() <= kFar &&
+         faults.asymmetry.worst() <= kAsymmetry && faults.order.worst() <= kOrder &&
+         faults.seams.worst() <= kSeam && faults.borders.worst() <= kHardBorder &&
+         (off.empty() || off.front().shift <= kBindOff * anatomy.height);
+}
+
+bool names(const WeightAnswer& answer, double limit, int node) {
+  for (const WeightFault& fault : answer.faults)
+    if (fault.value > limit && (fault.node == node || fault.other == node)) return true;
+  return false;
+}
+
+/// From the hips to the chest, of length 1.
+glm::dvec3 torso_axis(const Character& character, const Anatomy& anatomy) {
+  const auto at = [&](std::size_t k) {
+    return glm::dvec3(
+        character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node[3]);
+  };
+  return glm::normalize(at(anatomy.chest_index) - at(0));
+}
+
+/// Tries of one kind and size, and how many were found.
+std::map<std::pair<std::string, double>, std::pair<int, int>>& table() {
+  static std::map<std::pair<std::string, double>, std::pair<int, int>> rows;
+  return rows;
+}
+void count(const std::string& kind, double size, bool found) {
+  auto& [hits, tries] = table()[{kind, size}];
+  hits += found;
+  ++tries;
+}
+
+class PlantedWeights : public ::testing::TestWithParam<const char*> {
+ public:
+  static void TearDownTestSuite() {
+    for (const auto& [row, hits] : table())
+      std::printf("  %-28s %6.2f  %d of %d\n", row.first.c_str(), row.second, hits.first,
+                  hits.second);
+  }
+};
+
+TEST_P(PlantedWeights, OfHealthyVariantsAreClean) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const auto clean = [&](const char* kind, double size, const Character& variant) {
+    const bool is = is_clean(variant);
+    count(std::string("clean, flagged: ") + kind, size, !is);
+    const WeightFaults faults = find_weight_faults(variant, find_anatomy(variant));
+    EXPECT_TRUE(is) << kind << " " << size << ": " << faults.wrong_side.worst() << " "
+                    << faults.far.worst() << " " << faults.asymmetry.worst() << " "
+                    << faults.order.worst() << " " << faults.seams.worst() << " "
+                    << faults.borders.worst();
+  };
+  clean("as it is", 0, character);
+  clean("smoothed, times", 2, smoothed(character, 2));
+  for (const std::size_t places : {500u, 2000u, 5000u})
+    if (character.place_count > places)
+      clean("decimated, places", static_cast<double>(places), decimated(character, places));
+  clean("subdivided, times", 1, subdivided(character));
+  const Anatomy anatomy = find_anatomy(character);
+  for (const std::size_t joints : {10u, 16u, 24u})
+    if (joints > anatomy.chest_index + 1)
+      clean("spine of so many joints", static_cast<double>(joints),
+            with_dense_spine(character, anatomy, joints));
+  for (const double factor : {0.01, 2.54, 100.0})
+    clean("scaled", factor, scaled(character, factor));
+}
+
+TEST_P(PlantedWeights, AreFoundOnRealCharacters) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  if (anatomy.left_arm.size() < 3 || anatomy.right_arm.size() < 3 || anatomy.chest_index < 2)
+    GTEST_SKIP() << "no arms to plant on";
+  // The first arm joint below the clavicle that moves most: twist helpers move little.
+  std::map<int, double> weight;
+  for (const Influences& influences : character.influences)
+    for (std::size_t k = 0; k < kMaxInfluences; ++k)
+      weight[character.joints[influences.joint[k]].node] += influences.weight[k];
+  std::size_t upper = 1;
+  if (weight[anatomy.left_arm[2]] > 2.0 * weight[anatomy.left_arm[1]]) upper = 2;
+  const int vertebra = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2)];
+  const int next = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2) + 1];
+  // An animal's head may hang beside its vertebrae, and wide weights may reach down to them.
+  bool head_is_apart = body_kind(character, anatomy).kind == BodyKind::human;
+  for (const Influences& influences : character.influences) {
+    double on_head = 0.0, on_vertebra = 0.0;
+    for (std::size_t k = 0; k < kMaxInfluences; ++k) {
+      const int node = character.joints[influences.joint[k]].node;
+      if (node == anatomy.head) on_head += influences.weight[k];
+      if (node == vertebra) on_vertebra += influences.weight[k];
+    }
+    head_is_apart = head_is_apart && (on_head < 0.01 || on_vertebra < 0.01);
+  }
+  const auto planted = [&](int from, int to, double share, int on = 0) {
+    Character spoiled = character;
+    move_weight(spoiled, anatomy, from, to, share, on);
+    return spoiled;
+  };
+  const auto faults_of = [&](const Character& spoiled) {
+    return find_weight_faults(spoiled, anatomy);
+  };
+  for (const double share : {0.05, 0.1, 0.2, 0.5}) {
+    const bool gross = share >= 0.1;
+    const int other_arm = anatomy.right_arm[upper];
+    const WeightFaults side = faults_of(planted(anatomy.left_arm[upper], other_arm, share));
+    bool found = names(side.wrong_side, kWrongSide, other_arm) ||
+                 names(side.asymmetry, kAsymmetry, other_arm) || names(side.far, kFar, other_arm);
+    count("arm on the other side's", share, found);
+    if (gross) {
+      EXPECT_TRUE(found) << share;
+    }
+    if (gross && side.wrong_side.worst() > 0.0) {
+      EXPECT_LE(side.wrong_side.worst(), 1.1 * share);   // of a body that is nearly symmetric
+      EXPECT_GE(side.wrong_side.worst(), 0.75 * share);  // no place has all of its weight there
+    }
+    const WeightFaults hand = faults_of(planted(vertebra, anatomy.left_arm.back(), share));
+    found = names(hand.far, kFar, anatomy.left_arm.back());
+    count("vertebra on a hand", share, found);
+    if (gross) {
+      EXPECT_TRUE(found) << share;
+    }
+    if (anatomy.head >= 0)
+      count("vertebra on the head", share,
+            names(faults_of(planted(vertebra, anatomy.head, share)).far, kFar, anatomy.head));
+    for (const auto& [kind, node] :
+         {std::pair("patch of a vertebra on the head", anatomy.head),
+          std::pair("patch of a vertebra on a thigh",
+                    anatomy.left_leg.empty() ? -1 : anatomy.left_leg.front()),
+          std::pair("patch of a vertebra on a hand", anatomy.left_arm.back())}) {
+      if (node < 0 || weight[node] <= 0.0) continue;
+      Character spoiled = character;
+      spill_weight(spoiled, vertebra, node, share);
+      found = names(faults_of(spoiled).far, kFar, node);
+      count(kind, share, found);
+      // Thighs begin beside the lowest vertebrae. Half of the weight makes an area of its own.
+      if (gross && share < 0.5 && node == anatomy.head && head_is_apart) {
+        EXPECT_TRUE(found) << kind << " " << share;
+      }
+    }
+    const WeightFaults root = faults_of(planted(anatomy.left_arm[2], anatomy.spine[0], share));
+    count("arm on the hips", share,
+          names(root.far, kFar, anatomy.spine[0]) ||
+              names(root.asymmetry, kAsymmetry, anatomy.spine[0]));
+    const WeightFaults up = faults_of(planted(vertebra, next, share, 1));
+    if (up.asymmetry.not_applicable.empty()) {
+      found = names(up.asymmetry, kAsymmetry, vertebra) || names(up.asymmetry, kAsymmetry, next);
+      count("left half one vertebra up", share, found);
+      if (share >= 0.5) {
+        EXPECT_TRUE(found) << share;
+      }
+      const int clavicle = anatomy.left_arm[0];
+      const WeightFaults moved = faults_of(planted(clavicle, vertebra, share));
+      found = names(moved.asymmetry, kAsymmetry, clavicle);
+      count("clavicle on a vertebra", share, found);
+      if (share >= 0.5) {
+        EXPECT_TRUE(found) << share;
+      }
+    } else {
+      EXPECT_NE(up.asymmetry.not_applicable.find("symmetric"), std::string::npos);
+    }
+  }
+  for (std::size_t k = 1; k < anatomy.chest_index; ++k) {
+    Character spoiled = character;
+    swap_weights(spoiled, anatomy.spine[k], anatomy.spine[k + 1]);
+    double all = 0.0;
+    for (const auto& [node, sum] : weight) all += sum;
+    const auto at = [&](std::size_t joint) {
+      return glm::dvec3(
+          character.nodes[static_cast<std::size_t>(anatomy.spine[joint])].world_from_node[3]);
+    };
+    // A tip that moves next to nothing has no middle to speak of, nor do joints in one place, and
+    // a tail fin ends where it begins.
+    if (k + 2 == anatomy.spine.size()) continue;
+    if (glm::distance(at(k), at(k + 1)) < 0.05 * anatomy.spine_length) continue;
+    if (std::min(weight[anatomy.spine[k]], weight[anatomy.spine[k + 1]]) < 0.003 * all) continue;
+    const bool found = names(faults_of(spoiled).order, kOrder, anatomy.spine[k]);
+    count("neighbours swapped", 1, found);
+    EXPECT_TRUE(found) << k;
+  }
+  for (const double angle : {1.0, 2.0, 5.0, 10.0})
+    for (const int node : {vertebra, anatomy.left_arm[0]}) {
+      Character spoiled = character;
+      turn_bind(spoiled, node, angle);
+      const auto off = joints_bound_off(spoiled);
+      const bool found =
+          !off.empty() && off.front().node == node && off.front().shift > kBindOff * anatomy.height;
+      count("bind pose off, degrees", angle, found);
+      if (angle >= 5.0) {
+        EXPECT_TRUE(found) << angle;
+      }
+      if (found) {
+        EXPECT_NEAR(off.front().angle_deg, angle, 0.05 * angle);
+      }
+    }
+}
+
+TEST_P(PlantedWeights, AVertebraSmearedWhollyIntoItsNeighbourIsNamed) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  const auto at = [&](std::size_t k) {
+    return glm::dvec3(
+        character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node[3]);
+  };
+  if (std::string(GetParam()) == "bunny.glb")
+    GTEST_SKIP() << "a torso so wide that the surface does not tell one bone from the next";
+  for (std::size_t k = 2; k < anatomy.chest_index; ++k) {
+    // Nor does it of short bones.
+    if (glm::distance(at(k), at(k + 1)) < 0.2 * anatomy.spine_length) continue;
+    for (const std::size_t to : {k - 1, k + 1}) {
+      Character spoiled = character;
+      move_weight(spoiled, anatomy, anatomy.spine[k], anatomy.spine[to], 1.0);
+      const WeightFaults faults = find_weight_faults(spoiled, anatomy);
+      const bool found = names(faults.order, kOrder, anatomy.spine[k]) ||
+                         names(faults.order, kOrder, anatomy.spine[to]);
+      count("vertebra smeared wholly", 1, found);
+      EXPECT_TRUE(found) << k << " into " << to;
+    }
+  }
+}
+
+/// Each vertex that two joints share goes wholly to the one that has more of it.
+Character with_hard_border(const Character& character, int lower, int upper) {
+  Character out = character;
+  for (Influences& influences : out.influences) {
+    std::array<float, kMaxInfluences>& weight = influences.weight;
+    std::size_t low = kMaxInfluences, high = kMaxInfluences;
+    for (std::size_t k = 0; k < kMaxInfluences && weight[k] > 0.0f; ++k) {
+      if (character.joints[influences.joint[k]].node == lower) low = k;
+      if (character.joints[influences.joint[k]].node == upper) high = k;
+    }
+    if (low == kMaxInfluences || high == kMaxInfluences) continue;
+    const std::size_t from = weight[low] < weight[high] ? low : high;
+    weight[from == low ? high : low] += weight[from];
+    influences.joint[from] = influences.joint[from == low ? high : low];
+    weight[from] = 0.0f;
+    // Unused places stand last.
+    for (std::size_t k = from; k + 1 < kMaxInfluences && weight[k + 1] > 0.0f; ++k) {
+      std::swap(weight[k], weight[k + 1]);
+      std::swap(influences.joint[k], influences.joint[k + 1]);
+    }
+  }
+  return out;
+}
+
+TEST_P(PlantedWeights, AHardBorderBetweenVertebraeThatBlendElsewhereIsNamed) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  if (body_kind(character, anatomy).kind != BodyKind::human)
+    GTEST_SKIP() << "few vertices along its bones, or few bones with weight";
+  int asked = 0;
+  for (std::size_t k = 1; k < anatomy.chest_index; ++k) {
+    const int lower = anatomy.spine[k], upper = anatomy.spine[k + 1];
+    const WeightFaults faults =
+        find_weight_faults(with_hard_border(character, lower, upper), anatomy);
+    ASSERT_EQ(faults.borders.not_applicable, "");
+    ++asked;
+    const bool found = names(faults.borders, kHardBorder, lower);
+    count("hard border", 1, found);
+    EXPECT_TRUE(found) << k << ": " << faults.borders.worst();
+  }
+  EXPECT_GT(asked, 0);
+}
+
+TEST(HardBorders, AreNotAskedOfABodyThatIsBoundRigidlyThroughout) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  for (Influences& influences : character.influences) {
+    influences.weight = {};
+    influences.weight[0] = 1.0f;
+  }
+  const WeightAnswer borders = find_weight_faults(character, anatomy).borders;
+  EXPECT_TRUE(borders.faults.empty());
+  EXPECT_NE(borders.not_applicable.find("are soft"), std::string::npos);
+}
+
+TEST_P(PlantedWeights, WeightLeftToAJointAboveTheHipsIsNamed) {
+  REQUIRE_CHARACTER(GetParam());
+  Character character = read_character(shared_character(GetParam()));
+  const Anatomy anatomy = find_anatomy(character);
+  const int above = character.nodes[static_cast<std::size_t>(anatomy.spine[0])].parent;
+  ASSERT_GE(above, 0);
+  if (std::none_of(character.joints.begin(), character.joints.end(),
+                   [&](const SkinJoint& joint) { return joint.node == above; }))
+    character.joints.push_back({above, {}});
+  const int vertebra = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2)];
+  const std::size_t places = move_weight(character, anatomy, vertebra, above, 0.2);
+  // Bodies of few vertices leave such a joint a patch that is as large as a vertebra's.
+  if (character.place_count < 1500 || static_cast<double>(places) < 0.05 * character.place_count)
+    GTEST_SKIP() << "a vertebra of " << places << " places";
+  EXPECT_TRUE(names(find_weight_faults(character, anatomy).far, kFar, above));
+}
+
+/// Gives a joint a share of a vertex's weight; the others keep their proportions.
+void give(Influences& in, std::uint16_t joint, float share) {
+  for (float& weight : in.weight) weight *= 1.0F - share;
+  // Largest first, and the first unused place ends the list.
+  std::size_t k = 0;
+  while (k + 1 < in.weight.size() && in.weight[k] >= share) ++k;
+  std::copy_backward(in.weight.begin() + static_cast<std::ptrdiff_t>(k), in.weight.end() - 1,
+                     in.weight.end());
+  std::copy_backward(in.joint.begin() + static_cast<std::ptrdiff_t>(k), in.joint.end() - 1,
+                     in.joint.end());
+  in.joint[k] = joint;
+  in.weight[k] = share;
+}
+
+TEST(WeightLeftToAJointAboveTheHips, IsNamedOnAFewPlacesWhereBothSidesDoNotHaveItAlike) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character character = decimated(read_character(shared_character("mh_male_13k.glb")), 2000);
+  const Anatomy anatomy = find_anatomy(character);
+  const int hips = anatomy.spine[0], vertebra = anatomy.spine[3];
+  const int above = character.nodes[static_cast<std::size_t>(hips)].parent;
+  ASSERT_GE(above, 0);
+  if (std::none_of(character.joints.begin(), character.joints.end(),
+                   [&](const SkinJoint& joint) { return joint.node == above; }))
+    character.joints.push_back({above, {}});
+  const auto root = static_cast<std::uint16_t>(
+      std::find_if(character.joints.begin(), character.joints.end(),
+                   [&](const SkinJoint& joint) { return joint.node == above; }) -
+      character.joints.begin());
+  // A patch on the left of a vertebra's area, and one on both sides alike; the body faces +Z.
+  const std::vector<glm::vec3> place = rest_mesh(character).position;
+  const auto top = std::max_element(place.begin(), place.end(),
+                                    [](const auto& a, const auto& b) { return a.y < b.y; });
+  const float reach = 0.042F * top->y;
+  std::size_t middle = place.size();
+  for (std::size_t v = 0; v < place.size(); ++v)
+    if (character.joints[character.influences[v].joint[0]].node == vertebra &&
+        (middle == place.size() || place[v].x > place[middle].x))
+      middle = v;
+  ASSERT_LT(middle, place.size());
+  for (const bool both : {false, true}) {
+    Character spoiled = character;
+    std::size_t places = 0;
+    for (std::size_t v = 0; v < place.size(); ++v) {
+      const glm::vec3 at(both ? std::abs(place[v].x) : place[v].x, place[v].y, place[v].z);
+      if (glm::distance(at, place[middle]) > reach) continue;
+      give(spoiled.influences[v], root, 0.2F);
+      ++places;
+    }
+    ASSERT_GE(places, 12u);
+    ASSERT_LT(static_cast<double>(places), 0.02 * character.place_count);
+    EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, above), !both) << places;
+  }
+}
+
+/// The first triangle once more, as a part of its own that one joint moves.
+void add_patch(Character& character, int node) {
+  character.parts.push_back({"patch", 0, static_cast<std::uint32_t>(character.triangles.size()), 1,
+                             static_cast<std::uint32_t>(character.vertex_count()), 3});
+  const glm::uvec3 corners = character.triangles.front();
+  const auto first = static_cast<std::uint32_t>(character.vertex_count());
+  character.triangles.emplace_back(first, first + 1, first + 2);
+  Influences whole;
+  whole.joint[0] = static_cast<std::uint16_t>(character.joints.size());
+  whole.weight[0] = 1.0F;
+  character.joints.push_back({node, {}});
+  for (int k = 0; k < 3; ++k) {
+    character.bind_position.push_back(character.bind_position[corners[k]]);
+    character.bind_normal.push_back(character.bind_normal[corners[k]]);
+    if (!character.uv.empty()) character.uv.push_back(character.uv[corners[k]]);
+    character.influences.push_back(whole);
+    character.place.push_back(character.place[corners[k]]);
+  }
+}
+
+/// The vertices that `chosen` takes and the triangles between them once more, as a part of its own
+/// that lies 1 % of the height in front of the body (which faces +Z). Its first vertex.
+template <class Chosen>
+std::size_t add_piece(Character& character, double height, const Chosen& chosen) {
+  const std::size_t first = character.vertex_count(), triangles = character.triangles.size();
+  const std::vector<glm::vec3> rest = rest_mesh(character).position;
+  std::map<std::uint32_t, std::uint32_t> copy_of, copy_of_place;
+  for (std::uint32_t v = 0; v < first; ++v) {
+    if (!chosen(rest[v])) continue;
+    copy_of[v] = static_cast<std::uint32_t>(character.vertex_count());
+    character.bind_position.push_back(character.bind_position[v] +
+                                      glm::vec3(0.0F, 0.0F, 0.01F * static_cast<float>(height)));
+    character.bind_normal.push_back(character.bind_normal[v]);
+    if (!character.uv.empty()) character.uv.push_back(character.uv[v]);
+    character.influences.push_back(character.influences[v]);
+    const auto [place, is_new] = copy_of_place.insert(
+        {character.place[v], static_cast<std::uint32_t>(character.place_count)});
+    character.place_count += is_new;
+    character.place.push_back(place->second);
+  }
+  for (std::size_t t = 0; t < triangles; ++t) {
+    const glm::uvec3 corner = character.triangles[t];
+    if (copy_of.count(corner.x) && copy_of.count(corner.y) && copy_of.count(corner.z))
+      character.triangles.emplace_back(copy_of[corner.x], copy_of[corner.y], copy_of[corner.z]);
+  }
+  character.parts.push_back({"piece", 0, static_cast<std::uint32_t>(triangles),
+                             static_cast<std::uint32_t>(character.triangles.size() - triangles),
+                             static_cast<std::uint32_t>(first),
+                             static_cast<std::uint32_t>(character.vertex_count() - first)});
+  return first;
+}
+
+TEST(FarInfluence, OfAPieceOfCostumeCountsWhereItIsNotBoundSoAsAWhole) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character natural = decimated(read_character(shared_character("mh_male_13k.glb")), 4000);
+  Character dressed = with_dense_spine(natural, find_anatomy(natural), 16);
+  const Anatomy anatomy = find_anatomy(dressed);
+  const auto node_at = [&](int node) {
+    return glm::vec3(dressed.nodes[static_cast<std::size_t>(node)].world_from_node[3]);
+  };
+  const int low = anatomy.spine[anatomy.chest_index / 4];
+  const int high = anatomy.spine[anatomy.chest_index - 2];
+  const auto height = static_cast<float>(anatomy.height);
+  const std::size_t first = add_piece(dressed, anatomy.height, [&](const glm::vec3& at) {
+    return at.z > node_at(low).z && std::abs(at.x - node_at(low).x) < 0.06F * height &&
+           std::abs(at.y - node_at(low).y) < 0.04F * height;
+  });
+  EXPECT_FALSE(names(find_weight_faults(dressed, anatomy).far, kFar, high));
+  const auto joint = static_cast<std::uint16_t>(
+      std::find_if(dressed.joints.begin(), dressed.joints.end(),
+                   [&](const SkinJoint& each) { return each.node == high; }) -
+      dressed.joints.begin());
+  const std::vector<glm::vec3> rest = rest_mesh(dressed).position;
+  for (const bool whole : {true, false}) {
+    Character bound = dressed;
+    std::size_t places = 0;
+    for (std::size_t v = first; v < bound.vertex_count(); ++v) {
+      if (!whole && rest[v].x > node_at(low).x) continue;
+      Influences& in = bound.influences[v];
+      in.joint = {in.joint[0], joint};
+      in.weight = {0.85F, 0.15F};
+      ++places;
+    }
+    ASSERT_GE(places, 20u);
+    EXPECT_EQ(names(find_weight_faults(bound, anatomy).far, kFar, high), !whole) << places;
+  }
+}
+
+TEST(FarInfluence, OfASkirtThatMovesAsTheBodyBelowItIsNone) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character natural = read_character(shared_character("mh_male_13k.glb"));
+  Character dressed = with_dense_spine(natural, find_anatomy(natural), 16);
+  const Anatomy anatomy = find_anatomy(dressed);
+  const glm::vec3 hips =
+      dressed.nodes[static_cast<std::size_t>(anatomy.spine[0])].world_from_node[3];
+  const auto height = static_cast<float>(anatomy.height);
+  // The left thigh's weight fades up the belly's left, over a quarter of the height.
+  const auto thigh = static_cast<std::uint16_t>(
+      std::find_if(dressed.joints.begin(), dressed.joints.end(),
+                   [&](const SkinJoint& each) { return each.node == anatomy.left_leg.front(); }) -
+      dressed.joints.begin());
+  const std::vector<glm::vec3> rest = rest_mesh(dressed).position;
+  const auto is_belly = [&](const glm::vec3& at) {
+    return at.z > hips.z && at.x > hips.x && at.x < hips.x + 0.1F * height && at.y > hips.y &&
+           at.y < hips.y + 0.25F * height;
+  };
+  for (std::size_t v = 0; v < rest.size(); ++v) {
+    if (!is_belly(rest[v])) continue;
+    Influences& in = dressed.influences[v];
+    const float share = 0.45F * (1.0F - (rest[v].y - hips.y) / (0.25F * height));
+    in.joint = {in.joint[0], thigh};
+    in.weight = {1.0F - share, share};
+  }
+  ASSERT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar);
+  add_piece(dressed, anatomy.height,
+            [&](const glm::vec3& at) { return is_belly(at) && at.y > hips.y + 0.05F * height; });
+  EXPECT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar);
+}
+
+TEST(FarInfluence, OfAPatchThatTheOtherSideHasNowhereNearIsNamedBesideTheJointsArea) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  // The thighs; the legs' first joints start where the hips do.
+  const int left = anatomy.left_leg[1], right = anatomy.right_leg[1];
+  const auto joint = [&](int node) {
+    return static_cast<std::uint16_t>(
+        std::find_if(character.joints.begin(), character.joints.end(),
+                     [&](const SkinJoint& each) { return each.node == node; }) -
+        character.joints.begin());
+  };
+  const std::vector<glm::vec3> rest = rest_mesh(character).position;
+  const glm::vec3 vertebra =
+      character.nodes[static_cast<std::size_t>(anatomy.spine[3])].world_from_node[3];
+  const auto height = static_cast<float>(anatomy.height);
+  const glm::vec3 middle = vertebra + glm::vec3(0.07F, 0.0F, 0.05F) * height;
+  for (const bool both : {false, true}) {
+    Character spoiled = character;
+    std::size_t places = 0;
+    for (std::size_t v = 0; v < rest.size(); ++v) {
+      const glm::vec3 at(both ? std::abs(rest[v].x) : rest[v].x, rest[v].y, rest[v].z);
+      const float far = glm::distance(at, middle) / (0.06F * height);
+      if (far >= 1.0F) continue;
+      give(spoiled.influences[v], joint(rest[v].x > 0.0F ? left : right),
+           0.15F * (1.0F - far * far));
+      ++places;
+    }
+    ASSERT_GE(places, 30u);
+    EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, left), !both) << places;
+  }
+}
+
+TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  const auto worst = [&](bool props) {
+    Character patched = character;
+    for (int k = 1; k <= 2; ++k) {
+      int node = anatomy.spine[static_cast<std::size_t>(k)];
+      if (props) {
+        node = static_cast<int>(patched.nodes.size());
+        Node prop = patched.nodes[static_cast<std::size_t>(anatomy.spine[0])];
+        prop.name = "prop" + std::to_string(k);
+        prop.parent = anatomy.spine[0];
+        patched.nodes.push_back(prop);
+      }
+      add_patch(patched, node);
+    }
+    return find_weight_faults(patched, find_anatomy(patched)).seams.worst();
+  };
+  const double before = find_weight_faults(character, anatomy).seams.worst();
+  EXPECT_GT(worst(false), 0.99);
+  EXPECT_EQ(worst(true), before);
+}
+
+/// The worst seam of a stick figure with two triangles more, one that follows a spine joint and one
+/// that follows the head. Corners are numbers of points that lie apart from all else.
+double seam_between(const glm::uvec3& of_spine, const glm::uvec3& of_head) {
+  Character character = stick_figure();
+  const auto point = [](unsigned number) {
+    return glm::vec3(number % 2 == 0 ? 0.0F : 0.1F, 1.2F + 0.05F * static_cast<float>(number / 2),
+                     0.3F);
+  };
+  for (const auto& [corners, joint] :
+       {std::pair(of_spine, "spine_1"), std::pair(of_head, "head")}) {
+    stick_vertex(character, stick_node(character, joint));
+    for (int k = 0; k < 3; ++k)
+      character.bind_position[character.triangles.back()[k]] = point(corners[k]);
+  }
+  const Places places = weld(character.bind_position);
+  character.place = places.place;
+  character.place_count = places.count;
+  character.parts = {{"body", 0, 0, static_cast<std::uint32_t>(character.triangles.size()), 0,
+                      static_cast<std::uint32_t>(character.vertex_count())}};
+  return find_weight_faults(character, find_anatomy(character)).seams.worst();
+}
+
+TEST(Seams, AreWhereASurfaceGoesOnOverAnEdge) {
+  EXPECT_EQ(seam_between({0, 1, 2}, {3, 4, 5}), 0.0) << "apart";
+  EXPECT_EQ(seam_between({0, 1, 2}, {2, 1, 3}), 1.0) << "side by side";
+  EXPECT_EQ(seam_between({0, 1, 2}, {1, 2, 3}), 1.0) << "side by side, one turned over";
+  EXPECT_EQ(seam_between({0, 1, 2}, {0, 2, 1}), 1.0) << "two sides of one sheet";
+  EXPECT_EQ(seam_between({0, 1, 2}, {2, 3, 4}), 0.0) << "in a point";
+  EXPECT_EQ(seam_between({0, 1, 2}, {1, 2, 0}), 0.0) << "one upon the other";
+}
+
+TEST(PlantedOnUnlikeSides, HalfATorsoOneVertebraUpIsFoundThoughNoVertexHasAMirrorImage) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = decimated(read_character(shared_character("mh_male_13k.glb")), 1500);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_TRUE(find_weight_faults(character, anatomy).asymmetry.faults.empty());
+  Character spoiled = character;
+  move_weight(spoiled, anatomy, anatomy.spine[4], anatomy.spine[5], 1.0, 1);
+  const WeightFaults faults = find_weight_faults(spoiled, anatomy);
+  EXPECT_EQ(faults.asymmetry.not_applicable, "");
+  EXPECT_TRUE(names(faults.asymmetry, 0.35, anatomy.spine[4]) ||
+              names(faults.asymmetry, 0.35, anatomy.spine[5]));
+}
+
+TEST_P(PlantedWeights, AreFoundOnADenseSpine) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character natural = read_character(shared_character(GetParam()));
+  Anatomy anatomy = find_anatomy(natural);
+  const bool upright = std::abs(glm::dot(anatomy.up, torso_axis(natural, anatomy))) > 0.7;
+  if (anatomy.left_arm.size() < 3 || anatomy.chest_index + 1 >= 16 || !upright)
+    GTEST_SKIP() << "no arms, dense as it is, or its arms do not hang clear of the body";
+  const Character character = with_dense_spine(natural, anatomy, 16);
+  anatomy = find_anatomy(character);
+  ASSERT_GE(anatomy.chest_index, 12u);
+  Character spoiled = character;
+  const int low = anatomy.spine[anatomy.chest_index / 3], hand = anatomy.left_arm.back();
+  for (std::size_t k = anatomy.chest_index / 3; k <= 2 * anatomy.chest_index / 3; ++k)
+    move_weight(spoiled, anatomy, anatomy.spine[k], hand, 0.2);
+  EXPECT_TRUE(names(find_weight_faults(spoiled, anatomy).far, kFar, hand));
+  // A low joint's weights and a high one's are swapped.
+  spoiled = character;
+  const int high = anatomy.spine[2 * anatomy.chest_index / 3 + 1];
+  swap_weights(spoiled, low, high);
+  EXPECT_GT(find_weight_faults(spoiled, anatomy).order.worst(), kOrder);
+}
+
+INSTANTIATE_TEST_SUITE_P(Files, PlantedWeights,
+                         ::testing::Values("mh_male_13k.glb", "mh_female_cmu_13k.glb",
+                                           "quaternius_female_24k.glb", "bunny.glb",
+                                           "cesium_man.glb", "apatosaurus.glb", "alpaca.glb",
+                                           "snake.glb", "shark.glb"));
+
+}  // namespace
+}  // namespace backbend::skin

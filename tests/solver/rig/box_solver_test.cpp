@@ -1,0 +1,305 @@
+#include "solver/rig/box_solver.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/geometric.hpp>
+#include <memory>
+#include <random>
+
+#include "solver/curves/curve.h"
+#include "solver/math/box_arc.h"
+#include "solver/math/rotation.h"
+
+namespace backbend::solver {
+namespace {
+
+const RestChain kStraight{{{0, 0, 0}, {0, 2, 0}, {0, 4, 0}, {0, 6, 0}}};
+// Bent forward and to the side, as characters' spines are.
+const RestChain kBent{{{0, 0, 0}, {0.1, 1.8, 0.5}, {0.2, 3.5, 0.4}, {0.1, 5.6, -0.3}}};
+
+double uniform(std::mt19937& random) { return 2.0 * double(random()) / 4294967296.0 - 1.0; }
+
+/// A random box of three angles, radians, and a random place in it.
+struct Box {
+  double low[3], high[3];
+  BoxReal of[3];
+
+  Box(std::mt19937& random, double reach, double widest) {
+    for (int j = 0; j < 3; ++j) {
+      const double width = widest * std::abs(uniform(random));
+      low[j] = reach * uniform(random);
+      high[j] = low[j] + width;
+      of[j] = BoxReal::variable(j, low[j], high[j]);
+    }
+  }
+  double at(int j, double y) const {
+    return 0.5 * (low[j] + high[j]) + 0.5 * y * (high[j] - low[j]);
+  }
+};
+
+bool is_inside(const BoxReal& box, double x, double slack = 1e-12) {
+  return box.value.lo - slack <= x && x <= box.value.hi + slack;
+}
+
+::testing::AssertionResult encloses(const BoxTurn& box, const glm::dquat& q) {
+  const double own[] = {q.w, q.x, q.y, q.z};
+  const BoxReal* all[] = {&box.w, &box.x, &box.y, &box.z};
+  bool as_is = true, negated = true;
+  for (int i = 0; i < 4; ++i) {
+    as_is = as_is && is_inside(*all[i], own[i]);
+    negated = negated && is_inside(*all[i], -own[i]);
+  }
+  if (as_is || negated) return ::testing::AssertionSuccess();
+  return ::testing::AssertionFailure() << "not enclosed";
+}
+
+TEST(BoxNumber, EnclosesValuesAndSlopesOfWhatIsCalculated) {
+  std::mt19937 random(1);
+  for (int i = 0; i < 2000; ++i) {
+    const Box box(random, 1.0, 0.5);
+    const auto f = [](const auto& x, const auto& y, const auto& z) {
+      using std::cos;
+      using std::sin;
+      const auto a = x * y - z;
+      return (a * a + x) / (x * x + y * y + 2.0);
+    };
+    const BoxReal whole = f(box.of[0], box.of[1], box.of[2]);
+    for (int k = 0; k < 5; ++k) {
+      double y[3], x[3];
+      for (int j = 0; j < 3; ++j) {
+        y[j] = 0.99 * uniform(random);
+        x[j] = box.at(j, y[j]);
+      }
+      EXPECT_TRUE(is_inside(whole, f(x[0], x[1], x[2])));
+      for (int j = 0; j < 3; ++j) {
+        constexpr double kStep = 1e-5;
+        double more[] = {x[0], x[1], x[2]};
+        more[j] = box.at(j, y[j] + kStep);
+        const double slope = (f(more[0], more[1], more[2]) - f(x[0], x[1], x[2])) / kStep;
+        EXPECT_GE(slope, whole.slope[j].lo - 1e-4);
+        EXPECT_LE(slope, whole.slope[j].hi + 1e-4);
+      }
+    }
+  }
+}
+
+TEST(BoxNumber, WidthsFallWithTheSquareOfTheBox) {
+  // x (1 - x) - x + x x = 0 has a wide natural enclosure; its mean value form has none to first
+  // order.
+  double before = 0.0;
+  for (const double width : {0.1, 0.01}) {
+    const BoxReal x = BoxReal::variable(0, 0.3, 0.3 + width);
+    const BoxReal zero = x * (BoxReal(1.0) - x) - x + x * x;
+    const double now = zero.value.width();
+    if (before > 0.0) {
+      EXPECT_LT(now, 0.02 * before);
+    }
+    before = now;
+  }
+}
+
+TEST(BoxNumber, TurnsEncloseThoseOfSinglePoses) {
+  std::mt19937 random(2);
+  int finite = 0;
+  for (int i = 0; i < 1000; ++i) {
+    const Box box(random, 1.2, 0.2);
+    const double t = 0.5 + 0.5 * uniform(random);
+    const glm::dquat base = from_euler_xyz(0.3, -0.2, 0.4);
+    const BoxTurn turn = from_euler_xyz(box.of[0], box.of[1], box.of[2]);
+    const BoxTurn blend = slerp_short(BoxTurn(base), turn, t);
+    const glm::dvec3 up(0, 1, 0), aim = glm::normalize(glm::dvec3(1, 0.2, -0.5));
+    const BoxTurn arc = shortest_arc(turn * BoxVector(up), BoxVector(aim), BoxVector(up));
+    finite += std::isfinite(blend.rate[0]) && std::isfinite(arc.rate[0]);
+    for (int k = 0; k < 4; ++k) {
+      const glm::dquat q = from_euler_xyz(box.at(0, uniform(random)), box.at(1, uniform(random)),
+                                          box.at(2, uniform(random)));
+      EXPECT_TRUE(encloses(turn, q));
+      if (std::isfinite(blend.rate[0])) {
+        EXPECT_TRUE(encloses(blend, slerp_short(base, q, t)));
+      }
+      if (std::isfinite(arc.rate[0])) {
+        EXPECT_TRUE(encloses(arc, shortest_arc(q * up, aim, up)));
+      }
+    }
+  }
+  EXPECT_GT(finite, 500);  // few of these boxes hold a pose without an arc
+}
+
+TEST(BoxNumber, ASlerpsWeightsAreThoseOfItsFormula) {
+  for (const double t : {0.0, 1.0 / 6.0, 0.5, 0.9, 1.0}) {
+    for (const double h : {1e-4, 0.01, 0.19, 0.2003, 0.21, 0.8, 1.5}) {
+      const double c = std::cos(h);
+      const Interval weight = slerp_weight(c, t);
+      EXPECT_NEAR(weight.lo, std::sin(t * h) / std::sin(h), 1e-12 + 2e-8 * (h < 1e-3));
+      EXPECT_LE(weight.width(), 1e-12);
+      constexpr double kStep = 1e-6;
+      if (c + kStep > 1.0) continue;
+      const double slope =
+          (slerp_weight(c + kStep, t).lo - slerp_weight(c - kStep, t).lo) / (2 * kStep);
+      EXPECT_NEAR(slerp_weight_slope(c, t).lo, slope, 1e-7);
+      EXPECT_LE(slerp_weight_slope(c, t).width(), 1e-10);
+    }
+  }
+  EXPECT_FALSE(slerp_weight(Interval(-0.1, 0.1), 0.5).is_finite());
+}
+
+TEST(BoxArc, EnclosesLengthAndParameterOfEveryCurveOfTheBox) {
+  std::mt19937 random(3);
+  int finite = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Box box(random, 1.0, 0.1);
+    const auto points = [](const auto& x, const auto& y, const auto& z, auto vector) {
+      return std::array{vector(0.0 * x, 0.0 * x, 0.0 * x), vector(1.0 + 0.2 * x, 0.3 * y, 0.1 * z),
+                        vector(1.5 + 0.3 * z, 1.0 + 0.5 * x, 0.4 * y),
+                        vector(2.0 + 0.1 * y, 2.0 + x, z)};
+    };
+    const BoxArc arc(points(
+        box.of[0], box.of[1], box.of[2],
+        [](const BoxReal& a, const BoxReal& b, const BoxReal& c) { return BoxVector(a, b, c); }));
+    const double share = 0.5 + 0.5 * uniform(random);
+    const BoxReal u = arc.parameter_at(BoxReal(share) * arc.length());
+    finite += u.is_finite();
+    for (int k = 0; k < 4; ++k) {
+      const auto curve = Curve::bezier(
+          points(box.at(0, uniform(random)), box.at(1, uniform(random)), box.at(2, uniform(random)),
+                 [](double a, double b, double c) { return glm::dvec3(a, b, c); }));
+      EXPECT_TRUE(is_inside(arc.length(), curve.length(), 1e-11));
+      if (u.is_finite()) {
+        EXPECT_TRUE(is_inside(u, curve.at_fraction(share).u, 1e-10));
+      }
+    }
+  }
+  EXPECT_GT(finite, 250);
+}
+
+TEST(BoxArc, ACurveThatStandsStillSomewhereHasNoResults) {
+  const BoxReal x = BoxReal::variable(0, -0.1, 0.1);
+  // Straight there and back: the velocity vanishes at the turn for x = 0.
+  const BoxArc arc({BoxVector(0.0, 0.0, 0.0), BoxVector(2.0, x, 0.0), BoxVector(2.0, x, 0.0),
+                    BoxVector(0.0, 0.0, 0.0)});
+  EXPECT_FALSE(arc.length().is_finite());
+  EXPECT_FALSE(arc.parameter_at(BoxReal(0.5)).is_finite());
+}
+
+struct Case {
+  const char* name;
+  SystemSpec spec;
+};
+
+std::vector<Case> cases() {
+  using Options = std::map<std::string, OptionValue>;
+  return {
+      {"three_bone", {"three_bone", {}}},
+      {"even", {"even", {}}},
+      {"even_anatomical", {"even", Options{{"twist", std::string("anatomical")}, {"bones", 7.0}}}},
+      {"neck", {"neck", {}}},
+      {"neck_normalised", {"neck", Options{{"gains", std::string("normalised")}}}},
+      {"matrix_blend", {"matrix_blend", {}}},
+      {"matrix_blend_low", {"matrix_blend", Options{{"bones", 6.0}, {"pivot_pos", 1.0}}}},
+      {"matrix_blend_chain", {"matrix_blend", Options{{"pivot_pos", 0.0}}}},
+      {"isner", {"isner", {}}},
+      {"isner_stretchy",
+       {"isner",
+        Options{{"length", std::string("stretchy")}, {"placement", std::string("inclusive")}}}},
+      {"isner_arc", {"isner", Options{{"aim", std::string("shortest_arc")}}}},
+      {"isner_blend", {"isner", Options{{"aim", std::string("none")}}}}};
+}
+
+class BoxSolvers : public ::testing::TestWithParam<Case> {};
+
+/// What proofs rest on: no pose of a box turns a joint faster than the box's bound.
+TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
+  std::mt19937 random(4);
+  int finite = 0, sharp = 0;
+  for (const RestChain* chain : {&kStraight, &kBent}) {
+    const auto system = build_system(GetParam().spec, *chain);
+    const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
+    ASSERT_NE(solver, nullptr);
+    ASSERT_EQ(solver->why_not_on_boxes(), "");
+    for (int i = 0; i < 200; ++i) {
+      const Mapping mapping = i % 2 == 0 ? Mapping::chest : Mapping::spread;
+      const Box box(random, 1.1, i % 4 < 2 ? 0.01 : 0.1);
+      BoxPose pose;
+      solver->solve_box(solver->controls_for(BodyBox{box.of[0], box.of[1], box.of[2]}, mapping),
+                        pose);
+      ASSERT_EQ(pose.rate.size(), system->rest().joint_count());
+      for (int j = 0; j < 3; ++j) {
+        double y[3];
+        for (double& one : y) one = 0.9 * uniform(random);
+        const auto posed = [&](double shift) {
+          double x[3];
+          for (int k = 0; k < 3; ++k) x[k] = box.at(k, y[k] + (k == j ? shift : 0.0));
+          return system->solve(system->controls_for(
+              BodyPose{std::max(x[0], 0.0), std::max(-x[0], 0.0), x[1], x[2], 0.0, 1.0}, mapping));
+        };
+        constexpr double kStep = 1e-3;
+        const SpinePose a = posed(-0.5 * kStep), b = posed(0.5 * kStep);
+        for (std::size_t k = 0; k < pose.rate.size(); ++k) {
+          const double bound = pose.rate[k][std::size_t(j)];
+          if (!std::isfinite(bound)) continue;
+          const double rate = angle_between(a.turn[k], b.turn[k]) / kStep;
+          EXPECT_LE(rate, bound * (1.0 + 1e-8) + 1e-9) << "case " << i << " joint " << k;
+          ++finite;
+          sharp += rate > 0.8 * bound;
+        }
+      }
+    }
+  }
+  EXPECT_GT(finite, 1000);
+  EXPECT_GT(sharp, finite / 6);  // bounds that say something
+}
+
+/// A box of one pose: the same formulas, so the same gain.
+TEST_P(BoxSolvers, ASmallBoxHasTheGainOfItsPose) {
+  const auto system = build_system(GetParam().spec, kStraight);
+  const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
+  const double at[3] = {0.5, 0.2, -0.3}, half = 1e-6;
+  BoxReal of[3];
+  for (int j = 0; j < 3; ++j) of[j] = BoxReal::variable(j, at[j] - half, at[j] + half);
+  BoxPose pose;
+  solver->solve_box(solver->controls_for(BodyBox{of[0], of[1], of[2]}, Mapping::chest), pose);
+  for (int j = 0; j < 3; ++j) {
+    double from[3] = {at[0], at[1], at[2]}, to[3] = {at[0], at[1], at[2]};
+    from[j] -= half;
+    to[j] += half;
+    const SpinePose a = system->solve(
+        system->controls_for({from[0], 0.0, from[1], from[2], 0.0, 1.0}, Mapping::chest));
+    const SpinePose b =
+        system->solve(system->controls_for({to[0], 0.0, to[1], to[2], 0.0, 1.0}, Mapping::chest));
+    for (std::size_t k = 0; k < pose.rate.size(); ++k) {
+      const double gain = angle_between(a.turn[k], b.turn[k]) / (2.0 * half);
+      const double bound = pose.rate[k][std::size_t(j)] / half;
+      EXPECT_NEAR(bound, gain, 0.02 * gain + 0.02) << "joint " << k << " variable " << j;
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Solver, BoxSolvers, ::testing::ValuesIn(cases()),
+                         [](const auto& info) { return std::string(info.param.name); });
+
+TEST(BoxSolvers, EvenReachesTheGainOfItsPaperProofOnAWholeBox) {
+  const auto system = build_system({"even", {}}, kBent);
+  const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
+  const BodyBox turns{BoxReal::variable(0, -12.0, 12.0), BoxReal::variable(1, -12.0, 12.0),
+                      BoxReal::variable(2, -12.0, 12.0)};
+  BoxPose pose;
+  solver->solve_box(solver->controls_for(turns, Mapping::chest), pose);
+  for (const BoxRates& rate : pose.rate)
+    for (const double each : rate) EXPECT_LE(each, 12.0 * (1.0 + 1e-13));
+  for (const double each : pose.rate.back()) EXPECT_GE(each, 12.0);
+}
+
+TEST(BoxSolvers, WhatHasNoIntervalFormSaysSo) {
+  const auto why = [](const SystemSpec& spec) {
+    const auto system = build_system(spec, kStraight);
+    return dynamic_cast<const BoxSolver&>(*system).why_not_on_boxes();
+  };
+  EXPECT_NE(why({"even", {{"reach", 0.5}}}).find("reach"), std::string::npos);
+  EXPECT_NE(why({"even", {{"limits", std::string("human")}}}).find("limits"), std::string::npos);
+  EXPECT_NE(why({"isner", {{"slerp", std::string("raw")}}}).find("raw"), std::string::npos);
+  EXPECT_NE(why({"isner", {{"depth", std::vector<double>{0.0, 0.4}}}}).find("depth"),
+            std::string::npos);
+}
+
+}  // namespace
+}  // namespace backbend::solver

@@ -1,0 +1,154 @@
+#include "validate/metrics/chain/bend_shares.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/quaternion.hpp>
+
+#include "validate/metrics/math/rotation.h"
+
+namespace backbend::validate {
+namespace {
+
+constexpr std::size_t kJoints = 5, kFrames = 61;
+
+/// A backbend of two degrees a frame, shared by five joints; `uneven` gives the upper ones more.
+std::vector<glm::dvec3> sweep(double uneven = 0.0) {
+  std::vector<glm::dvec3> out;
+  for (std::size_t f = 0; f < kFrames; ++f)
+    for (std::size_t k = 0; k < kJoints; ++k)
+      out.emplace_back(radians_from(-0.4 * static_cast<double>(f) *
+                                    (1.0 + uneven * (static_cast<double>(k) - 2.0))),
+                       0.0, 0.0);
+  return out;
+}
+
+ShareExcess worst(const std::vector<glm::dvec3>& turn, bool from_rest = true) {
+  const std::vector<ShareExcess> all = share_excess(turn, kJoints, from_rest);
+  return *std::max_element(all.begin(), all.end(), [](const ShareExcess& a, const ShareExcess& b) {
+    return a.deg - a.limit_deg < b.deg - b.limit_deg;
+  });
+}
+
+TEST(ShareExcess, NoRigIsBlamedForAnUnevenBend) {
+  for (const double uneven : {0.0, 0.1, 0.25, 0.4}) EXPECT_LT(worst(sweep(uneven)).deg, 1e-6);
+}
+
+TEST(ShareExcess, AKinkIsFoundAtItsJointByItsSizeWhereverItBegins) {
+  for (const double size_deg : {10.0, 30.0})
+    for (const std::size_t from : {0u, 35u, 50u})
+      for (const glm::dvec3& axis : {glm::dvec3(1, 0, 0), glm::dvec3(0, 1, 0)}) {
+        std::vector<glm::dvec3> turn = sweep();
+        for (std::size_t f = from; f < kFrames; ++f)
+          turn[f * kJoints + 3] = rotation_vector(rotation(turn[f * kJoints + 3]) *
+                                                  rotation(axis * radians_from(size_deg)));
+        const ShareExcess found = worst(turn);
+        EXPECT_EQ(found.joint, 3) << size_deg << " from " << from;
+        EXPECT_NEAR(found.deg, size_deg, 0.02 * size_deg) << from;
+        EXPECT_GT(found.deg, found.limit_deg);
+        EXPECT_GT(glm::dot(glm::normalize(found.turn), axis),
+                  0.9);  // the bend turns it by up to 24 deg
+      }
+}
+
+TEST(ShareExcess, PostureThatIsHeldIsNoKinkOfCapturedMotion) {
+  std::vector<glm::dvec3> turn = sweep();
+  for (std::size_t f = 0; f < kFrames; ++f) turn[f * kJoints + 3].x += radians_from(20.0);
+  EXPECT_LT(worst(turn, false).deg, 1e-6);
+}
+
+TEST(ShareExcess, JointsThatKeepNoSharesRaiseTheLimit) {
+  std::vector<glm::dvec3> turn = sweep();
+  for (std::size_t f = 0; f < kFrames; ++f)
+    turn[f * kJoints + 1].x += radians_from(10.0 * std::sin(0.3 * static_cast<double>(f)));
+  const ShareExcess found = worst(turn);
+  EXPECT_LT(found.deg, found.limit_deg);
+}
+
+TEST(ShareExcess, TwoJointsAndFourFramesTellNothing) {
+  EXPECT_EQ(share_excess(std::vector<glm::dvec3>(20), 2, true).front().deg, 0.0);
+  EXPECT_EQ(share_excess(std::vector<glm::dvec3>(20), 5, true).front().deg, 0.0);
+}
+
+const glm::dmat3 kAxes(1.0);  // left, up, forward
+
+ShareExcess worst_counter(const std::vector<glm::dvec3>& turn, const glm::dmat3& axes = kAxes) {
+  const std::vector<ShareExcess> all = counter_turns(turn, kJoints, axes);
+  return *std::max_element(all.begin(), all.end(), [](const ShareExcess& a, const ShareExcess& b) {
+    return a.deg - a.limit_deg < b.deg - b.limit_deg;
+  });
+}
+
+/// A sweep to 24 degrees in which joint 2 turns by `deg` about the axis, growing with the sweep,
+/// and joint 3 turns back.
+std::vector<glm::dvec3> taken_back(double deg, const glm::dvec3& axis) {
+  std::vector<glm::dvec3> turn = sweep();
+  for (std::size_t f = 0; f < kFrames; ++f) {
+    const double t = static_cast<double>(f) / (kFrames - 1);
+    for (std::size_t k = 0; k < kJoints; ++k) turn[f * kJoints + k] *= 0.2;
+    turn[f * kJoints + 2] += axis * radians_from(deg * t);
+    turn[f * kJoints + 3] -= axis * radians_from(deg * t);
+  }
+  return turn;
+}
+
+TEST(CounterTurns, NoRigIsBlamedForAnUnevenBend) {
+  for (const double uneven : {0.0, 0.1, 0.25, 0.4})
+    EXPECT_LT(worst_counter(sweep(uneven)).deg, 1e-6);
+}
+
+TEST(CounterTurns, AKinkOrRollThatGrowsWithTheSweepIsFoundByItsSize) {
+  for (const double size_deg : {15.0, 40.0})
+    for (const glm::dvec3& axis :
+         {glm::dvec3(0, 1, 0), glm::dvec3(0, 0, 1), glm::dvec3(0, -1, 0)}) {
+      const ShareExcess found = worst_counter(taken_back(size_deg, axis));
+      EXPECT_TRUE(found.joint == 2 || found.joint == 3);
+      EXPECT_NEAR(found.deg, size_deg, 1e-6);
+      EXPECT_GT(found.deg, found.limit_deg);
+      EXPECT_TRUE(found.taken_back);
+      EXPECT_NEAR(std::abs(glm::dot(glm::normalize(found.turn), axis)), 1.0, 1e-9);
+    }
+  // share_excess() takes it for the joint's own share.
+  EXPECT_LT(worst(taken_back(15.0, {0, 1, 0})).deg, 1e-6);
+}
+
+TEST(CounterTurns, AreTheSameForABodyThatStandsTurned) {
+  const glm::dmat3 axes = glm::mat3_cast(rotation(glm::dvec3(0.3, 0.8, -0.2)));
+  std::vector<glm::dvec3> turn = taken_back(15.0, {0, 1, 0});
+  const ShareExcess straight = worst_counter(turn);
+  for (glm::dvec3& each : turn) each = axes * each;
+  const ShareExcess turned = worst_counter(turn, axes);
+  EXPECT_EQ(turned.joint, straight.joint);
+  EXPECT_NEAR(turned.deg, straight.deg, 1e-9);
+  EXPECT_NEAR(glm::distance(turned.turn, axes * straight.turn), 0.0, 1e-9);
+}
+
+TEST(CounterTurns, OneAxisThatBringsAnotherWithItIsNoKink) {
+  // 0.4 of the bend, as splines along a curved spine have it.
+  const ShareExcess last = counter_turns(taken_back(0.4 * 24.0, {0, 1, 0}), kJoints, kAxes).back();
+  EXPECT_NEAR(last.deg, 9.6, 1e-6);
+  EXPECT_NEAR(last.limit_deg, 10.8, 1e-6);
+}
+
+TEST(CounterTurns, JointsThatKeepNoProportionRaiseTheLimit) {
+  std::vector<glm::dvec3> turn = taken_back(15.0, {0, 1, 0});
+  for (std::size_t f = 0; f < kFrames; ++f) {
+    const double wander = radians_from(6.0 * std::sin(0.7 * static_cast<double>(f)));
+    for (std::size_t k = 0; k < kJoints; ++k) turn[f * kJoints + k].x += wander * (k % 2 ? 1 : -1);
+  }
+  const ShareExcess last = counter_turns(turn, kJoints, kAxes).back();
+  EXPECT_GT(last.deg, 14.0);
+  EXPECT_LT(last.deg, last.limit_deg);
+}
+
+TEST(CounterTurns, ABodyThatHardlyTurnsAndTwoJointsTellNothing) {
+  std::vector<glm::dvec3> turn = taken_back(15.0, {0, 1, 0});
+  for (glm::dvec3& each : turn) each.x = 0.0;  // all joints together turn by nothing
+  EXPECT_EQ(worst_counter(turn).deg, 0.0);
+  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 2, kAxes).front().deg, 0.0);
+  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 5, kAxes).front().deg, 0.0);
+}
+
+}  // namespace
+}  // namespace backbend::validate

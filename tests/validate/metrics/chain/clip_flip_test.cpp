@@ -1,0 +1,175 @@
+#include "validate/metrics/chain/clip_flip.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+namespace backbend::validate {
+namespace {
+
+const glm::dvec3 kX(1, 0, 0), kZ(0, 0, 1);
+
+/// A lively clip: each joint swings about two axes, a few times a second at its busiest.
+struct Clip {
+  std::size_t joints = 3, frames = 144;
+  std::vector<glm::dquat> turn;
+  std::vector<double> time;
+
+  explicit Clip(double speed = 1.0, double rate = 30.0) {
+    for (std::size_t f = 0; f < frames; ++f) {
+      time.push_back(static_cast<double>(f) / rate);
+      for (std::size_t j = 0; j < joints; ++j) {
+        const double t = time.back() * speed, k = 1.0 + 0.3 * static_cast<double>(j);
+        turn.push_back(rotation(kX * (0.6 * std::sin(5.0 * k * t))) *
+                       rotation(kZ * (0.4 * std::sin(3.1 * k * t + 1.0))));
+      }
+    }
+  }
+  glm::dquat& at(std::size_t frame, std::size_t joint) { return turn[frame * joints + joint]; }
+  ClipReport find() const { return find_clip_flips({joints, turn, time}); }
+};
+
+TEST(FindClipFlips, AcrobaticsAreNoFlips) {
+  for (double speed : {0.0, 1.0, 2.0, 3.0}) EXPECT_TRUE(Clip(speed).find().jumps.empty()) << speed;
+}
+
+TEST(FindClipFlips, AStepIsFoundBetweenItsFramesAndSized) {
+  for (double size_deg : {60.0, 90.0, 120.0, 180.0})
+    for (std::size_t at : {0u, 1u, 50u, 141u, 142u}) {
+      Clip clip;
+      for (std::size_t f = at + 1; f < clip.frames; ++f)
+        clip.at(f, 1) = clip.at(f, 1) * rotation(kX * radians_from(size_deg));
+      const ClipReport report = clip.find();
+      ASSERT_EQ(report.jumps.size(), 1u) << size_deg << " at " << at;
+      EXPECT_EQ(report.jumps[0].joint, 1u);
+      EXPECT_EQ(report.jumps[0].frame, at);
+      EXPECT_EQ(report.jumps[0].frames_out, 0u);
+      EXPECT_NEAR(report.jumps[0].size_deg, size_deg, 0.05 * size_deg);
+    }
+}
+
+TEST(FindClipFlips, InCalmMotionEightDegreesAreEnoughWhicheverSideTheyAreMultipliedFrom) {
+  for (double size_deg : {8.0, 10.0, 25.0, 40.0, 90.0, 180.0})
+    for (const bool own : {false, true})
+      for (std::size_t out : {0u, 1u, 2u, 4u, 20u}) {
+        Clip clip(0.1);
+        const glm::dquat turn =
+            rotation(glm::normalize(glm::dvec3(1, 2, -1)) * radians_from(size_deg));
+        for (std::size_t f = 60; f < (out == 0 ? clip.frames : 60 + out); ++f)
+          clip.at(f, 2) = own ? clip.at(f, 2) * turn : turn * clip.at(f, 2);
+        const ClipReport report = clip.find();
+        // What stays away for more than four frames is two events.
+        ASSERT_EQ(report.jumps.size(), out > 4 ? 2u : 1u) << size_deg << " for " << out;
+        EXPECT_EQ(report.jumps[0].joint, 2u);
+        EXPECT_EQ(report.jumps[0].frame, 59u);
+        EXPECT_EQ(report.jumps[0].frames_out, out > 4 ? 0u : out);
+        for (const ClipJump& jump : report.jumps)
+          EXPECT_NEAR(jump.size_deg, size_deg, 0.05 * size_deg) << out;
+      }
+}
+
+TEST(FindClipFlips, OutAndBackForLongAreTwo) {
+  Clip clip;
+  for (std::size_t f = 40; f < 60; ++f) clip.at(f, 2) = clip.at(f, 2) * rotation(kX * kPi);
+  const ClipReport report = clip.find();
+  ASSERT_EQ(report.jumps.size(), 2u);
+  EXPECT_EQ(report.jumps[0].frame, 39u);
+  EXPECT_EQ(report.jumps[1].frame, 59u);
+}
+
+TEST(FindClipFlips, AJumpDoesNotHideASmallerOneBesideIt) {
+  Clip clip(0.2);
+  for (std::size_t f = 60; f < clip.frames; ++f) clip.at(f, 1) = clip.at(f, 1) * rotation(kX * kPi);
+  for (std::size_t f = 66; f < clip.frames; ++f)
+    clip.at(f, 1) = clip.at(f, 1) * rotation(kZ * radians_from(12.0));
+  const ClipReport report = clip.find();
+  ASSERT_EQ(report.jumps.size(), 2u);
+  EXPECT_EQ(report.jumps[0].frame, 59u);
+  EXPECT_EQ(report.jumps[1].frame, 65u);
+  EXPECT_NEAR(report.jumps[1].size_deg, 12.0, 0.6);
+}
+
+TEST(FindClipFlips, AJointsOwnPopRaisesNoFloor) {
+  // The clavicle of the report that hid its own 25 degrees: still but for one frame.
+  Clip clip;
+  for (std::size_t f = 0; f < clip.frames; ++f)
+    clip.at(f, 0) = rotation(kX * (f == 70 ? radians_from(25.0) : 0.0));
+  const ClipReport report = clip.find();
+  ASSERT_EQ(report.jumps.size(), 1u);
+  EXPECT_NEAR(report.jumps[0].size_deg, 25.0, 0.01);
+  EXPECT_LT(report.detectable_deg[0], 8.0);
+}
+
+TEST(FindClipFlips, TheSignOfAQuaternionIsNoMotion) {
+  Clip clip;
+  for (std::size_t f = 30; f < 90; ++f) clip.at(f, 0) = -clip.at(f, 0);
+  EXPECT_TRUE(clip.find().jumps.empty());
+}
+
+TEST(FindClipFlips, UnevenKeysAreNoJumps) {
+  // Every third frame dropped, and a gap of five: the same motion at other times.
+  const Clip even;
+  Clip uneven;
+  uneven.turn.clear();
+  uneven.time.clear();
+  for (std::size_t f = 0; f < even.frames; ++f) {
+    if (f % 3 == 2 || (f > 70 && f < 75)) continue;
+    uneven.time.push_back(even.time[f]);
+    for (std::size_t j = 0; j < 3; ++j) uneven.turn.push_back(even.turn[f * 3 + j]);
+  }
+  EXPECT_TRUE(uneven.find().jumps.empty());
+}
+
+TEST(FindClipFlips, ASteadySpinIsNoFlip) {
+  Clip clip;
+  for (std::size_t f = 0; f < clip.frames; ++f)
+    clip.at(f, 0) = rotation(kX * wrapped(radians_from(45.0 * static_cast<double>(f))));
+  EXPECT_TRUE(clip.find().jumps.empty());
+}
+
+TEST(FindClipFlips, SaysWhatItCouldNotHaveSeen) {
+  const ClipReport calm = Clip(0.1).find(), lively = Clip(6.0).find();
+  EXPECT_LT(calm.detectable_deg[0], 8.0);
+  EXPECT_GT(lively.detectable_deg[2], 45.0);
+}
+
+TEST(FindClipFlips, AJumpOfTheSizeThatIsStatedIsFoundAnywhere) {
+  for (double speed : {0.1, 0.5, 1.0, 2.0}) {
+    const ClipReport clean = Clip(speed).find();
+    for (std::size_t joint = 0; joint < 3; ++joint)
+      for (std::size_t at = 0; at + 1 < 144; at += 11) {
+        // A degree more: the planted turn moves the paces behind it a little.
+        const double size_deg = std::min(180.0, clean.detectable_deg[joint] + 1.0);
+        if (size_deg > 170.0) continue;
+        Clip clip(speed);
+        for (std::size_t f = at + 1; f < clip.frames; ++f)
+          clip.at(f, joint) = clip.at(f, joint) * rotation(kZ * radians_from(size_deg));
+        const ClipReport report = clip.find();
+        EXPECT_TRUE(std::any_of(
+            report.jumps.begin(), report.jumps.end(),
+            [&](const ClipJump& jump) { return jump.joint == joint && jump.frame == at; }))
+            << speed << " joint " << joint << " at " << at << " by " << size_deg;
+      }
+  }
+}
+
+TEST(FindClipFlips, TooFewFramesDetectNothing) {
+  Clip clip;
+  clip.time.resize(4);
+  clip.turn.resize(12);
+  clip.at(2, 0) = rotation(kX * 3.0);
+  const ClipReport report = clip.find();
+  EXPECT_TRUE(report.jumps.empty());
+  EXPECT_TRUE(std::isinf(report.detectable_deg[0]));
+}
+
+TEST(FindClipFlips, AFrameThatIsNotANumberIsNamed) {
+  Clip clip;
+  clip.at(17, 2).y = std::nan("");
+  EXPECT_FALSE(clip.find().finite);
+  EXPECT_EQ(clip.find().not_finite_frame, 17u);
+}
+
+}  // namespace
+}  // namespace backbend::validate

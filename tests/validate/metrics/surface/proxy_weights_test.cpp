@@ -1,0 +1,93 @@
+#include "validate/metrics/surface/proxy_weights.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+
+#include "skin/deform/skinning.h"
+#include "validate/calibrate/calibration_body.h"
+
+namespace backbend::validate {
+namespace {
+
+std::vector<skin::Influences> proxies(const skin::Character& character,
+                                      const skin::Anatomy& anatomy) {
+  const skin::SpineDriver driver(character, anatomy);
+  const auto made = proxy_weights(character, anatomy, driver, skin::rest_mesh(character));
+  if (!made) throw std::runtime_error("no proxy");
+  return *made;
+}
+
+double sum_of(const skin::Influences& influences) {
+  double sum = 0.0;
+  for (const float weight : influences.weight) sum += weight;
+  return sum;
+}
+
+TEST(ProxyWeights, AreLinearBetweenTheJointsOfAStraightSpine) {
+  const auto body = tube_body(6);
+  const skin::Character& character = body->character();
+  const std::vector<skin::Influences> made = proxies(character, body->stage().anatomy());
+  int looked_at = 0;
+  for (std::size_t v = 0; v < made.size(); ++v) {
+    EXPECT_NEAR(sum_of(made[v]), 1.0, 1e-6);
+    const glm::vec3 p = character.bind_position[v];
+    // The torso's own vertices between hips (0.9) and neck (1.5), bones of 0.1, clear of the arms.
+    if (std::abs(p.x) > 0.11 || p.y < 0.91 || p.y > 1.35) continue;
+    const double along = (p.y - 0.9) / 0.1;
+    double mean = 0.0;
+    for (int k = 0; k < skin::kMaxInfluences; ++k) mean += made[v].joint[k] * made[v].weight[k];
+    EXPECT_NEAR(mean, along, 0.01) << "height " << p.y;  // joint k stands at k bones
+    ++looked_at;
+  }
+  EXPECT_GT(looked_at, 1000);
+}
+
+TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) {
+  const auto body = tube_body(6);
+  skin::Character worse = body->character();
+  const std::vector<skin::Influences> clean = proxies(worse, body->stage().anatomy());
+  std::size_t arms = 0;
+  for (skin::Influences& influences : worse.influences) {  // rigid: the heaviest joint takes all
+    influences.weight = {1.0f};
+  }
+  const std::vector<skin::Influences> again = proxies(worse, body->stage().anatomy());
+  for (std::size_t v = 0; v < clean.size(); ++v) {
+    EXPECT_EQ(again[v].joint[0], clean[v].joint[0]) << v;
+    EXPECT_NEAR(again[v].weight[0], clean[v].weight[0], 1e-6) << v;
+    if (body->character().influences[v].joint[0] > 7) {
+      EXPECT_EQ(clean[v].weight[0], 1.0f);
+      EXPECT_EQ(clean[v].joint[0], body->character().influences[v].joint[0]);
+      ++arms;
+    }
+  }
+  EXPECT_GT(arms, 100u);
+}
+
+TEST(ProxyWeights, KeepTheirSumWhereNotAllFit) {
+  const auto body = tube_body(6);
+  skin::Character crowded = body->character();
+  // Of a vertex half way between two joints, seven joints that are not the spine's take 0.7.
+  const auto half_way = std::ranges::find_if(crowded.bind_position, [](const glm::vec3& p) {
+    return std::abs(p.x) < 0.05f && std::abs(p.y - 1.15f) < 0.012f;
+  });
+  ASSERT_NE(half_way, crowded.bind_position.end());
+  const auto v = static_cast<std::size_t>(half_way - crowded.bind_position.begin());
+  ASSERT_GE(crowded.joints.size(), 14u);
+  skin::Influences& all = crowded.influences[v];
+  all = {};
+  all.joint[0] = 3;
+  all.weight[0] = 0.3f;
+  for (int k = 1; k < 8; ++k) {
+    all.joint[k] = static_cast<std::uint16_t>(6 + k);
+    all.weight[k] = 0.1f + 0.001f * static_cast<float>(k - 4);
+  }
+  const skin::Influences made = proxies(crowded, body->stage().anatomy())[v];
+  for (const float weight : made.weight) EXPECT_GT(weight, 0.0f);
+  EXPECT_NEAR(sum_of(made), 1.0, 1e-6);
+  EXPECT_EQ(std::ranges::count(made.joint, 7), 0) << "the lightest of the nine";
+  EXPECT_NEAR(made.weight[0] + made.weight[1], 0.3 / 0.903, 1e-5);
+}
+
+}  // namespace
+}  // namespace backbend::validate

@@ -1,0 +1,181 @@
+#include "validate/metrics/surface/spine_slices.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/validate/tube_fixture.h"
+
+namespace backbend::validate {
+namespace {
+
+using testing::even_bend;
+using testing::SlicedTube;
+using testing::Tube;
+
+double polygon_area(double radius, int sides) {
+  return 0.5 * sides * radius * radius * std::sin(2.0 * kPi / sides);
+}
+
+TEST(SpineLine, RunsThroughItsEndsAndAlongAStraightChain) {
+  const std::vector<glm::dvec3> joints{{0, 0, 0}, {0, 1, 0}, {0, 4, 0}};
+  const SpineLine line(joints);
+  EXPECT_NEAR(line.length(), 4.0, 1e-12);
+  for (double s : {-0.2, 0.0, 0.25, 0.7, 1.0, 1.3}) {
+    EXPECT_NEAR(glm::distance(line.point(s), glm::dvec3(0, 4 * s, 0)), 0.0, 1e-6) << s;
+    EXPECT_NEAR(line.foot({0.3, 4 * s, -0.2}).s, s, 1e-6) << s;
+  }
+}
+
+TEST(SpineLine, AFootIsWhereThePlaneSquareToTheLineHoldsThePoint) {
+  const std::vector<glm::dvec3> joints{{0, 0, 0}, {0, 1, 0.1}, {0, 2, 0.5}, {0, 2.7, 1.2}};
+  const SpineLine line(joints);
+  for (double s = 0.0; s <= 1.0; s += 0.05) {
+    const glm::dvec3 across = glm::normalize(glm::cross(line.tangent(s), glm::dvec3(1, 0, 0)));
+    for (double away : {-0.3, 0.0, 0.3}) {
+      const SpineLine::Foot foot = line.foot(line.point(s) + away * across);
+      EXPECT_NEAR(foot.s, s, 2e-3) << s << " away " << away;
+      EXPECT_TRUE(foot.sure);
+    }
+  }
+}
+
+TEST(SpineLine, DeepInsideABendAFootIsNotSure) {
+  std::vector<glm::dvec3> joints;  // a half circle of radius 1
+  for (int i = 0; i <= 12; ++i)
+    joints.push_back({0, std::sin(kPi * i / 12), 1.0 - std::cos(kPi * i / 12)});
+  const SpineLine line(joints);
+  EXPECT_TRUE(line.foot({0, -0.1, 0.6}).sure);
+  EXPECT_FALSE(line.foot({0, 0.05, 0.95}).sure);
+}
+
+TEST(SpineCoordinate, WhereAFootIsNotSureIsTheMeanOfTheNeighbours) {
+  std::vector<glm::dvec3> joints;  // a half circle of radius 1 about (0, 0, 1)
+  for (int i = 0; i <= 12; ++i)
+    joints.push_back({0, std::sin(kPi * i / 12), 1.0 - std::cos(kPi * i / 12)});
+  const SpineLine line(joints);
+  // Two vertices near the centre, side by side, and a rim of five on the body around them.
+  std::vector<glm::vec3> position{{0, 0.05f, 0.95f}, {0, 0.02f, 1.04f}};
+  for (const double turn : {0.4, 0.9, 1.5, 2.2, 2.9})
+    position.emplace_back(0.05, 1.1 * std::sin(turn), 1.0 - 1.1 * std::cos(turn));
+  const std::vector<glm::uvec3> triangle{{0, 2, 3}, {0, 3, 4}, {0, 4, 1}, {1, 4, 5}, {1, 5, 6}};
+  const std::vector<glm::vec3> normal(7, glm::vec3(1, 0, 0));
+  const std::vector<std::uint32_t> place{0, 1, 2, 3, 4, 5, 6};
+  const std::vector<std::uint8_t> torso(7, 1);
+  const std::vector<float> s =
+      spine_coordinate({position, normal, triangle, place, 7, torso, {}, joints}, line);
+  for (int v = 2; v < 7; ++v) EXPECT_NEAR(s[v], line.foot(glm::dvec3(position[v])).s, 1e-6) << v;
+  EXPECT_NEAR(s[0], (s[1] + s[2] + s[3] + s[4]) / 4.0, 1e-5);
+  EXPECT_NEAR(s[1], (s[0] + s[4] + s[5] + s[6]) / 4.0, 1e-5);
+  EXPECT_GT(std::abs(s[0] - line.foot(glm::dvec3(position[0])).s), 0.02) << "nothing was relaxed";
+}
+
+TEST(CutSlices, OfATubeAreItsCrossSections) {
+  const SlicedTube t(Tube(10));
+  EXPECT_EQ(t.slices.measured(), 64u);
+  for (int r = 0; r < 64; ++r) {
+    const Slice& slice = t.slices.slice[r];
+    EXPECT_NEAR(slice.s, 0.05 + 0.9 * r / 63, 1e-6);
+    EXPECT_NEAR(t.rest_slices.area[r].y, polygon_area(0.1, 48), 1e-5);
+    EXPECT_NEAR(glm::distance(t.rest_slices.centre[r], glm::dvec3(0, slice.s, 0)), 0.0, 1e-6);
+    EXPECT_NEAR(t.rest_slices.direction[r].x, 1.0, 1e-4);
+    double sum = 0.0;
+    for (double w : slice.weight) sum += w;
+    EXPECT_NEAR(sum, 1.0, 1e-12);
+    EXPECT_NEAR(glm::dot(slice.line[0].offset, glm::dvec3(1, 0, 0)), 0.1, 1e-6);
+    EXPECT_NEAR(glm::dot(slice.line[4].offset, glm::dvec3(0, 0, -1)), 0.1, 1e-6);
+  }
+}
+
+TEST(CutSlices, PosedAreTheSameMaterial) {
+  const SlicedTube t(Tube(10));
+  const glm::dquat turn = rotation({0.3, -1.1, 0.7});
+  std::vector<glm::vec3> moved;
+  for (const glm::vec3& p : t.tube.position)
+    moved.push_back(glm::vec3(turn * (2.0 * glm::dvec3(p)) + glm::dvec3(3, 4, 5)));
+  const SlicePose pose = pose_slices(t.slices, moved);
+  for (int r = 0; r < 64; ++r) {
+    EXPECT_NEAR(glm::length(pose.area[r]), 4.0 * glm::length(t.rest_slices.area[r]), 1e-5);
+    EXPECT_LT(
+        glm::distance(pose.centre[r], turn * (2.0 * t.rest_slices.centre[r]) + glm::dvec3(3, 4, 5)),
+        1e-5);
+    EXPECT_LT(glm::distance(pose.direction[r], turn * t.rest_slices.direction[r]), 1e-4);
+  }
+}
+
+TEST(CutSlices, DirectionLiesInTheSliceHoweverItIsBent) {
+  const SlicedTube t(Tube(10));
+  std::vector<glm::vec3> moved;  // rings lean, and are bent out of their planes
+  for (const glm::vec3& p : t.tube.position)
+    moved.emplace_back(p.x, p.y + 0.6f * p.x - 0.3f * p.z + 40.0f * p.x * p.x * p.x, p.z);
+  const SlicePose pose = pose_slices(t.slices, moved);
+  for (int r = 0; r < 64; ++r) {
+    EXPECT_NEAR(glm::length(pose.direction[r]), 1.0, 1e-9);
+    EXPECT_NEAR(glm::dot(pose.direction[r], glm::normalize(pose.area[r])), 0.0, 1e-9);
+  }
+}
+
+TEST(CutSlices, WhereAnArmWasTakenOffTheRingIsClosedStraight) {
+  Tube tube(10);
+  for (std::size_t v = 0; v < tube.position.size(); ++v)  // a quarter of the tube, half way up
+    if (tube.position[v].x > 0.1 * 0.7072 && std::abs(tube.position[v].y - 0.5) < 0.1)
+      tube.torso[v] = 0;
+  const SlicedTube t(std::move(tube));
+  const SlicedTube whole(Tube(10));
+  const double full = polygon_area(0.1, 48);
+  // The chord over a quarter cuts off r^2 (pi/4 - 1/2); the mask takes one more row of triangles.
+  const double cut = 0.1 * 0.1 * (kPi / 4 - 0.5);
+  EXPECT_NEAR(glm::length(t.rest_slices.area[31]), full - cut, 0.4 * cut);
+  EXPECT_LT(glm::length(t.rest_slices.area[31]), full - 0.5 * cut);
+  EXPECT_NEAR(glm::length(t.rest_slices.area[5]), full, 1e-6);
+  bool gap = false;
+  for (const LinePoint& point : t.slices.slice[31].line) gap = gap || !point.surface;
+  EXPECT_TRUE(gap);
+  EXPECT_TRUE(whole.slices.slice[31].line[0].surface);
+}
+
+TEST(CutSlices, ARingBesideTheSpineIsNoSlice) {
+  Tube tube(10);
+  for (glm::vec3& p : tube.position) p.x += 0.5f;  // like a leg
+  const SlicedTube t(std::move(tube));
+  EXPECT_EQ(t.slices.measured(), 0u);
+  EXPECT_TRUE(std::isnan(t.rest_slices.centre[10].x));
+  const SliceMeasures m = t.measure(t.tube.position, no_intent(t.slices, t.rest_slices));
+  EXPECT_EQ(m.measured, 0u);
+  EXPECT_TRUE(std::isnan(m.least_area_ratio));
+  EXPECT_TRUE(std::isnan(m.kink_worst_deg));
+  EXPECT_TRUE(std::isnan(m.folded));
+}
+
+TEST(CutSlices, DoNotDependOnHowVerticesAreSplitOrOrdered) {
+  const SlicedTube plain(Tube(10));
+  Tube tube(10);
+  const std::size_t count = tube.position.size();  // every triangle gets vertices of its own
+  Tube split = tube;
+  split.position.clear();
+  split.normal.clear();
+  split.place.clear();
+  split.torso.clear();
+  split.weight.clear();
+  std::uint32_t next = 0;
+  for (glm::uvec3& t : split.triangle)
+    for (int i = 0; i < 3; ++i) {
+      split.position.push_back(tube.position[t[i]]);
+      split.normal.push_back(tube.normal[t[i]]);
+      split.place.push_back(t[i]);
+      split.torso.push_back(1);
+      split.weight.push_back(tube.weight[t[i]]);
+      t[i] = next++;
+    }
+  RestMesh mesh = split.mesh();
+  mesh.place_count = static_cast<std::uint32_t>(count);
+  const SpineLine line(split.spine);
+  const auto coordinate = spine_coordinate(mesh, line);
+  const SpineSlices slices = cut_slices(mesh, line, coordinate, {1, 0, 0}, 64);
+  const SlicePose pose = pose_slices(slices, split.position);
+  for (int r = 0; r < 64; ++r) {
+    EXPECT_EQ(slices.slice[r].ring.size(), plain.slices.slice[r].ring.size());
+    EXPECT_LT(glm::distance(pose.area[r], plain.rest_slices.area[r]), 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace backbend::validate

@@ -1,0 +1,23 @@
+#pragma once
+#include <filesystem>
+#include <optional>
+
+#include "skin/anatomy/anatomy.h"
+#include "skin/anatomy/sidecar.h"
+
+namespace backbend::validate {
+
+/// A character as a person confirmed it, ready for a Stage.
+struct ConfirmedCharacter {
+  skin::Character character;
+  skin::AnatomyHints hints;              // from the command line first, then the sidecar
+  std::optional<skin::Sidecar> sidecar;  // if the file has one
+};
+
+/// load_character() with the sidecar beside it, if there is one: it counts as part of the content.
+/// Throws skin::CharacterError also for a broken sidecar, and where the character no longer matches
+/// what was confirmed (unless it is being confirmed again).
+ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::AnatomyHints hints,
+                                  bool about_to_confirm = false);
+
+}  // namespace backbend::validate

@@ -1,0 +1,238 @@
+#include "validate/judge/judge_external.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+#include "validate/live/external_rig.h"
+#include "validate/metrics/chain/bend_shares.h"
+#include "validate/metrics/chain/chain.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+
+// Where a channel is read, and what of it counts as nothing, degrees.
+constexpr double kReadAt_deg = 30.0, kNothing_deg = 0.5;
+
+PoseDegrees pose_of(std::string_view channel, double angle) {
+  PoseDegrees pose;
+  *pose.find(channel) = angle;
+  return pose;
+}
+
+/// What a mapping that answers so has wrong, as the one who wrote it would say it.
+std::string cause_of(const ChannelResponse& response) {
+  const double turned = std::hypot(response.arrived_deg, response.other_deg);
+  if (turned < kNothing_deg)
+    return response.channel == "twist" ? "nothing of it arrives: the chain does not carry this "
+                                         "twist, or the control is not "
+                                         "the chest's"
+                                       : "nothing of it arrives: the control that the mapping "
+                                         "names does not move the spine";
+  if (-response.arrived_deg > response.other_deg)
+    return "the chest turns the other way round: the mapping's sign is wrong";
+  if (response.other_deg > std::abs(response.arrived_deg))
+    return "the chest turns " + number_text(response.other_deg, 1) +
+           " deg about other axes: the mapping's axis is wrong";
+  return "the rest is lost on the way, or per_degree is too small";
+}
+
+std::string targets_text(const ExternalRig& rig, std::string_view channel) {
+  std::string text;
+  for (const ControlTarget& target : rig.mapping().targets(channel))
+    text += (text.empty() ? "" : ", ") + target.channel + " x " + number_text(target.per_degree);
+  return text;
+}
+
+const SweepRecord* sweep_of(const RigRecord& rig, std::string_view channel) {
+  for (const SweepRecord& sweep : rig.sweeps)
+    if (moves_alone(sweep.sweep, channel)) return &sweep;
+  return nullptr;
+}
+
+Finding response_finding(const RigRecord& rig, const JudgeContext& context,
+                         const SweepRecord& sweep, const ExternalRig& external,
+                         const ChannelResponse& response) {
+  Finding finding = start_finding(rig, context, sweep, "BB049",
+                                  pose_of(response.channel, kReadAt_deg), kReadAt_deg);
+  // Whatever the envelope: all that is said of this channel rests on it.
+  finding.verdict = Verdict::fail;
+  finding.value = response.share();
+  finding.detail = "of " + number_text(response.asked_deg, 1) + " deg of " + response.channel +
+                   " (" + targets_text(external, response.channel) + "), " +
+                   number_text(response.arrived_deg, 1) +
+                   " arrive at the chest: " + cause_of(response);
+  finding.geometry["asked_deg"] = response.asked_deg;
+  finding.geometry["arrived_deg"] = response.arrived_deg;
+  finding.geometry["other_deg"] = response.other_deg;
+  finding.image.note = "no picture metric looks at this";
+  return finding;
+}
+
+void judge_memory(const RigRecord& rig, const JudgeContext& context, const ExternalRig& external,
+                  ExternalJudgement& out) {
+  out.coverage.push_back({"BB044", 1, 1, 0, 0});
+  const ExternalRig::Memory& memory = external.memory();
+  if (!external.has_memory() || rig.sweeps.empty()) return;
+  PoseDegrees pose;
+  pose.extension = degrees(memory.pose.extension);
+  pose.flexion = degrees(memory.pose.flexion);
+  pose.side = degrees(memory.pose.side);
+  pose.twist = degrees(memory.pose.twist);
+  Finding finding = start_finding(rig, context, rig.sweeps.front(), "BB044", pose, 0.0);
+  finding.verdict = Verdict::fail;
+  finding.value = 100.0 * memory.share;
+  finding.joint = joint_name(rig, memory.joint);
+  finding.detail =
+      "the same pose, asked for again in another order, is another: " +
+      (memory.point >= 0 ? "point " + std::to_string(memory.point) + " of its mesh differs by "
+                         : "'" + finding.joint + "' differs by " + number_text(memory.turn_deg, 2) +
+                               " deg and ") +
+      number_text(100.0 * memory.shift, 2) +
+      " % of spine; the rig has a memory: jumps were not looked for, and no figure "
+      "of it holds";
+  finding.image.note = "no picture metric looks at this";
+  out.findings.push_back(std::move(finding));
+}
+
+/// A joint that leaves its share of the bend over some poses of a sweep, or turns too far and other
+/// joints turn back: kink, or roll where it turns about its own bone. Where the sweep has a jump,
+/// that tells of it.
+std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& context,
+                                     const SweepRecord& sweep) {
+  if (!sweep.flips.jumps.empty()) return std::nullopt;
+  const Index joints = rig.system->rest().turn.size() - 1;
+  std::vector<glm::dvec3> turn;
+  for (const PoseRecord& record : sweep.poses) {
+    const solver::SpinePose pose = rig.system->solve(record.control);
+    for (Index k = 1; k <= joints; ++k)
+      turn.push_back(rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]));
+  }
+  const skin::Anatomy& anatomy = context.stage.anatomy();
+  const std::vector<ShareExcess> shares =
+      joint_excess(turn, joints, {anatomy.left, anatomy.up, anatomy.forward}, true);
+  const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
+  Index worst = 0, poses = 0;
+  for (Index i = 0; i < shares.size(); ++i) {
+    if (over(shares[i]) > over(shares[worst]) + 1e-3) worst = i;
+    poses += over(shares[i]) > 0.0 ? 1 : 0;
+  }
+  if (poses == 0) return std::nullopt;
+  const ShareExcess& excess = shares[worst];
+  const PoseRecord& record = sweep.poses[worst];
+  Finding finding = start_finding(rig, context, sweep, "BB010", record.body, record.control_deg);
+  finding.value = excess.deg;
+  finding.limit = excess.limit_deg;
+  finding.joint = joint_name(rig, excess.joint + 1);
+  const std::vector<glm::dvec3>& place = rig.system->rest().position;
+  const Index below = std::min(static_cast<Index>(excess.joint) + 1, place.size() - 2);
+  const glm::dvec3 bone = place[below + 1] - place[below];
+  // Within 45 degrees of the bone it is a roll.
+  const bool rolls =
+      std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
+  finding.detail = finding.joint + (rolls ? " rolls by " : " is bent by ") +
+                   number_text(excess.deg, 2) +
+                   (excess.taken_back ? " deg that other joints turn back, in "
+                                      : " deg beyond its share of the spine's turn, in ") +
+                   std::to_string(poses) + " of " + std::to_string(shares.size()) + " poses";
+  return finding;
+}
+
+}  // namespace
+
+LimitSet external_limits(LimitSet limits) {
+  limits.set("BB010", {25.0, LimitLayer::builtin, "rigs of your own", "backbend",
+                       "no curve is known that the chain should follow: a joint is held against "
+                       "its neighbours, as in baked clips"});
+  return limits;
+}
+
+std::string resolution_note(const RigRecord& rig) {
+  if (!external_rig(*rig.system)) return {};
+  Index evaluations = 0, sweeps = 0;
+  double smallest_deg = 0.0;
+  std::map<std::string, double> width_deg;  // the widest of a channel's sweeps
+  for (const SweepRecord& sweep : rig.sweeps) {
+    const FlipReport& flips = sweep.flips;
+    if (!flips.certified || flips.samples == 0) continue;
+    ++sweeps;
+    evaluations += flips.samples;
+    smallest_deg = std::max(smallest_deg, flips.smallest_deg);
+    for (const std::string_view channel : kBendChannels) {
+      if (!moves_alone(sweep.sweep, channel)) continue;
+      double& width = width_deg[std::string(channel)];
+      width =
+          std::max(width, flips.smallest_gap * std::abs(sweep.sweep.to_deg - sweep.sweep.from_deg));
+    }
+  }
+  if (width_deg.empty()) return {};
+  std::string text = "rig " + rig.plan.name + ": " + std::to_string(evaluations) +
+                     " evaluations along " + std::to_string(sweeps) +
+                     " sweeps looked for jumps of " + number_text(smallest_deg) +
+                     " deg and more; not seen is what goes and comes back within less than";
+  for (const auto& [channel, width] : width_deg)
+    text += " " + number_text(width, 3) + " deg of " + channel + ",";
+  text.back() = ';';
+  return text + " sweeps with a smaller step look closer";
+}
+
+ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapping mapping,
+                                 std::string_view channel, const glm::dvec3& left) {
+  ChannelResponse out{std::string(channel), kReadAt_deg, 0.0, 0.0};
+  const auto turn_at = [&](double angle) {
+    const solver::SpinePose pose =
+        system.solve(controls_at(system, pose_of(channel, angle), mapping));
+    glm::dvec3 sum(0.0);
+    for (Index k = 1; k < pose.turn.size(); ++k)
+      sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
+    return sum;
+  };
+  const std::vector<glm::dvec3>& joint = system.rest().position;
+  const glm::dvec3 chest = joint.back() - joint.front();
+  const glm::dvec3 along = glm::normalize(chest - left * glm::dot(chest, left));
+  const glm::dvec3 axis = channel == "extension" ? -left
+                          : channel == "flexion" ? left
+                          : channel == "twist"   ? along
+                                                 : -glm::cross(left, along);
+  const glm::dvec3 turn = turn_at(kReadAt_deg) - turn_at(0.0);
+  out.arrived_deg = degrees(glm::dot(turn, axis));
+  out.other_deg = degrees(glm::length(turn - axis * glm::dot(turn, axis)));
+  return out;
+}
+
+ExternalJudgement judge_external(const RigRecord& rig, const JudgeContext& context) {
+  ExternalJudgement out;
+  const ExternalRig* external = external_rig(*rig.system);
+  if (!external) return out;
+  Coverage responses{"BB049", 0, 0, 0, 0};
+  for (const std::string_view channel : kBendChannels) {
+    const SweepRecord* sweep = sweep_of(rig, channel);
+    if (!sweep) continue;
+    ++responses.planned;
+    if (!external->maps(channel)) {
+      ++responses.not_measured;
+      continue;
+    }
+    const ChannelResponse response =
+        channel_response(*rig.system, rig.mapping, channel, context.stage.anatomy().left);
+    if (!std::isfinite(response.share())) {
+      ++responses.not_measured;
+      continue;
+    }
+    ++responses.measured;
+    const Check& check = *find_check("BB049");
+    if (judge(check, response.share(), context.limits.of("BB049").value) != Verdict::fail) continue;
+    out.findings.push_back(response_finding(rig, context, *sweep, *external, response));
+    out.unanswered.emplace_back(channel);
+  }
+  out.coverage.push_back(responses);
+  for (const SweepRecord& sweep : rig.sweeps)
+    if (std::ranges::all_of(sweep.poses, &PoseRecord::taken))
+      if (auto finding = share_finding(rig, context, sweep)) out.findings.push_back(*finding);
+  judge_memory(rig, context, *external, out);
+  return out;
+}
+
+}  // namespace backbend::validate

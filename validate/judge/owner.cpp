@@ -1,0 +1,301 @@
+#include "validate/judge/owner.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "skin/anatomy/chain_arc.h"
+#include "validate/live/external_rig.h"
+#include "validate/metrics/surface/proxy_weights.h"
+#include "validate/stage/ideal_bend.h"
+#include "validate/verdicts/booking.h"
+
+namespace backbend::validate {
+namespace {
+
+PoseDegrees pose_of(const RigRecord& rig, const Finding& finding) {
+  const auto sweep =
+      std::find_if(rig.sweeps.begin(), rig.sweeps.end(),
+                   [&](const SweepRecord& each) { return each.sweep.name == finding.sweep; });
+  return sweep->sweep.pose_at(finding.control_deg);
+}
+
+/// Solves and measures single poses again with other rigs, weights or skinning.
+class SecondOpinions {
+ public:
+  SecondOpinions(const Stage& stage, const BodyMetrics& body, const RigRecord& rig)
+      : stage_(stage), body_(body), rig_(rig), even_(stage.build({"even", {}})) {}
+
+  /// Must be called before proxy() or ideal_proxy().
+  void make_proxy() {
+    const auto weights =
+        proxy_weights(stage_.character(), stage_.anatomy(), stage_.driver(), stage_.rest());
+    if (!weights) return;
+    proxy_ = stage_.character();
+    proxy_->influences = *weights;
+  }
+
+  /// Under `even`: the ideal bend and twist with the same ends and the same weights.
+  PoseRecord ideal(const PoseDegrees& pose, Crossing crossing) const {
+    const IdealBend ideal(pose);
+    if (ideal.spec.options.empty())
+      return measured(*even_, ideal.pose, skin::SkinningMethod::linear, stage_.character(),
+                      crossing);
+    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear,
+                    stage_.character(), crossing);
+  }
+  PoseRecord dual_quaternion(const PoseDegrees& pose, Crossing crossing) const {
+    return measured(*rig_.system, pose, skin::SkinningMethod::dual_quaternion, stage_.character(),
+                    crossing);
+  }
+  /// Linear blending of the same joints, where the rig gives its own points; every metric NaN
+  /// where it does not.
+  PoseRecord blended(const PoseDegrees& pose, Crossing crossing) const {
+    const ExternalRig* external = external_rig(*rig_.system);
+    if (!external || !external->gives_points()) return {};
+    return measured(*rig_.system, pose, skin::SkinningMethod::linear, stage_.character(), crossing);
+  }
+  /// The same rig with clean proxy weights; every metric NaN where there can be none.
+  PoseRecord proxy(const PoseDegrees& pose, Crossing crossing) const {
+    if (!proxy_) return {};
+    return measured(*rig_.system, pose, skin::SkinningMethod::linear, *proxy_, crossing);
+  }
+  /// `even` with clean proxy weights: what this skeleton can do at its best.
+  PoseRecord ideal_proxy(const PoseDegrees& pose, Crossing crossing) const {
+    if (!proxy_) return {};
+    const IdealBend ideal(pose);
+    return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear, *proxy_,
+                    crossing);
+  }
+
+ private:
+  PoseRecord measured(const solver::SpineSystem& system, const PoseDegrees& pose,
+                      skin::SkinningMethod method, const skin::Character& character,
+                      Crossing crossing) const {
+    PoseRecord record;
+    record.body = pose;
+    record.control = controls_at(system, pose, rig_.mapping);
+    PosedCharacter posed;
+    if (&character == &stage_.character()) {
+      // Of the joints, not of the points that a rig of the studio's may give.
+      posed = stage_.pose(system, system.solve(record.control), method);
+    } else {
+      posed.spine = system.solve(record.control);
+      posed.world_from_node = stage_.driver().drive(system, posed.spine);
+      posed.mesh = skin::skin(character, posed.world_from_node, method);
+    }
+    measure_pose(body_, rig_at_rest(system), posed, record, crossing);
+    return record;
+  }
+
+  const Stage& stage_;
+  const BodyMetrics& body_;
+  const RigRecord& rig_;
+  std::unique_ptr<solver::SpineSystem> even_;
+  std::optional<skin::Character> proxy_;
+};
+
+/// The longest bone of the spine up to the chest, as a share of that spine's length.
+double longest_bone(const Stage& stage) {
+  const skin::Anatomy& anatomy = stage.anatomy();
+  double longest = 0.0, whole = 0.0;
+  for (std::size_t k = 0; k < anatomy.chest_index; ++k) {
+    const auto joint = [&](std::size_t i) {
+      return glm::dvec3(
+          stage.character().nodes[static_cast<std::size_t>(anatomy.spine[i])].world_from_node[3]);
+    };
+    const double length = glm::distance(joint(k), joint(k + 1));
+    longest = std::max(longest, length);
+    whole += length;
+  }
+  return whole > 0.0 ? longest / whole : 0.0;
+}
+
+/// Vertices along each bone of the spine up to the chest: a bone's length over the usual edge's
+/// that runs along the spine, of the surface that it moves.
+double rows_per_bone(const Stage& stage) {
+  const skin::Character& character = stage.character();
+  const skin::Anatomy& anatomy = stage.anatomy();
+  std::vector<bool> on_torso(character.nodes.size(), false);
+  std::vector<glm::dvec3> chain;
+  for (std::size_t k = 0; k <= anatomy.chest_index; ++k) {
+    const auto node = static_cast<std::size_t>(anatomy.spine[k]);
+    on_torso[node] = true;
+    chain.emplace_back(character.nodes[node].world_from_node[3]);
+  }
+  constexpr double kElsewhere = -1.0;
+  std::vector<double> along(character.vertex_count(), kElsewhere);
+  for (std::size_t v = 0; v < along.size(); ++v) {
+    const skin::Influences& influences = character.influences[v];
+    double sum = 0.0;
+    for (std::size_t k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+      if (on_torso[static_cast<std::size_t>(character.joints[influences.joint[k]].node)])
+        sum += influences.weight[k];
+    if (sum > 0.5) along[v] = skin::nearest_arc(chain, stage.rest().position[v]);
+  }
+  std::vector<double> edges;
+  for (const glm::uvec3& t : character.triangles)
+    for (int i = 0; i < 3; ++i) {
+      const std::size_t a = t[i], b = t[(i + 1) % 3];
+      if (along[a] == kElsewhere || along[b] == kElsewhere) continue;
+      const double length =
+          glm::distance(glm::dvec3(stage.rest().position[a]), glm::dvec3(stage.rest().position[b]));
+      if (std::abs(along[a] - along[b]) > 0.7 * length) edges.push_back(length);
+    }
+  if (edges.empty()) return 0.0;
+  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
+  std::nth_element(edges.begin(), middle, edges.end());
+  return skin::arc_length(chain) / static_cast<double>(chain.size() - 1) / *middle;
+}
+
+/// `0.94, which passes`: a value of another rig or method, and its verdict.
+std::string verdict_text(const Check& check, double value, double limit) {
+  return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
+}
+
+/// Where the same spine under `even` passes what is the rig's fault: how to take that rig.
+std::string offer_even(const RigRecord& rig, const Check& check, const Finding& finding,
+                       double ideal) {
+  const bool is_rigs = finding.owner == Owner::solver || finding.owner == Owner::rig;
+  if (!is_rigs || rig.plan.spec.system == "even" ||
+      judge(check, ideal, finding.limit) != Verdict::pass)
+    return {};
+  return "; backbend export even builds it in Blender or Maya";
+}
+
+constexpr int kMostSpineJoints = 33;  // a human's vertebrae; nobody would build more
+
+/// `5 joints cannot carry this pose within the limit: about 9 would`
+std::string skeleton_text(const Stage& stage, const Check& check, const Finding& finding,
+                          double clean) {
+  const int joints = static_cast<int>(stage.anatomy().chest_index) + 1;
+  const int needed = joints_needed(check, finding.limit, clean, joints);
+  return std::to_string(joints) + " joints cannot carry " + finding.pose + " here" +
+         (needed > joints && needed <= kMostSpineJoints
+              ? ": about " + std::to_string(needed) + " would"
+              : "") +
+         "; advisory: clean weights and the ideal bend show it, too";
+}
+
+/// What the ideal bend of the same rest spine shows as well belongs to the skeleton, and is
+/// advisory.
+void book_rest_shape(const Check& check, double ideal, Finding& finding) {
+  if (!is_rest_shape(check, finding.limit, finding.value, ideal)) return;
+  finding.owner = Owner::skeleton;
+  finding.verdict = Verdict::stress;
+  finding.detail +=
+      "; advisory: the rest spine turns so sharply there that the ideal bend shows it, too";
+}
+
+}  // namespace
+
+void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
+                 bool judges_weights, std::vector<Finding>& findings) {
+  SecondOpinions opinions(stage, body, rig);
+  const bool is_ideal = rig.plan.spec.system == "even" && rig.plan.spec.options.empty();
+  // A pose of a sweep is solved again once, however many findings name it.
+  struct Opinions {
+    bool on_mesh = false;
+    Crossing crossing = Crossing::left_out;  // unless a finding is of them
+    PoseDegrees pose;
+    PoseRecord ideal, proxy, ideal_proxy, dual, blended;
+  };
+  std::map<std::pair<std::string, double>, Opinions> by_pose;
+  bool any_on_mesh = false;
+  for (const Finding& finding : findings) {
+    const Check& check = *find_check(finding.code);
+    const Metric* metric = metric_of(finding.code);
+    if (metric == nullptr) continue;
+    const bool on_mesh = check.subject == Subject::mesh;
+    if (!on_mesh && is_ideal) continue;  // it is its own ideal
+    Opinions& each = by_pose[{finding.sweep, finding.control_deg}];
+    each.pose = pose_of(rig, finding);
+    each.on_mesh = each.on_mesh || on_mesh;
+    if (metric->id == MetricId::self_intersection) each.crossing = Crossing::measured;
+    any_on_mesh = any_on_mesh || on_mesh;
+  }
+  if (any_on_mesh) opinions.make_proxy();
+  const double rows = any_on_mesh && stage.anatomy().chest_index > 0
+                          ? rows_per_bone(stage)
+                          : std::numeric_limits<double>::infinity();
+  const double longest = longest_bone(stage);
+  std::vector<Opinions*> todo;
+  for (auto& [place, each] : by_pose) todo.push_back(&each);
+  oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
+    Opinions& each = *todo[i];
+    each.ideal = opinions.ideal(each.pose, each.crossing);
+    if (!each.on_mesh) return;
+    each.proxy = opinions.proxy(each.pose, each.crossing);
+    each.ideal_proxy = is_ideal ? each.proxy : opinions.ideal_proxy(each.pose, each.crossing);
+    each.dual = opinions.dual_quaternion(each.pose, each.crossing);
+    each.blended = opinions.blended(each.pose, each.crossing);
+  });
+  for (Finding& finding : findings) {
+    const Check& check = *find_check(finding.code);
+    const Metric* metric = metric_of(finding.code);
+    const auto found = by_pose.find({finding.sweep, finding.control_deg});
+    const bool on_mesh = check.subject == Subject::mesh;
+    if (metric != nullptr && !on_mesh && is_ideal) book_rest_shape(check, finding.value, finding);
+    if (metric == nullptr || found == by_pose.end() || (!on_mesh && is_ideal)) continue;
+    const Opinions& each = found->second;
+    const double ideal = each.ideal.at(metric->id).value;
+    if (!on_mesh) {
+      if (!std::isfinite(ideal)) continue;  // asked of pairs of poses, not of one
+      finding.geometry["ideal"] = ideal;
+      finding.detail += "; the rig " + rig_text(IdealBend(each.pose).spec) + " gives " +
+                        verdict_text(check, ideal, finding.limit) + " in the same pose" +
+                        offer_even(rig, check, finding, ideal);
+      book_rest_shape(check, ideal, finding);
+      continue;
+    }
+    if (const double blended = each.blended.at(metric->id).value; std::isfinite(blended)) {
+      finding.geometry["linear_blending"] = blended;
+      finding.detail += "; linear blending of the same joints gives " +
+                        verdict_text(check, blended, finding.limit);
+      if (judge(check, blended, finding.limit) == Verdict::pass) {
+        finding.owner = Owner::rig;
+        finding.detail += ": the rig's deformers make it";
+        continue;
+      }
+    }
+    MeshContext facts;
+    facts.value = finding.value;
+    facts.ideal = ideal;
+    facts.proxy = each.proxy.at(metric->id).value;
+    facts.ideal_proxy = each.ideal_proxy.at(metric->id).value;
+    facts.infeasible = each.ideal.at(MetricId::feasibility).value;
+    facts.judging_weights = judges_weights;
+    facts.bones = static_cast<int>(stage.anatomy().chest_index);
+    facts.longest_bone = longest;
+    facts.rows_per_bone = rows;
+    const Booking booking = book_mesh_finding(check, finding.limit, facts);
+    finding.owner = booking.owner;
+    if (!booking.decides) finding.verdict = Verdict::stress;
+    const double dual = each.dual.at(metric->id).value;
+    finding.geometry["ideal"] = facts.ideal;
+    finding.geometry["dual_quaternion"] = dual;
+    finding.detail += "; the ideal bend gives " + verdict_text(check, facts.ideal, finding.limit) +
+                      ", dual quaternions would give " + verdict_text(check, dual, finding.limit);
+    if (std::isfinite(facts.proxy)) {
+      finding.geometry["proxy_weights"] = facts.proxy;
+      finding.detail +=
+          ", automatic test weights " + verdict_text(check, facts.proxy, finding.limit);
+    }
+    if (booking.owner == Owner::weights && !booking.decides && judges_weights && check.decides)
+      finding.detail += "; advisory: what weights alone do decides from " +
+                        number_text(weights_limit(check, finding.limit), 3) + " on";
+    if (booking.owner == Owner::skeleton && rows < kLeastRowsForSlices)
+      finding.detail += "; the surface has " + number_text(rows, 2) + " vertices along each bone";
+    if (booking.owner == Owner::skeleton)
+      finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
+    finding.detail += offer_even(rig, check, finding, ideal);
+    if (booking.owner == Owner::pose) {
+      finding.detail += "; too thick to bend this far, no fault of the rig";
+    }
+  }
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,126 @@
+#include "validate/judge/verdict.h"
+
+#include <algorithm>
+
+#include "skin/character/printable.h"
+#include "validate/model/digest.h"
+#include "validate/sweeps/sweep.h"
+#include "validate/verdicts/checks.h"
+#include "validate/verdicts/exit_code.h"
+
+namespace backbend::validate {
+namespace {
+
+bool belongs(const Finding& finding, const RigResult& rig) {
+  return finding.character == rig.character && finding.rig == rig.rig &&
+         finding.mapping == rig.mapping;
+}
+
+/// The parts of the envelope that no pose has measured: `side to 60, measured to 45`.
+std::string envelope_gaps(const RigResult& rig) {
+  std::string text;
+  const auto add = [&](const std::string& gap) { text += (text.empty() ? "" : "; ") + gap; };
+  for (const Headroom& h : rig.headroom) {
+    if (h.covered()) continue;
+    add(h.channel + " to " + number_text(h.needs_deg) +
+        (h.measured ? ", measured to " + number_text(h.tested_to_deg) : ", not measured"));
+  }
+  if (!rig.corners.covered()) add("its corners, not measured");
+  return text;
+}
+
+/// Whether a check that decides went without some of its measurements.
+bool is_gap(const Coverage& each) {
+  const Check* check = find_check(each.code);
+  return each.not_measured > 0 && check != nullptr && check->decides;
+}
+
+/// The checks of a rig that decide and were not measured everywhere: "BB030 cross-section
+/// collapse (419 of 419 poses)".
+std::string gaps_text(const RigResult& rig) {
+  std::string out;
+  for (const Coverage& each : rig.coverage)
+    if (is_gap(each))
+      out += (out.empty() ? "" : ", ") + each.code + " " +
+             std::string(find_check(each.code)->name) + " (" + std::to_string(each.not_measured) +
+             " of " + std::to_string(each.planned) + ")";
+  return out;
+}
+
+Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
+  const bool fails = std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
+    return belongs(finding, rig) && finding.verdict == Verdict::fail;
+  });
+  if (fails) return Verdict::fail;
+  const bool gap = std::any_of(rig.coverage.begin(), rig.coverage.end(), is_gap);
+  return gap || rig.coverage.empty() || !envelope_gaps(rig).empty() ? Verdict::not_measured
+                                                                    : Verdict::pass;
+}
+
+std::string rig_text(const RigResult& rig) {
+  return rig.mapping.empty() ? rig.rig : rig.rig + " (" + rig.mapping + ")";
+}
+
+}  // namespace
+
+void conclude(Report& report) {
+  bool failed = false, gap = false, proposed = false;
+  for (RigResult& rig : report.rigs) {
+    rig.verdict = verdict_of(rig, report.findings);
+    if (rig.role != Role::proposed) continue;
+    proposed = true;
+    failed = failed || rig.verdict == Verdict::fail;
+    gap = gap || rig.verdict == Verdict::not_measured;
+    const auto count = static_cast<std::size_t>(
+        std::count_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
+          return belongs(finding, rig) && finding.verdict == Verdict::fail;
+        }));
+    if (count > 0) {
+      const Finding* worst = nullptr;
+      for (const Finding& finding : report.findings)
+        if (belongs(finding, rig) && finding.verdict == Verdict::fail &&
+            (worst == nullptr || times_over(finding) > times_over(*worst)))
+          worst = &finding;
+      const std::string place = place_text(*worst);
+      report.reasons.push_back(rig_text(rig) + ": " + skin::plural(count, "finding") + ", worst " +
+                               worst->code + " " + std::string(find_check(worst->code)->name) +
+                               " " + value_text(*worst) + " at " + worst->pose +
+                               (place.empty() ? "" : ", " + place));
+    } else if (rig.verdict == Verdict::not_measured && envelope_gaps(rig).empty()) {
+      report.reasons.push_back(rig_text(rig) +
+                               ": not everything that decides was measured: " + gaps_text(rig));
+    }
+    if (const std::string gaps = envelope_gaps(rig); !gaps.empty()) {
+      gap = true;
+      report.reasons.push_back(rig_text(rig) + ": the envelope needs " + gaps);
+    }
+  }
+  for (const CanaryResult& canary : report.canaries) {
+    if (canary.ok()) continue;
+    gap = true;
+    report.reasons.push_back("BB000 canary " + canary.rig + ": " + canary.detail);
+  }
+  for (const CalibrationRow& row : report.calibration) gap = gap || !row.ok;
+  if (!proposed) {
+    gap = true;
+    report.reasons.emplace_back("no rig is proposed: nothing was judged");
+  }
+  report.verdict = failed ? Verdict::fail : gap ? Verdict::not_measured : Verdict::pass;
+  const bool bad_input =
+      std::any_of(report.findings.begin(), report.findings.end(), [](const Finding& finding) {
+        return finding.owner == Owner::input && finding.verdict == Verdict::not_measured;
+      });
+  report.exit_code =
+      first_exit_code({bad_input ? kExitBadInput : kExitOk, failed ? kExitFindings : kExitOk,
+                       gap ? kExitNotMeasured : kExitOk});
+  std::size_t poses = 0;
+  for (const RigResult& rig : report.rigs) {
+    for (const SweepSeries& sweep : rig.sweeps) poses += sweep.control_deg.size();
+  }
+  report.headline = skin::plural(poses, "pose") + " measured, " +
+                    skin::plural(report.characters.size(), "character") + ", " +
+                    skin::plural(report.rigs.size(), "rig") + " (mappings counted apart), " +
+                    skin::plural(report.canaries.size(), "canary run");
+}
+
+}  // namespace backbend::validate

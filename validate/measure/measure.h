@@ -1,0 +1,91 @@
+#pragma once
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "render/trace/cameras.h"
+#include "validate/measure/metric_table.h"
+#include "validate/metrics/chain/chain.h"
+#include "validate/metrics/chain/flip.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/model/report.h"
+#include "validate/stage/stage.h"
+#include "validate/sweeps/suite.h"
+#include "validate/tasks/progress.h"
+
+namespace backbend::validate {
+
+struct PoseRecord {
+  double control_deg = 0.0;
+  PoseDegrees body;
+  bool inside = true;       // the envelope
+  bool taken = true;        // false: the rig has no control for it, and nothing of it is applicable
+  bool rest_noted = false;  // the one pose of a rig that carries its return to rest (BB044)
+  std::vector<double> control;
+  std::array<Measured, kMetricCount> metric;
+  ArmDrift arms;
+  render::Bounds bounds;  // of the posed mesh, world space
+
+  const Measured& at(MetricId id) const { return metric[static_cast<std::size_t>(id)]; }
+  Measured& at(MetricId id) { return metric[static_cast<std::size_t>(id)]; }
+};
+
+struct SweepRecord {
+  Sweep sweep;
+  std::vector<PoseRecord> poses;
+  FlipReport flips;
+};
+
+/// Everything measured on one rig under one mapping.
+struct RigRecord {
+  RigPlan plan;
+  solver::Mapping mapping = solver::Mapping::chest;
+  std::unique_ptr<solver::SpineSystem> system;
+  std::vector<SweepRecord> sweeps;
+  CompoundSearch search;  // of the poses between the sweeps
+  bool has_mesh = false;  // the surface was measured too
+  SurfaceScope surface;   // what may be asked of it
+  bool has_arms = true;   // that the chest carries
+};
+
+/// Measures the chain alone, over the given sweeps. Every metric of the chain is filled, here and
+/// by measure_rig().
+RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
+                             const std::vector<Sweep>& sweeps, const Envelope& envelope);
+
+/// Measures chain and mesh. Poses are independent of each other, and of the number of threads.
+RigRecord measure_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                      solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                      const Envelope& envelope, Progress& progress);
+
+/// The same in steps that may be done in any order, and elsewhere: every pose planned and none
+/// measured; some poses measured; the jumps of one sweep found, and taken into its record.
+RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
+                   solver::Mapping mapping, const std::vector<Sweep>& sweeps,
+                   const Envelope& envelope);
+void measure_poses(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
+                   const RigAtRest& at_rest, std::span<PoseRecord> poses, Progress& progress);
+FlipReport search_flips(const RigRecord& rig, const Sweep& sweep);
+void take_flips(SweepRecord& record, FlipReport flips);
+
+/// Fills chain and mesh metrics of one pose whose body and control are set.
+void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
+                  PoseRecord& record, Crossing crossing = Crossing::measured);
+
+/// Fills the chain metrics alone of one pose whose body and control are set, and gives the pose.
+solver::SpinePose measure_chain_pose(const RigAtRest& rig, PoseRecord& record);
+
+/// Fills mirror asymmetry and range of motion of one pose whose chain is finite.
+void measure_pose_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord& record);
+
+/// Fills what poses owe to the rig alone: mirror asymmetry, return to rest, predictability, a
+/// human's range of motion. Poses whose chain is not finite keep NaN.
+void measure_behaviour(const Stage& stage, RigRecord& rig);
+
+/// The control values of a rig for a body pose.
+std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDegrees& pose,
+                                solver::Mapping mapping);
+
+}  // namespace backbend::validate

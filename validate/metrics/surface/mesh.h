@@ -1,0 +1,111 @@
+#pragma once
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "solver/rig/spine_pose.h"
+#include "validate/metrics/surface/bend_intent.h"
+#include "validate/metrics/surface/spine_coordinate.h"
+
+namespace backbend::validate {
+
+/// The rest quantities of a mesh that every pose needs: made once, read by any number of threads.
+///
+/// Triangles lie in blocks of eight, to be measured side by side; those that stand on the spine
+/// come first, slice by slice. A block that is not full repeats its last triangle. A slot is a
+/// block's number times eight plus the lane. Corners are the vertices in the
+/// order in which the blocks come to them, so that neighbours lie side by side.
+struct MeshRest {
+  static constexpr std::uint32_t kLanes = 8;
+  struct Block {
+    std::uint32_t corner[3][kLanes];
+    float inverse[3][kLanes];      // of the upper triangular rest bases: 1/a, -b/(a c), 1/c
+    std::uint32_t number[kLanes];  // the order of the character's triangles
+    std::uint32_t present;         // bit i: lane i is a triangle of its own
+    std::uint32_t upright;         // of those, bit i: it faces with its normals at rest
+  };
+  struct Torso {              // of the blocks on the spine
+    float offset[3][kLanes];  // of the triangles' middles from the spine line
+    float s[kLanes];          // their arc fractions
+    std::uint32_t slice;      // the nearest
+  };
+  struct EdgeBlock {                              // between two triangles each
+    std::uint32_t first[kLanes], second[kLanes];  // slots
+    float cosine[kLanes], sine[kLanes];           // of the angle between the two at rest
+  };
+  struct EdgeEnds {
+    std::uint32_t a, b;    // corners along the edge, as the first triangle runs
+    std::uint32_t number;  // in the order of the places that the edges join
+  };
+  std::vector<Block> block;
+  std::vector<Torso> torso;           // of the first blocks
+  std::vector<float> slot_area;       // at rest; 0 where a lane only repeats another
+  std::vector<EdgeBlock> edge;        // the last may repeat its last edge
+  std::vector<EdgeEnds> end;          // of every lane of every edge block
+  std::vector<std::uint32_t> vertex;  // of each corner
+  double area = 0.0, torso_area = 0.0, volume = 0.0;
+  glm::dvec3 middle{0.0};
+  std::string open_reason;     // empty: closed, and its volume has a meaning
+  std::size_t triangles = 0;   // those with an area
+  std::size_t degenerate = 0;  // triangles without area, left out
+  std::size_t vertex_count = 0;
+  std::size_t slice_count = 0;
+  double slice_spacing = 0.0;  // arc fraction
+};
+
+/// `coordinate` per place, from spine_coordinate(); `slices` of the same mesh, one or more.
+/// Triangles without area are left out.
+MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
+                      std::span<const float> coordinate, const SpineSlices& slices);
+
+/// Everything that is measured on the surface of one pose. NaN: not measured or without meaning.
+struct MeshMeasures {
+  std::size_t not_finite = 0;  // vertices; above 0 nothing else was measured
+
+  double strain = 0.0;  // largest strain amplification over the torso; 1: an ideal bend
+  int strain_vertex = -1;
+  double strain_s = 0.0;     // arc fraction of the place
+  double strain_most = 0.0;  // what 99.9 % of the torso's area stays below; NaN without a torso
+  double stretch = 1.0;      // largest singular value of any triangle
+  int stretch_vertex = -1;
+
+  double inverted_area = 0.0;  // share of the rest area, beyond rest
+  std::size_t inverted = 0;    // triangles
+  int inverted_vertex = -1;
+
+  double dihedral_deg = 0.0;  // largest change
+  int dihedral_vertex = -1;
+
+  double volume_change = 0.0;  // posed / rest - 1; NaN for an open mesh (MeshRest::open_reason)
+};
+
+/// Measures one pose of the surface. `position` and `normal` as skinned: normals recomputed from
+/// the posed triangles would always agree with them.
+///
+/// Strain amplification: the larger of stretch - 1 and 1 - squeeze of a triangle over what an ideal
+/// beam bent and twisted as intended has at that place (at least 0.05, and the most within one bone
+/// to either side), so that one limit serves every angle. `strain_most` is the figure to judge by:
+/// the largest is that of one triangle, and grows as a mesh is refined. Only for triangles of the
+/// torso between hips and chest. `intent` is for the slices that the mesh was prepared with;
+/// `bone`: arc fraction of one bone. Of equal places the first in the character's order is named.
+///
+/// Memory of the size of the posed mesh is kept for the calling thread's next pose.
+MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> position,
+                          std::span<const glm::vec3> normal, const BendIntent& intent, double bone);
+
+/// Strain amplification of every vertex, for heat maps: the largest of its triangles.
+std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> position,
+                              const BendIntent& intent, double bone);
+
+/// How far apart two rigid motions take the vertices with `part` set: the largest distance, and
+/// where. The lengths are those of the mesh.
+struct PartDrift {
+  double distance = 0.0;
+  int vertex = -1;
+};
+PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const std::uint8_t> part,
+                     const solver::RigidMotion& moved, const solver::RigidMotion& carrier);
+
+}  // namespace backbend::validate

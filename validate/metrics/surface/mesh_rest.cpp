@@ -1,0 +1,265 @@
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <limits>
+#include <tuple>
+
+#include "validate/metrics/surface/mesh_blocks.h"
+
+namespace backbend::validate {
+namespace {
+
+/// A triangle of the character on its way into a block.
+struct Triangle {
+  glm::uvec3 vertex;
+  float inverse[3], area, s;
+  glm::vec3 offset;
+  glm::vec3 face;  // twice its area, along its normal
+  std::uint32_t slice;
+  bool upright, on_spine;
+};
+
+/// Edges with the triangle they belong to, sorted so that the two sides of one stand together.
+struct HalfEdge {
+  std::uint32_t low, high;  // places
+  bool forward;             // the triangle runs from low to high
+  std::uint32_t triangle;   // into MeshRest::triangle
+};
+
+std::vector<HalfEdge> half_edges(const std::vector<Triangle>& triangle,
+                                 std::span<const std::uint32_t> place) {
+  std::vector<HalfEdge> out;
+  out.reserve(triangle.size() * 3);
+  for (std::uint32_t t = 0; t < triangle.size(); ++t)
+    for (int i = 0; i < 3; ++i) {
+      const std::uint32_t a = place[triangle[t].vertex[i]];
+      const std::uint32_t b = place[triangle[t].vertex[(i + 1) % 3]];
+      if (a != b) out.push_back({std::min(a, b), std::max(a, b), a < b, t});
+    }
+  std::ranges::sort(out, [](const HalfEdge& x, const HalfEdge& y) {
+    return std::tie(x.low, x.high, x.triangle, x.forward) <
+           std::tie(y.low, y.high, y.triangle, y.forward);
+  });
+  return out;
+}
+
+/// An edge on its way into a block. Triangles by number.
+struct Edge {
+  std::uint32_t first, second;
+  MeshRest::EdgeEnds end;
+  Fold fold;
+};
+
+/// The edges between two triangles; sets why the mesh is open, if it is.
+std::vector<Edge> edges_of(const std::vector<Triangle>& triangle, const RestMesh& mesh,
+                           std::string& open_reason) {
+  std::vector<std::uint32_t> vertex_of_place(mesh.place_count, 0);
+  for (std::size_t v = mesh.position.size(); v-- > 0;)
+    vertex_of_place[mesh.place[v]] = static_cast<std::uint32_t>(v);
+  const std::vector<HalfEdge> half = half_edges(triangle, mesh.place);
+  std::vector<Edge> out;
+  std::size_t open = 0, crowded = 0, turned = 0;
+  for (std::size_t i = 0; i < half.size();) {
+    std::size_t end = i;
+    while (end < half.size() && half[end].low == half[i].low && half[end].high == half[i].high)
+      ++end;
+    if (end - i == 1) ++open;
+    if (end - i > 2) ++crowded;
+    if (end - i == 2) {
+      if (half[i].forward == half[i + 1].forward) {
+        ++turned;
+      } else {
+        Edge edge{half[i].triangle,
+                  half[i + 1].triangle,
+                  {vertex_of_place[half[i].forward ? half[i].low : half[i].high],
+                   vertex_of_place[half[i].forward ? half[i].high : half[i].low],
+                   static_cast<std::uint32_t>(out.size())},
+                  {}};
+        edge.fold = fold(triangle[edge.first].face, triangle[edge.second].face,
+                         mesh.position[edge.end.b] - mesh.position[edge.end.a]);
+        out.push_back(edge);
+      }
+    }
+    i = end;
+  }
+  if (open > 0)
+    open_reason = std::to_string(open) + " open edges: the mesh encloses no volume";
+  else if (crowded > 0)
+    open_reason = std::to_string(crowded) + " edges of three triangles or more";
+  else if (turned > 0)
+    open_reason = std::to_string(turned) + " edges whose triangles face opposite ways";
+  return out;
+}
+
+/// Into blocks: those on the spine slice by slice, then the others. Returns the slot of each.
+std::vector<std::uint32_t> fill_blocks(const std::vector<Triangle>& triangle, MeshRest& rest) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t t = 0; t < triangle.size(); ++t) order.push_back(t);
+  const auto group = [&](std::uint32_t t) {
+    return triangle[t].on_spine ? triangle[t].slice : static_cast<std::uint32_t>(rest.slice_count);
+  };
+  std::ranges::stable_sort(order, {}, group);
+
+  constexpr std::uint32_t kLanes = MeshRest::kLanes;
+  std::vector<std::uint32_t> slot(triangle.size());
+  for (std::size_t i = 0; i < order.size();) {
+    const std::uint32_t here = group(order[i]);
+    std::uint32_t count = 1;
+    while (count < kLanes && i + count < order.size() && group(order[i + count]) == here) ++count;
+    MeshRest::Block block{};
+    MeshRest::Torso torso{};
+    torso.slice = here;
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      const std::uint32_t n = order[i + std::min(lane, count - 1)];
+      const Triangle& t = triangle[n];
+      for (int k = 0; k < 3; ++k) {
+        block.corner[k][lane] = t.vertex[k];
+        block.inverse[k][lane] = t.inverse[k];
+        torso.offset[k][lane] = t.offset[k];
+      }
+      torso.s[lane] = t.s;
+      block.number[lane] = n;
+      if (lane < count) {
+        slot[n] = static_cast<std::uint32_t>(rest.block.size()) * kLanes + lane;
+        block.present |= 1u << lane;
+        if (t.upright) block.upright |= 1u << lane;
+      }
+      rest.slot_area.push_back(lane < count ? t.area : 0.0f);
+    }
+    rest.block.push_back(block);
+    if (here < rest.slice_count) rest.torso.push_back(torso);
+    i += count;
+  }
+  return slot;
+}
+
+void fill_edges(std::vector<Edge> edge, const std::vector<std::uint32_t>& slot, MeshRest& rest) {
+  for (Edge& e : edge) {
+    e.first = slot[e.first];
+    e.second = slot[e.second];
+  }
+  // Beside each other where their triangles are; the figures do not depend on it.
+  std::ranges::sort(edge, [](const Edge& a, const Edge& b) {
+    return std::tie(a.first, a.second, a.end.number) < std::tie(b.first, b.second, b.end.number);
+  });
+  constexpr std::size_t kLanes = MeshRest::kLanes;
+  for (std::size_t i = 0; i < edge.size(); i += kLanes) {
+    MeshRest::EdgeBlock block{};
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      const Edge& e = edge[std::min(i + lane, edge.size() - 1)];
+      block.first[lane] = e.first;
+      block.second[lane] = e.second;
+      block.cosine[lane] = e.fold.cosine;
+      block.sine[lane] = e.fold.sine;
+      rest.end.push_back(e.end);
+    }
+    rest.edge.push_back(block);
+  }
+}
+
+/// Numbers the corners of blocks and edges, which were vertices until now.
+void number_corners(MeshRest& rest) {
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> corner(rest.vertex_count, kNone);
+  const auto renumber = [&](std::uint32_t& vertex) {
+    if (corner[vertex] == kNone) {
+      corner[vertex] = static_cast<std::uint32_t>(rest.vertex.size());
+      rest.vertex.push_back(vertex);
+    }
+    vertex = corner[vertex];
+  };
+  for (MeshRest::Block& block : rest.block)
+    for (std::uint32_t lane = 0; lane < MeshRest::kLanes; ++lane)
+      for (auto& lanes : block.corner) renumber(lanes[lane]);
+  for (MeshRest::EdgeEnds& end : rest.end) {
+    renumber(end.a);
+    renumber(end.b);
+  }
+}
+
+double rest_volume(const MeshRest& rest, std::span<const glm::vec3> position) {
+  VolumeSum sum(rest.middle);
+  for (const MeshRest::Block& block : rest.block) {
+    BlockCorners corners;
+    for (int k = 0; k < 3; ++k) {
+      float axis[3][MeshRest::kLanes];
+      for (std::uint32_t lane = 0; lane < MeshRest::kLanes; ++lane)
+        for (int i = 0; i < 3; ++i) axis[i][lane] = position[rest.vertex[block.corner[k][lane]]][i];
+      corners.p[k] = {FloatLanes::load(axis[0]), FloatLanes::load(axis[1]),
+                      FloatLanes::load(axis[2])};
+    }
+    sum.add(corners, block.present);
+  }
+  return sum.volume();
+}
+
+}  // namespace
+
+MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
+                      std::span<const float> coordinate, const SpineSlices& slices) {
+  assert(!slices.slice.empty());
+  MeshRest rest;
+  rest.vertex_count = mesh.position.size();
+  rest.slice_count = slices.slice.size();
+  rest.slice_spacing = slices.spacing;
+  for (const glm::vec3& p : mesh.position) rest.middle += glm::dvec3(p);
+  if (!mesh.position.empty()) rest.middle /= static_cast<double>(mesh.position.size());
+  const auto nearest_slice = [&](float s) {
+    const int last = static_cast<int>(rest.slice_count) - 1;
+    const double first = slices.slice.front().s;
+    return slices.spacing > 0.0
+               ? std::clamp(static_cast<int>(std::lround((s - first) / slices.spacing)), 0, last)
+               : 0;
+  };
+
+  // Where slices go on beyond the chest, so does what is judged with them.
+  const float highest = std::max(1.0f, static_cast<float>(slices.slice.back().s));
+  std::vector<Triangle> triangle;
+  for (const glm::uvec3& corner : mesh.triangle) {
+    const glm::dvec3 p(mesh.position[corner.x]);
+    const glm::dvec3 e1 = glm::dvec3(mesh.position[corner.y]) - p,
+                     e2 = glm::dvec3(mesh.position[corner.z]) - p;
+    // Rest basis [[a, b], [0, c]]: e1 along the first axis.
+    const double a = glm::length(e1), double_area = glm::length(glm::cross(e1, e2));
+    const double c = a > 0.0 ? double_area / a : 0.0, b = a > 0.0 ? glm::dot(e1, e2) / a : 0.0;
+    // Needles thinner than float positions resolve have no measurable strain.
+    if (!(c > 1e-5 * std::max(a, glm::length(e2)))) {
+      ++rest.degenerate;
+      continue;
+    }
+    Triangle t{};
+    t.vertex = corner;
+    t.inverse[0] = static_cast<float>(1.0 / a);
+    t.inverse[1] = static_cast<float>(-b / (a * c));
+    t.inverse[2] = static_cast<float>(1.0 / c);
+    t.area = static_cast<float>(0.5 * double_area);
+    t.face = glm::cross(mesh.position[corner.y] - mesh.position[corner.x],
+                        mesh.position[corner.z] - mesh.position[corner.x]);
+    t.upright =
+        !(glm::dot(glm::vec3(glm::cross(e1, e2)),
+                   mesh.normal[corner.x] + mesh.normal[corner.y] + mesh.normal[corner.z]) < 0.0f);
+    if (mesh.torso[corner.x] && mesh.torso[corner.y] && mesh.torso[corner.z]) {
+      t.s = (coordinate[mesh.place[corner.x]] + coordinate[mesh.place[corner.y]] +
+             coordinate[mesh.place[corner.z]]) /
+            3.0f;
+      t.offset = glm::vec3(p + (e1 + e2) / 3.0 - line.point(t.s));
+      t.on_spine = t.s >= 0.0f && t.s <= highest;
+      if (t.on_spine) t.slice = static_cast<std::uint32_t>(nearest_slice(t.s));
+    }
+    rest.area += t.area;
+    if (t.on_spine) rest.torso_area += t.area;
+    triangle.push_back(t);
+  }
+  rest.triangles = triangle.size();
+  const std::vector<Edge> edge = edges_of(triangle, mesh, rest.open_reason);
+  fill_edges(edge, fill_blocks(triangle, rest), rest);
+  number_corners(rest);
+  rest.volume = rest_volume(rest, mesh.position);
+  // A sheet that is closed by its own back has no inside.
+  if (rest.open_reason.empty() && !(std::abs(rest.volume) > 1e-6 * std::pow(rest.area, 1.5)))
+    rest.open_reason = "the closed mesh encloses no volume";
+  if (triangle.empty()) rest.open_reason = "no triangle with an area";
+  return rest;
+}
+
+}  // namespace backbend::validate
