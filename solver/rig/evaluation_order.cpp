@@ -1,5 +1,7 @@
 #include "solver/rig/evaluation_order.h"
 
+#include "solver/rig/driven_system.h"
+
 namespace backbend::solver {
 namespace {
 
@@ -93,6 +95,11 @@ std::vector<std::string> stretchy_order(const SpineSystem& system) {
 }  // namespace
 
 std::vector<std::string> evaluation_order(const SpineSystem& system) {
+  if (const auto* driven = dynamic_cast<const DrivenSystem*>(&system)) {
+    std::vector<std::string> steps = driven->explain();
+    for (std::string& step : evaluation_order(driven->rig())) steps.push_back(std::move(step));
+    return steps;
+  }
   const std::string_view name = system.name();
   if (name == "three_bone") return {kFk, "the tip, arms and chest go with Top"};
   if (name == "curve") return curve_order(system);

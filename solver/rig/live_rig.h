@@ -28,6 +28,9 @@ class LiveRig {
   /// was.
   bool redraw(const RestChain& chain);
 
+  /// The rig as it is now, which follows no chain any more.
+  std::unique_ptr<SpineSystem> take() && { return std::move(system_); }
+
  private:
   SystemSpec spec_;
   RestChain chain_;

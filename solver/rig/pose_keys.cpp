@@ -87,6 +87,10 @@ std::vector<double> flatten(const std::string& key, const OptionValue& value) {
 
 }  // namespace
 
+double largest_written(const Channel& channel) {
+  return channel.kind == Channel::Kind::rotation ? 1e6 : 1e9;
+}
+
 void set_pose_key(const SpineSystem& system, const std::string& key, const OptionValue& value,
                   std::span<double> control) {
   if (system.read_pose_key(key, value, control)) return;
@@ -112,8 +116,7 @@ void set_pose_key(const SpineSystem& system, const std::string& key, const Optio
   for (std::size_t i = 0; i < mine.size(); ++i) {
     const Channel& channel = channels[mine[i]];
     const bool angle = channel.kind == Channel::Kind::rotation;
-    // Far inside what doubles can square: an overflow would become a NaN further down.
-    const double most = angle ? 1e6 : 1e9;
+    const double most = largest_written(channel);
     if (!std::isfinite(given[i]) || std::abs(given[i]) > most) {
       throw OptionError(key, "'" + channel.name + "' is " + number_text(given[i]) +
                                  ", expected a number within +-" + number_text(most));

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "solver/rig/driven_system.h"
+#include "solver/rig/live_rig.h"
 #include "solver/rig/nearest_name.h"
 #include "solver/rig/option_reader.h"
 
@@ -162,11 +164,12 @@ std::vector<RestFrame> read_rest_file(const std::filesystem::path& file) {
   return frames;
 }
 
-RestChain read_chain(const Source& source, const toml::table& file,
+/// `[chain]` or `[redrawn]`, and the file's `[path]`.
+RestChain read_chain(const Source& source, const toml::table& file, const std::string& name,
                      const std::filesystem::path& folder) {
   RestChain chain;
-  if (const toml::table* table = section(source, file, "chain")) {
-    check_keys(source, *table, "in [chain]", {"joints", "left", "curve", "rest"});
+  if (const toml::table* table = section(source, file, name)) {
+    check_keys(source, *table, "in [" + name + "]", {"joints", "left", "curve", "rest"});
     if (const auto* node = table->get("joints")) chain.joint = vectors_of(source, "joints", *node);
     if (const auto* node = table->get("curve")) chain.curve = vectors_of(source, "curve", *node);
     if (const auto* node = table->get("left")) {
@@ -201,6 +204,108 @@ RestChain read_chain(const Source& source, const toml::table& file,
     }
   }
   return chain;
+}
+
+Drawing drawing_of(const Source& source, const toml::node& node) {
+  const auto* word = node.as_string();
+  if (word && word->get() == "live") return Drawing::live;
+  if (!word || word->get() != "frozen")
+    source.refuse(node, "'drawing' expects \"frozen\" or \"live\"");
+  return Drawing::frozen;
+}
+
+/// The rig of `file` after its chain was edited to `chain`.
+void redraw(const Source& source, const toml::table& redrawn, LiveRig rig, const RestChain& chain,
+            SolveFile& file) {
+  try {
+    file.drawing =
+        rig.redraw(chain) ? "live: built anew on [redrawn]" : "[redrawn] changes nothing";
+  } catch (const RigError& trouble) {
+    source.refuse(redrawn, "[redrawn]: " + std::string(trouble.what()));
+  }
+  file.system = std::move(rig).take();
+}
+
+/// The tables of `[[name]]`; none where the file has no such key.
+std::vector<const toml::table*> tables_of(const Source& source, const toml::table& toml,
+                                          const std::string& name, const std::string& keys) {
+  std::vector<const toml::table*> tables;
+  const toml::node* node = toml.get(name);
+  if (!node) return tables;
+  const toml::array* list = node->as_array();
+  if (!list || list->empty() || !list->is_homogeneous(toml::node_type::table))
+    source.refuse(*node, "'" + name + "' expects tables: [[" + name + "]] with " + keys);
+  for (const toml::node& item : *list) tables.push_back(item.as_table());
+  return tables;
+}
+
+std::vector<std::string> words_of(const Source& source, const toml::table& table,
+                                  const std::string& key) {
+  std::vector<std::string> words;
+  const toml::node* node = table.get(key);
+  if (!node) return words;
+  const toml::array* list = node->as_array();
+  if (!list || !list->is_homogeneous(toml::node_type::string))
+    source.refuse(*node, "'" + key + "' expects a list of names");
+  for (const toml::node& item : *list) words.push_back(item.as_string()->get());
+  return words;
+}
+
+/// A name that a pose key can have: a letter, then letters, digits and _.
+std::string name_of(const Source& source, const toml::table& table, const std::string& what) {
+  const toml::node* node = table.get("name");
+  if (!node) source.refuse(table, what + " has no name");
+  const auto* word = node->as_string();
+  const auto is_letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  const auto is_good = [&](char c) { return is_letter(c) || (c >= '0' && c <= '9') || c == '_'; };
+  if (!word || word->get().empty() || !is_letter(word->get().front()) ||
+      !std::all_of(word->get().begin(), word->get().end(), is_good))
+    source.refuse(*node, "'name' of " + what + " expects a letter, then letters, digits and _");
+  return word->get();
+}
+
+/// `[[control]]`s and `[[element]]`s in front of the rig's channels.
+void add_controller(const Source& source, const toml::table& toml, SolveFile& file) {
+  std::vector<SystemControl> controls;
+  for (const toml::table* table : tables_of(source, toml, "control", "name and rest")) {
+    check_keys(source, *table, "in [[control]]", {"name", "rest"});
+    SystemControl control{name_of(source, *table, "[[control]]"), {0.0}};
+    if (const toml::node* rest = table->get("rest")) {
+      const OptionValue value = value_of(source, "rest", *rest);
+      if (const double* number = std::get_if<double>(&value))
+        control.rest = {*number};
+      else if (const auto* numbers = std::get_if<std::vector<double>>(&value))
+        control.rest = *numbers;
+      else
+        source.refuse(*rest, "'rest' expects a number or a list of numbers");
+    }
+    controls.push_back(std::move(control));
+  }
+  std::vector<DrivingElement> elements;
+  const auto tables = tables_of(source, toml, "element", "name, inputs, weights and drives");
+  for (const toml::table* table : tables) {
+    check_keys(source, *table, "in [[element]]", {"name", "inputs", "weights", "drives"});
+    DrivingElement element;
+    element.name = name_of(source, *table, "[[element]]");
+    element.inputs = words_of(source, *table, "inputs");
+    element.drives = words_of(source, *table, "drives");
+    const toml::node* weights = table->get("weights");
+    if (!weights) source.refuse(*table, "element '" + element.name + "' has no weights");
+    const OptionValue value = value_of(source, "weights", *weights);
+    const auto* rows = std::get_if<std::vector<std::vector<double>>>(&value);
+    if (!rows) source.refuse(*weights, "'weights' expects a list of rows: [[1, 0.5], [0, 1]]");
+    element.weights = *rows;
+    elements.push_back(std::move(element));
+  }
+  if (controls.empty() && elements.empty()) return;
+  const toml::node& place = *toml.get(elements.empty() ? "control" : "element");
+  if (elements.empty()) source.refuse(place, "[[control]] without [[element]] drives nothing");
+  try {
+    file.system =
+        std::make_unique<DrivenSystem>(std::move(file.system), std::move(controls), elements);
+  } catch (const RigError& trouble) {
+    source.refuse(place, trouble.what());
+  }
 }
 
 int line_of(const toml::table* table, const std::string& key) {
@@ -279,13 +384,17 @@ SolveFile parse_solve_file(std::string_view text, const std::string& name,
   } catch (const toml::parse_error& trouble) {
     source.refuse(int(trouble.source().begin.line), std::string(trouble.description()));
   }
-  check_keys(source, toml, "at the top", {"rig", "chain", "path", "pose", "key"});
+  check_keys(source, toml, "at the top",
+             {"rig", "chain", "redrawn", "path", "control", "element", "pose", "key"});
   const toml::table* rig = section(source, toml, "rig");
   if (!rig) source.refuse(1, "no [rig] table: expected [rig] with system = \"...\"");
   SystemSpec spec;
+  Drawing drawing = Drawing::frozen;
   for (const auto& [key, node] : *rig) {
     const std::string option(key.str());
-    if (option != "system") {
+    if (option == "drawing") {
+      drawing = drawing_of(source, node);
+    } else if (option != "system") {
       spec.options[option] = value_of(source, option, node);
     } else if (node.is_string()) {
       spec.system = node.as_string()->get();
@@ -294,7 +403,7 @@ SolveFile parse_solve_file(std::string_view text, const std::string& name,
     }
   }
   if (spec.system.empty()) source.refuse(*rig, "[rig] has no system");
-  const RestChain chain = read_chain(source, toml, folder);
+  const RestChain chain = read_chain(source, toml, "chain", folder);
 
   SolveFile file;
   file.name = name;
@@ -315,6 +424,10 @@ SolveFile parse_solve_file(std::string_view text, const std::string& name,
                                              : *rig->get("system");
     source.refuse(place, trouble.what());
   }
+  if (const toml::table* redrawn = section(source, toml, "redrawn"))
+    redraw(source, *redrawn, LiveRig(spec, chain, drawing),
+           read_chain(source, toml, "redrawn", folder), file);
+  add_controller(source, toml, file);
   for (const Channel& channel : file.system->channels()) file.control.push_back(channel.rest);
   if (const toml::table* pose = section(source, toml, "pose")) {
     read_pose(source, *pose, *file.system, file.control);

@@ -13,7 +13,8 @@ namespace backbend::solver {
 
 /// What `backbend solve` runs: a rig built on its chain, and the control values of one pose.
 struct SolveFile {
-  std::string name;  // as errors print it
+  std::string name;     // as errors print it
+  std::string drawing;  // what became of [redrawn]; empty where the file has none
   std::unique_ptr<SpineSystem> system;
   std::vector<double> control;  // one per channel, radians and lengths; with keys: the first one's
 
@@ -33,6 +34,11 @@ struct SolveFile {
 /// `[path]` (`points`, `up`), `[pose]` (control values in degrees) and any `[[key]]` (`time`, and
 /// `pose`, which changes `[pose]` at that time), and builds the system.
 ///
+/// `[redrawn]` is the chain as it was edited after the rig had been built on `[chain]`: a rig with
+/// `drawing = "frozen"` (the default) keeps its own, one with `drawing = "live"` is built anew on
+/// it (LiveRig). `[[control]]` (`name`, `rest`) and `[[element]]` (`name`, `inputs`, `weights`,
+/// `drives`) are controls of the file's own that drive the rig's channels (DrivenSystem).
+///
 /// Throws RigError, "FILE:LINE: what was found, what was expected", for a file that cannot be read
 /// or parsed, an unknown key (with the nearest name), a wrong type, a number that is not finite, a
 /// translation or scale of a control that only rotates, and whatever the system refuses.
@@ -40,6 +46,10 @@ SolveFile read_solve_file(const std::filesystem::path& file);
 /// The same for text already in memory. `folder` is where a `rest` file is looked for.
 SolveFile parse_solve_file(std::string_view text, const std::string& name,
                            const std::filesystem::path& folder);
+
+/// How far a channel may be set to either side: 1e6 degrees, 1e9 of anything else. Far inside what
+/// doubles can square: an overflow would become a NaN further down.
+double largest_written(const Channel& channel);
 
 /// Sets channels from one pose key as a file would: `top` = [rx, ry, rz], `top.rz` or `slide` = a
 /// number. Angles in degrees. Throws OptionError for an unknown control or channel (with the

@@ -41,6 +41,13 @@ std::vector<Bytes> seeds() {
       "[rig]\nsystem = \"even\"\nbones = 4\nreach = 0.5\n[chain]\njoints = [[0,0,0],[0,1,0],[0,2,"
       "0]]\n[pose]\ntop = [0, 0, -40]\n[[key]]\ntime = 0\npose = {top.rz = 5}\n[[key]]\ntime = 2\n"
       "pose = {top = [1, 2, 3]}\n"));
+  out.push_back(bytes_of(
+      "[rig]\nsystem = \"curve\"\ndrawing = \"live\"\n[chain]\njoints = [[0,0,0],[0,1,0],[0,2,0]]\n"
+      "[redrawn]\njoints = [[0,0,0],[0,1,0.1],[0,3,0]]\n[[control]]\nname = \"bend\"\nrest = [1, "
+      "2]\n"
+      "[[element]]\nname = \"e\"\ninputs = [\"bend\"]\nweights = [[0.5, 1]]\ndrives = "
+      "[\"top.rz\"]\n"
+      "[pose]\nbend = [3, 4]\n"));
   return out;
 }
 

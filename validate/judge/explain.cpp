@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "solver/rig/driven_system.h"
 #include "solver/rig/evaluation_order.h"
 #include "validate/metrics/chain/chain.h"
 #include "validate/metrics/math/rotation.h"
@@ -34,10 +35,11 @@ bool has_three_controls(const solver::SpineSystem& system) {
 /// Middle and Top as Euler controls of which only the last one's twist may feed the chain.
 std::string story_text(const solver::SolveFile& file, const ArmDrift& drift) {
   if (!has_three_controls(*file.system)) return "";
+  const auto* driven = dynamic_cast<const solver::DrivenSystem*>(file.system.get());
+  const std::vector<double> control = driven ? driven->rig_control(file.control) : file.control;
   std::vector<EulerChannels> controls;
-  for (std::size_t first = 0; first < 9; first += 3) {
-    controls.push_back({file.control[first], file.control[first + 1], file.control[first + 2]});
-  }
+  for (std::size_t first = 0; first < 9; first += 3)
+    controls.push_back({control[first], control[first + 1], control[first + 2]});
   const auto roll = file.system->options().find("roll");
   const bool from_last =
       roll != file.system->options().end() && std::get<std::string>(roll->second) == "top";
@@ -57,6 +59,7 @@ std::string explain_solve(const solver::SolveFile& file) {
   for (const auto& [key, value] : system.options()) {
     text += "  " + key + " = " + rig_text({"", {{key, value}}}).substr(key.size() + 2) + "\n";
   }
+  if (!file.drawing.empty()) text += "drawing\n  " + file.drawing + "\n";
   text += "order of evaluation\n";
   int step = 0;
   for (const std::string& line : solver::evaluation_order(system))
