@@ -8,25 +8,18 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
   add_custom_command(OUTPUT ${export_out}
     COMMAND ${CMAKE_COMMAND} -DROOT=${CMAKE_CURRENT_LIST_DIR} -DOUT=${export_out} -P ${CMAKE_CURRENT_LIST_FILE}
     DEPENDS ${CMAKE_CURRENT_LIST_DIR}/blender_even.py ${CMAKE_CURRENT_LIST_DIR}/maya_even.py
-      ${CMAKE_CURRENT_LIST_FILE}
+      ${CMAKE_CURRENT_LIST_FILE} ${PROJECT_SOURCE_DIR}/cmake/CxxLiteral.cmake
     COMMENT "Embedding the scripts for Blender and Maya" VERBATIM)
   target_sources(backbend_validate PRIVATE ${export_out})
   return()
 endif()
 
+include(${CMAKE_CURRENT_LIST_DIR}/../../cmake/CxxLiteral.cmake)
+
 set(functions "")
 foreach(name blender_even maya_even)
   file(READ ${ROOT}/${name}.py text)
-  # A C++ compiler need not take literals over 65536 bytes; neighbours are joined.
-  set(code "")
-  string(LENGTH "${text}" length)
-  set(at 0)
-  while(at LESS length)
-    string(SUBSTRING "${text}" ${at} 8000 part)
-    string(LENGTH "${part}" taken)
-    string(APPEND code "R\"backbend(${part})backbend\"\n")
-    math(EXPR at "${at} + ${taken}")
-  endwhile()
+  literal(code "${text}")
   string(APPEND functions "std::string_view ${name}() { return\n${code}; }\n")
 endforeach()
 file(WRITE ${OUT}.new "// Written by validate/export/embed.cmake.

@@ -10,14 +10,16 @@ if(NOT CMAKE_SCRIPT_MODE_FILE)
     ${report_dir}/report.schema.json)
   add_custom_command(OUTPUT ${report_out}
     COMMAND ${CMAKE_COMMAND} -DROOT=${report_dir} -DOUT=${report_out} -P ${CMAKE_CURRENT_LIST_FILE}
-    DEPENDS ${report_files} ${CMAKE_CURRENT_LIST_FILE}
+    DEPENDS ${report_files} ${CMAKE_CURRENT_LIST_FILE} ${PROJECT_SOURCE_DIR}/cmake/CxxLiteral.cmake
     COMMENT "Embedding the report page" VERBATIM)
   target_sources(backbend_validate PRIVATE ${report_out})
   return()
 endif()
 
+include(${CMAKE_CURRENT_LIST_DIR}/../../cmake/CxxLiteral.cmake)
+
 # file(READ) eats nothing as long as no list handling touches the text, so brackets and semicolons
-# are kept. C++ raw strings end at )backbend", which no file of ours contains.
+# are kept.
 function(joined out pattern)
   file(GLOB files ${ROOT}/${pattern})
   list(SORT files)
@@ -46,20 +48,6 @@ function(base64_sha256 out text)
   endforeach()
   string(REGEX REPLACE ".$" "=" text64 ${text64})
   set(${out} "sha256-${text64}" PARENT_SCOPE)
-endfunction()
-
-# A C++ compiler need not take literals over 65536 bytes; neighbours are joined.
-function(literal out text)
-  set(code "")
-  string(LENGTH "${text}" length)
-  set(at 0)
-  while(at LESS length)
-    string(SUBSTRING "${text}" ${at} 8000 part)
-    string(LENGTH "${part}" taken)
-    string(APPEND code "R\"backbend(${part})backbend\"\n")
-    math(EXPR at "${at} + ${taken}")
-  endwhile()
-  set(${out} "${code}" PARENT_SCOPE)
 endfunction()
 
 joined(css "web/*.css")
