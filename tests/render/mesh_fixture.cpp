@@ -1,4 +1,4 @@
-#include "mesh_fixture.h"
+#include "tests/render/mesh_fixture.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #include <cmath>
 #include <limits>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 #include "validate/evidence/page_mesh.h"
 
 namespace backbend::validate {

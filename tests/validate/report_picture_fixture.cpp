@@ -3,7 +3,7 @@
 #include <cmath>
 #include <string_view>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 
 namespace backbend::validate {
 namespace {

@@ -1,4 +1,4 @@
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 
 #include <algorithm>
 #include <cmath>

@@ -7,8 +7,8 @@
 #include <cstring>
 #include <limits>
 
-#include "mesh_fixture.h"
 #include "render/trace/cameras.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "mesh_fixture.h"
 #include "render/image/video.h"
 #include "render/trace/cameras.h"
 #include "render/trace/contour.h"
 #include "render/trace/scene.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

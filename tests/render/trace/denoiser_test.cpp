@@ -8,11 +8,11 @@
 #include <functional>
 #include <random>
 
-#include "mesh_fixture.h"
 #include "render/image/exr.h"
 #include "render/image/picture.h"
 #include "render/trace/cameras.h"
 #include "render/trace/frame_layers.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
-#include "mesh_fixture.h"
 #include "render/image/cryptomatte.h"
 #include "render/trace/cameras.h"
 #include "render/trace/projection.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

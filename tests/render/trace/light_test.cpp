@@ -5,13 +5,13 @@
 #include <glm/geometric.hpp>
 #include <random>
 
-#include "mesh_fixture.h"
 #include "render/image/heat_map.h"
 #include "render/trace/bsdf.h"
 #include "render/trace/cameras.h"
 #include "render/trace/environment_map.h"
 #include "render/trace/scene_view.h"
 #include "render/trace/surface.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

@@ -11,11 +11,11 @@
 #include <numeric>
 #include <random>
 
-#include "mesh_fixture.h"
 #include "render/trace/cameras.h"
 #include "render/trace/lighting.h"
 #include "render/trace/ray_device.h"
 #include "render/trace/surface.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

@@ -6,9 +6,9 @@
 #include <memory>
 #include <random>
 
-#include "mesh_fixture.h"
 #include "render/trace/cameras.h"
 #include "render/trace/ray_device.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

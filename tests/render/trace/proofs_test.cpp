@@ -10,11 +10,11 @@
 #include <random>
 #include <vector>
 
-#include "mesh_fixture.h"
 #include "render/trace/cameras.h"
 #include "render/trace/lighting.h"
 #include "render/trace/pixel_filter.h"
 #include "render/trace/ray_device.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

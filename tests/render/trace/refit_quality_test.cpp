@@ -6,10 +6,10 @@
 #include <numeric>
 #include <random>
 
-#include "mesh_fixture.h"
 #include "render/image/exr.h"
 #include "render/trace/cameras.h"
 #include "render/trace/ray_device.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

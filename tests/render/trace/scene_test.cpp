@@ -6,9 +6,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "mesh_fixture.h"
 #include "render/image/exr.h"
 #include "render/trace/cameras.h"
+#include "tests/render/mesh_fixture.h"
 
 namespace backbend::render {
 namespace {

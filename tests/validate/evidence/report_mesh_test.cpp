@@ -7,7 +7,7 @@
 #include <limits>
 #include <optional>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 #include "validate/report/html.h"
 
 namespace backbend::validate {

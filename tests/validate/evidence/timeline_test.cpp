@@ -4,7 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 
 namespace backbend::validate {
 namespace {

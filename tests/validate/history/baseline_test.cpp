@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 #include "validate/files/hash.h"
 #include "validate/model/digest.h"
 #include "validate/model/report_json.h"

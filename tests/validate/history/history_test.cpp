@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/history_text.h"
 #include "validate/history/steps.h"

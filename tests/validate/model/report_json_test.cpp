@@ -6,7 +6,7 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 
 namespace backbend::validate {
 namespace {

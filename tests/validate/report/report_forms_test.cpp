@@ -11,7 +11,7 @@
 #include <set>
 #include <sstream>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 #include "validate/model/report_json.h"
 #include "validate/report/csv.h"
 #include "validate/report/html.h"

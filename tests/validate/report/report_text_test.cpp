@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "report_sample.h"
+#include "tests/validate/report_sample.h"
 #include "validate/model/digest.h"
 #include "validate/report/terminal.h"
 #include "validate/text/escape.h"
