@@ -9,6 +9,7 @@
 
 #include "validate/sweeps/external_spec.h"
 #include "validate/text/shell_word.h"
+#include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
 
@@ -106,8 +107,10 @@ std::string name_at(const std::vector<std::string>& names, int place) {
              : "";
 }
 
-/// The body is too thick for the pose: its surface must fold, whatever the rig does.
-bool is_infeasible(const PoseRecord& pose) { return pose.at(MetricId::feasibility).value >= 1.0; }
+/// The body is too thick for the pose, or nearly so, for this check to judge weights by it.
+bool is_infeasible(const Check& check, const PoseRecord& pose) {
+  return pose.at(MetricId::feasibility).value >= infeasible_from(check);
+}
 
 struct Worst {
   std::size_t pose = 0;
@@ -125,7 +128,7 @@ std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& swee
   for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
     const PoseRecord& pose = sweep.poses[i];
     if (pose.inside != inside || !is_applicable(rig, metric, pose)) continue;
-    if (feasible && is_infeasible(pose)) continue;
+    if (feasible && is_infeasible(check, pose)) continue;
     const double value = pose.at(metric.id).value;
     const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (judge(check, value, limit) != Verdict::fail) continue;
@@ -268,7 +271,7 @@ std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context
     if (judge(check, value, limit) != Verdict::fail) continue;
     if (pose.inside && advisories.contains({sweep.sweep.name, std::string(check.code)})) continue;
     // Nor does a pose that the body is too thick for count, where a milder pose has decided.
-    if (pose.inside && check.subject == Subject::mesh && is_infeasible(pose)) continue;
+    if (pose.inside && check.subject == Subject::mesh && is_infeasible(check, pose)) continue;
     const double here = excess(check, value, limit);
     if (!worst || here > worst->excess) worst = Miss{check.code, here};
   }

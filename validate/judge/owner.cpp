@@ -7,7 +7,7 @@
 #include <map>
 #include <utility>
 
-#include "skin/anatomy/chain_arc.h"
+#include "validate/judge/torso_facts.h"
 #include "validate/live/external_rig.h"
 #include "validate/metrics/surface/proxy_weights.h"
 #include "validate/stage/ideal_bend.h"
@@ -98,59 +98,6 @@ class SecondOpinions {
   std::optional<skin::Character> proxy_;
 };
 
-/// The longest bone of the spine up to the chest, as a share of that spine's length.
-double longest_bone(const Stage& stage) {
-  const skin::Anatomy& anatomy = stage.anatomy();
-  double longest = 0.0, whole = 0.0;
-  for (std::size_t k = 0; k < anatomy.chest_index; ++k) {
-    const auto joint = [&](std::size_t i) {
-      return glm::dvec3(
-          stage.character().nodes[static_cast<std::size_t>(anatomy.spine[i])].world_from_node[3]);
-    };
-    const double length = glm::distance(joint(k), joint(k + 1));
-    longest = std::max(longest, length);
-    whole += length;
-  }
-  return whole > 0.0 ? longest / whole : 0.0;
-}
-
-/// Vertices along each bone of the spine up to the chest: a bone's length over the usual edge's
-/// that runs along the spine, of the surface that it moves.
-double rows_per_bone(const Stage& stage) {
-  const skin::Character& character = stage.character();
-  const skin::Anatomy& anatomy = stage.anatomy();
-  std::vector<bool> on_torso(character.nodes.size(), false);
-  std::vector<glm::dvec3> chain;
-  for (std::size_t k = 0; k <= anatomy.chest_index; ++k) {
-    const auto node = static_cast<std::size_t>(anatomy.spine[k]);
-    on_torso[node] = true;
-    chain.emplace_back(character.nodes[node].world_from_node[3]);
-  }
-  constexpr double kElsewhere = -1.0;
-  std::vector<double> along(character.vertex_count(), kElsewhere);
-  for (std::size_t v = 0; v < along.size(); ++v) {
-    const skin::Influences& influences = character.influences[v];
-    double sum = 0.0;
-    for (std::size_t k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
-      if (on_torso[static_cast<std::size_t>(character.joints[influences.joint[k]].node)])
-        sum += influences.weight[k];
-    if (sum > 0.5) along[v] = skin::nearest_arc(chain, stage.rest().position[v]);
-  }
-  std::vector<double> edges;
-  for (const glm::uvec3& t : character.triangles)
-    for (int i = 0; i < 3; ++i) {
-      const std::size_t a = t[i], b = t[(i + 1) % 3];
-      if (along[a] == kElsewhere || along[b] == kElsewhere) continue;
-      const double length =
-          glm::distance(glm::dvec3(stage.rest().position[a]), glm::dvec3(stage.rest().position[b]));
-      if (std::abs(along[a] - along[b]) > 0.7 * length) edges.push_back(length);
-    }
-  if (edges.empty()) return 0.0;
-  const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
-  std::nth_element(edges.begin(), middle, edges.end());
-  return skin::arc_length(chain) / static_cast<double>(chain.size() - 1) / *middle;
-}
-
 /// `0.94, which passes`: a value of another rig or method, and its verdict.
 std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
@@ -173,11 +120,14 @@ std::string skeleton_text(const Stage& stage, const Check& check, const Finding&
                           double clean) {
   const int joints = static_cast<int>(stage.anatomy().chest_index) + 1;
   const int needed = joints_needed(check, finding.limit, clean, joints);
+  const bool clean_shows_it = judge(check, clean, finding.limit) == Verdict::fail;
   return std::to_string(joints) + " joints cannot carry " + finding.pose + " here" +
          (needed > joints && needed <= kMostSpineJoints
               ? ": about " + std::to_string(needed) + " would"
               : "") +
-         "; advisory: clean weights and the ideal bend show it, too";
+         "; advisory: " +
+         (clean_shows_it ? "clean weights and the ideal bend show it, too"
+                         : "the ideal bend shows it, too");
 }
 
 /// What the ideal bend of the same rest spine shows as well belongs to the skeleton, and is
@@ -222,6 +172,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
                           ? rows_per_bone(stage)
                           : std::numeric_limits<double>::infinity();
   const double longest = longest_bone(stage);
+  const bool in_pieces = any_on_mesh && torso_in_pieces(stage);
   std::vector<Opinions*> todo;
   for (auto& [place, each] : by_pose) todo.push_back(&each);
   oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
@@ -271,6 +222,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.bones = static_cast<int>(stage.anatomy().chest_index);
     facts.longest_bone = longest;
     facts.rows_per_bone = rows;
+    facts.in_pieces = in_pieces;
     const Booking booking = book_mesh_finding(check, finding.limit, facts);
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
@@ -289,6 +241,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
                         number_text(weights_limit(check, finding.limit), 3) + " on";
     if (booking.owner == Owner::skeleton && rows < kLeastRowsForSlices)
       finding.detail += "; the surface has " + number_text(rows, 2) + " vertices along each bone";
+    if (booking.owner == Owner::skeleton && in_pieces)
+      finding.detail += "; the torso is of pieces that no edges join, which go their own ways";
     if (booking.owner == Owner::skeleton)
       finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
     finding.detail += offer_even(rig, check, finding, ideal);

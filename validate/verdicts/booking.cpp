@@ -29,7 +29,7 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
   Booking out;
   out.verdict = judge(check, context.value, limit);
   if (out.verdict != Verdict::fail) return out;
-  if (context.infeasible >= 1.0) return {Verdict::fail, Owner::pose, false};
+  if (context.infeasible >= kInfeasible) return {Verdict::fail, Owner::pose, false};
   if (!std::isfinite(context.ideal)) return {Verdict::fail, check.owner, check.decides};
   const double worse =
       check.sense == Sense::at_most ? context.value - context.ideal : context.ideal - context.value;
@@ -47,14 +47,17 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
   const bool short_spine = (context.bones > 0 && context.bones < kLeastBonesForSlices) ||
                            context.longest_bone > kLongestBoneForSlices;
   const bool coarse = context.rows_per_bone < kLeastRowsForSlices;
-  if (ideal_is_as_bad && compares_slices(check) && (short_spine || coarse))
+  if (ideal_is_as_bad && compares_slices(check) && (short_spine || coarse || context.in_pieces))
     return {Verdict::fail, Owner::skeleton, false};
-  if (ideal_is_as_bad && short_spine && (check.code == "BB030" || check.code == "BB033"))
+  if (ideal_is_as_bad && short_spine &&
+      (check.code == "BB030" || check.code == "BB033" || check.code == "BB034"))
     return {Verdict::fail, Owner::skeleton, false};
   // Skin that runs through skin with clean weights and the ideal bend, too: a head that is too big
   // for its neck, a cape against the legs.
   if (ideal_is_as_bad && check.code == "BB034" &&
       judge(check, context.ideal_proxy, limit) == Verdict::fail)
+    return {Verdict::fail, Owner::pose, false};
+  if (ideal_is_as_bad && context.infeasible >= infeasible_from(check))
     return {Verdict::fail, Owner::pose, false};
   if (ideal_is_as_bad) {
     const bool plain = judge(check, context.value, weights_limit(check, limit)) == Verdict::fail;
@@ -64,6 +67,8 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
                                     judge(check, context.ideal, limit) == Verdict::fail;
   return {Verdict::fail, only_weights_cure_it ? Owner::weights : Owner::solver, check.decides};
 }
+
+double infeasible_from(const Check& check) { return check.code == "BB011" ? 0.8 : kInfeasible; }
 
 double weights_limit(const Check& check, double limit) {
   const double factor = weights_factor(check);

@@ -11,12 +11,12 @@ struct MeshContext {
   double ideal = 0.0;  // of the ideal bend (`even`) with the same ends and the same weights
   double proxy = 0.0;  // of the same rig with clean proxy weights
   double ideal_proxy = std::numeric_limits<double>::quiet_NaN();  // of the ideal bend with those
-  double infeasible =
-      0.0;  // curvature times depth at the place; 1 and above: the surface must fold
+  double infeasible = 0.0;       // curvature times depth at the place: kInfeasible
   bool judging_weights = false;  // the character is on trial: what the ideal shows too decides
   int bones = 0;                 // of the character's driven spine; 0: not known
   double longest_bone = 0.0;     // ... and its longest one, as a share of that spine's length
   double rows_per_bone = std::numeric_limits<double>::infinity();  // vertices along the torso
+  bool in_pieces = false;  // no triangle joins the torso's pieces, each on its own joint
 };
 
 /// Whose a mesh finding is, and whether it decides the exit code.
@@ -27,9 +27,17 @@ struct Booking {
 };
 
 /// Weights may be so much worse than clean ones, as a factor of what those give, before they are to
-/// blame. Healthy humans stay below 1.3, whichever side of the limit clean weights are on; weights
-/// moved by one vertebra double it.
-inline constexpr double kWorseThanClean = 1.5;
+/// blame. Healthy humans stay below 1.3, whichever side of the limit clean weights are on, a child
+/// with a heavy belly at 1.54; weights moved by one vertebra double it.
+inline constexpr double kWorseThanClean = 1.6;
+
+/// Curvature times half depth from which on the surface must fold, whatever the rig does.
+inline constexpr double kInfeasible = 1.0;
+
+/// ... and from which on what the ideal bend shows as well is the pose's and not the weights': of
+/// kinks less, for what is left of the inner side's length then folds at any small unevenness. A
+/// child with a heavy belly has a kink of 73 degrees at 0.9, clean weights 38.
+double infeasible_from(const Check& check);
 
 /// The limit beyond which the weights decide of a value on the mesh that the ideal bend shows as
 /// well. Limits were measured on whole bodies; cut to 2000 vertices, smoothed, or with three joints
@@ -55,12 +63,14 @@ inline constexpr double kLeastRowsForSlices = 2.5;
 bool is_rest_shape(const Check& check, double limit, double value, double ideal);
 
 /// Books a value on the mesh. Within its limit it is a pass. Beyond it:
-/// - in a pose that this body is too thick for, the pose's, and never a rig's fault;
+/// - in a pose that this body is too thick for, the pose's, and never a rig's fault; so is a kink
+///   that the ideal bend shows as well in one that it is nearly too thick for (infeasible_from());
 /// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), and clean proxy
 ///   weights under the ideal bend are nearly as bad (by a tenth of the limit, or by less than
-///   kWorseThanClean), the skeleton's: it has too few joints for the range. So are slices of a
-///   spine of fewer than kLeastBonesForSlices bones or with a bone above kLongestBoneForSlices, or
-///   of a surface of fewer than kLeastRowsForSlices rows a bone. That never decides;
+///   kWorseThanClean), the skeleton's: it has too few joints for the range.
+///   So are slices of a spine of fewer than kLeastBonesForSlices bones or with a bone above
+///   kLongestBoneForSlices, or of a surface of fewer than kLeastRowsForSlices rows a bone, or of a
+///   torso of separate pieces, a robot's, that are to turn against each other. That never decides;
 /// - self-intersection that clean proxy weights under the ideal bend show beyond the limit, too, is
 ///   the pose's: this body is in its own way;
 /// - where the ideal bend is as bad and clean weights are far better, the weights'; that decides

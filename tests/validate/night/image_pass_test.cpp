@@ -107,5 +107,45 @@ TEST_F(LookingAtIsner, ALargeFlipThatNoPictureShowsIsAContradiction) {
   EXPECT_TRUE(pass_.contradictions(record_, findings_, context_).empty());
 }
 
+/// What pictures say of one kink on the round body, bent forwards by 60 degrees.
+ImageWitness witness_of_kink(const char* rig, Owner owner) {
+  const auto body = tube_body(8);
+  const RigRecord record =
+      measure_chain_only(body->stage(), read_rig(rig), solver::Mapping::chest,
+                         {channel_sweep("flexion", 0, 90, 30)}, *find_envelope("sweep"));
+  Finding kink;
+  kink.code = "BB011";
+  kink.rig = record.plan.name;
+  kink.sweep = record.sweeps[0].sweep.name;
+  kink.control_deg = 60.0;
+  kink.pose_index = 2;
+  kink.owner = owner;
+  std::vector<Finding> findings{kink};
+  Ledger ledger;
+  PhotographerPool cameras(body->stage(), render::bounds_of(body->stage().rest().position));
+  ImagePass pass(cameras, "tube", ledger);
+  Progress progress(Progress::Style::none);
+  pass.look({&record, 1}, {&findings, 1}, progress);
+  return findings[0].image;
+}
+
+TEST(KinkWitness, OfAnotherRigIsTheIdealBendSeenFromTheSideThatShowsIt) {
+  const ImageWitness witness = witness_of_kink("three_bone", Owner::solver);
+  EXPECT_TRUE(witness.measured);
+  EXPECT_EQ(witness.camera, "profile");
+  EXPECT_NE(witness.note.find("'even'"), std::string::npos) << witness.note;
+  EXPECT_GT(witness.value, 1.0) << "three bones cut the corners of an even bend";
+}
+
+TEST(KinkWitness, OfTheIdealBendIsNeverItself) {
+  ImageWitness witness = witness_of_kink("even", Owner::weights);
+  EXPECT_TRUE(witness.measured);
+  EXPECT_EQ(witness.note.find("'even'"), std::string::npos) << witness.note;
+  EXPECT_NE(witness.note.find("clean proxy weights"), std::string::npos) << witness.note;
+  witness = witness_of_kink("even", Owner::skeleton);
+  EXPECT_FALSE(witness.measured);
+  EXPECT_NE(witness.note.find("not applicable"), std::string::npos) << witness.note;
+}
+
 }  // namespace
 }  // namespace backbend::validate
