@@ -50,6 +50,18 @@ std::string add_to_suite(const std::string& file, const Hunt& hunt) {
          file;
 }
 
+/// Runs the hunt; one that is stopped says how it goes on.
+HuntResult hunted(const HuntRequest& request, Progress& progress) {
+  try {
+    return run_hunt(request, progress);
+  } catch (const Interrupted&) {
+    if (!request.folder.empty())
+      std::fprintf(stderr, "backbend: the poses measured so far are in %s; --resume goes on\n",
+                   visible(request.folder.string()).c_str());
+    throw;
+  }
+}
+
 }  // namespace
 
 void add_hunt(const Registry& registry) {
@@ -58,6 +70,8 @@ void add_hunt(const Registry& registry) {
       "hunt", "search a box of poses for the worst pose of a rig, check by check",
       [options, &common = registry.common] {
         HuntRequest request = finished(*options);
+        if (request.resume && request.folder.empty())
+          throw CLI::ValidationError("--resume continues the hunt in the folder that -o names");
         if (!common.json)
           request.on_character = [&](const CharacterFacts& facts, const ControlBox&) {
             print_character("hunting the worst poses of rig " + request.rig.name, facts);
@@ -65,7 +79,7 @@ void add_hunt(const Registry& registry) {
         Progress progress(common.progress_style());
         const FolderTrace trace(request.folder);
         if (!request.folder.empty()) OutputFolder(request.folder).prepare();
-        const HuntResult result = run_hunt(request, progress);
+        const HuntResult result = hunted(request, progress);
         const std::string json = hunt_json(result) + "\n";
         if (!request.folder.empty()) OutputFolder(request.folder).write("hunt.json", json);
         std::fputs((common.json ? json : hunt_text(result)).c_str(), stdout);
@@ -100,6 +114,8 @@ void add_hunt(const Registry& registry) {
       ->type_name(kFileType);
   command->add_option("-o,--output", options->output,
                       "folder for hunt.json and a picture of each find [none]");
+  command->add_flag("--resume", options->request.resume,
+                    "go on with the same hunt that was stopped in the folder of -o");
   command->add_option("--res", options->resolution, "picture size, WIDTHxHEIGHT pixels [640x480]")
       ->check(picture_size())
       ->configurable();

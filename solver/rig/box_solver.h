@@ -28,6 +28,9 @@ class BoxSolver {
  public:
   /// Why the rig with these options cannot be run on boxes; empty: it can.
   virtual std::string why_not_on_boxes() const { return {}; }
+  /// Whether rates per unit of a control are the same over boxes of any size: bounds from paper, so
+  /// that splitting a box proves nothing more.
+  virtual bool has_fixed_gain() const { return false; }
   /// As SpineSystem::controls_for().
   virtual std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const = 0;
   /// The rig for one value per channel. Needs !why_not_on_boxes().

@@ -36,17 +36,7 @@ class Even final : public FormulaSystem, public BoxSolver {
     return control;
   }
 
-  std::string why_not_on_boxes() const override {
-    if (limited_) {
-      return "with limits its channels are shared out joint by joint, which has no interval form "
-             "yet; docs/even.md, section 6, bounds its gain by 2 on paper";
-    }
-    if (!reach_->off()) {
-      return "reach above 0 solves for the chest's place, which has no interval form yet; "
-             "docs/even.md, theorem 4, bounds its gain on paper";
-    }
-    return {};
-  }
+  bool has_fixed_gain() const override { return limited_ || !reach_->off(); }
 
   std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
     std::vector<BoxReal> control = fk_controls(body.twist, -body.side, -body.back, mapping);
@@ -59,6 +49,10 @@ class Even final : public FormulaSystem, public BoxSolver {
     const BoxTurn lower =
         euler_turn(bone_.axes[0], from_euler_xyz(control[0], control[1], control[2]));
     pose.rate.resize(std::size_t(bones_) + 1);
+    if (has_fixed_gain()) {
+      std::fill(pose.rate.begin(), pose.rate.end(), rates_on_paper(lower, control));
+      return;
+    }
     for (int k = 0; k <= bones_; ++k) {
       pose.rate[std::size_t(k)] =
           (lower * shape_.frame(k, control.subspan(kUpper, kUpperChannels))).rate;
@@ -129,6 +123,22 @@ class Even final : public FormulaSystem, public BoxSolver {
     rest_ = std::move(rest);
   }
 
+  /// With reach or limits: the theorems' bound of each channel of Middle and Top (docs/even.md,
+  /// theorem 4 and section 6), times how fast the channel itself moves. Lower turns all rigidly.
+  BoxRates rates_on_paper(const BoxTurn& lower, std::span<const BoxReal> control) const {
+    BoxRates rate{};
+    for (std::size_t j = 0; j < rate.size(); ++j) {
+      Interval sum(lower.rate[j]);
+      for (int ch = 0; ch < kUpperChannels; ++ch) {
+        const Interval& slope = control[std::size_t(kUpper + ch)].slope[j];
+        sum = sum + Interval(std::max(std::abs(slope.lo), std::abs(slope.hi))) *
+                        Interval(channel_bound_[ch]);
+      }
+      rate[j] = sum.hi;
+    }
+    return rate;
+  }
+
   void measure_weights() {
     double from = 0.0;
     for (const double to : joint_end_) {
@@ -152,14 +162,16 @@ class Even final : public FormulaSystem, public BoxSolver {
         from = to;
       }
       limits_.emplace(weights_, joint_end_, range);
-      gain_bound_ = EvenLimits::gain_bound();
     }
     const auto& j = bone_.rest.joint;
     const double top = glm::length(j[3] - j[2]) / shape_.length();
     const double middle = top + glm::length(j[2] - j[1]) / shape_.length();
     for (int ch = 0; ch < kUpperChannels; ++ch) {
-      gain_bound_ =
-          std::max(gain_bound_, reach_->gain_bound(ch, weights_.of(ch), ch < 3 ? middle : top));
+      // Under limits a Top channel also moves Middle's shares.
+      channel_bound_[ch] = limited_
+                               ? (ch < 3 ? 1.0 : EvenLimits::gain_bound())
+                               : reach_->gain_bound(ch, weights_.of(ch), ch < 3 ? middle : top);
+      gain_bound_ = std::max(gain_bound_, channel_bound_[ch]);
     }
   }
 
@@ -332,6 +344,7 @@ class Even final : public FormulaSystem, public BoxSolver {
   UpperChannels peak_step_{};
   std::optional<EvenReach> reach_;
   std::optional<EvenLimits> limits_;
+  UpperChannels channel_bound_{};  // of a frame's turn per turn of the channel
   double max_joint_ = 0.0, gain_bound_ = 1.0;
   bool arms_on_top_ = false, no_squash_ = false;
   double stretchiness_ = 0.0, max_ratio_ = 100.0, lead_ = 0.0;

@@ -1,9 +1,12 @@
 """`backbend hunt`: the worst poses of a rig in a box, confirmed, and added to a suite that then finds them."""
 
 import json
+import signal
+import subprocess
+import time
 
 from external_rig_test import RigTest
-from harness import CommandTest, USAGE
+from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE
 
 FEW = ("--evaluations", "600")
 
@@ -78,6 +81,29 @@ class Hunt(CommandTest):
         one = text("--threads", "1")
         self.assertEqual(one, text("--threads", "3"))
         self.assertNotEqual(one, text("--seed", "2"))
+
+    def test_a_stopped_hunt_goes_on_to_the_same_result(self):
+        question = ["hunt", "curve", "--character", "hero.glb", "--evaluations", "3000", "--res", "64x48", "--threads", "1"]
+        self.assert_runs(*question, "-o", "whole", code=1)
+        self.assertFalse((self.folder / "whole/parts").exists())
+        stopped = subprocess.Popen([str(BACKBEND), *question, "-o", "out"], cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        for _ in range(600):  # until something is kept
+            if stopped.poll() is not None or len(list(self.folder.glob("out/parts/*"))) > 1:
+                break
+            time.sleep(0.05)
+        stopped.send_signal(signal.SIGINT)
+        said = stopped.communicate(timeout=120)[1]
+        if stopped.returncode == 130:  # else it was done before
+            self.assertIn("--resume", said)
+        self.assert_runs(*question, "-o", "out", "--resume", code=1)
+        self.assertEqual((self.folder / "out/hunt.json").read_text(), (self.folder / "whole/hunt.json").read_text())
+        self.assert_refused("hunt", "curve", "--character", "hero.glb", "--resume", code=USAGE, names=["-o"])
+
+    def test_parts_of_a_stopped_night_are_left_alone(self):
+        self.write("night/parts/plan.json", "{}")
+        self.assert_refused("hunt", "curve", "--character", "hero.glb", *FEW, "-o", "night", code=BAD_INPUT, names=["night"])
+        self.assertTrue((self.folder / "night/parts/plan.json").exists())
 
     def test_what_it_cannot_search_is_refused(self):
         self.write("bad.toml", "side = [10, -10]\n")

@@ -20,6 +20,19 @@ class Prove(CommandTest):
         self.assertTrue(checked["holds"])
         self.assert_refused("prove", "isner", "--check", "even.json", code=BAD_INPUT, names=["even.json", "isner"])
 
+    def test_even_with_limits_or_reach_is_certified_with_the_gain_of_its_theorem(self):
+        for rig, least, most in (("even:limits=human", 1.9, 2.00001), ("even:reach=0.5", 5.5, 5.7)):
+            proof = json.loads(self.assert_runs("prove", rig, "--json", "-o", "even.json").stdout)
+            self.assertEqual(proof["certified"], 1.0, rig)
+            self.assertTrue(least < proof["gain_bound"] < most, proof["gain_bound"])
+            if "limits" in rig:
+                self.assertIn("even.json holds", self.assert_runs("prove", "--check", "even.json").stdout)
+            else:
+                self.assert_refused("prove", "--check", "even.json", code=BAD_INPUT, names=["reach"])
+        # No smaller box has a lower bound: it stays open at one look, proved not to jump.
+        steep = json.loads(self.assert_runs("prove", "even:reach=1", "--json", code=5).stdout)
+        self.assertEqual((steep["boxes"]["looked_at"], steep["open"], steep["no_jump"]), (1, 1.0, 1.0))
+
     def test_a_flip_is_shown_with_its_pose(self):
         told = self.backbend("prove", "isner", "--box", "extension=90:120,side=0,twist=0", "--smallest", "0.01")
         self.assertEqual(told.returncode, 1, told.stderr)
@@ -46,7 +59,7 @@ class Prove(CommandTest):
                             names=["whole.json", "box"])
 
     def test_what_cannot_be_proved_is_refused_by_name(self):
-        for rig, reason in (("snake", "snake"), ("even:reach=1", "reach"), ("isner:slerp=raw", "raw")):
+        for rig, reason in (("snake", "snake"), ("curve", "curve"), ("neck:limits=[10,10,10,10]", "limits"), ("isner:slerp=raw", "raw")):
             self.assert_refused("prove", rig, code=BAD_INPUT, names=[reason])
         for box, reason in (("extension=10:0", "10"), ("extension=5", "empty"), ("extension=0:inf", "finite"),
                             ("nosuch", "nosuch")):

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "validate/files/ledger.h"
 #include "validate/hunt/control_box.h"
 #include "validate/measure/measure.h"
 #include "validate/metrics/surface/body_metrics.h"
@@ -25,6 +26,7 @@ struct HuntSettings {
   std::string check;               // only this one; empty: every check that can be hunted
   std::size_t evaluations = 5000;  // poses solved, most of them skinned and measured
   std::uint64_t seed = 1;
+  const Ledger* ledger = nullptr;  // keeps what was looked at, for a hunt that was stopped
 };
 
 /// A rig on a character, as it is judged.
@@ -101,6 +103,7 @@ struct HuntRequest {
   std::optional<Suite> suite;     // its limits count
   std::filesystem::path folder;   // for a picture of each find; empty: none
   int width = 640, height = 480;  // of pictures
+  bool resume = false;            // takes up what a stopped hunt has left in the folder
   /// Called as soon as the character is read.
   std::function<void(const CharacterFacts&, const ControlBox&)> on_character;
 };

@@ -3,12 +3,15 @@
 #include "validate/evidence/artist.h"
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/render_job.h"
+#include "validate/files/hash.h"
+#include "validate/files/program_hash.h"
 #include "validate/hunt/hunt.h"
 #include "validate/judge/judge_external.h"
 #include "validate/live/external_rig.h"
 #include "validate/night/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/named_pose.h"
+#include "validate/text/number_text.h"
 #include "validate/text/shell_word.h"
 #include "validate/verdicts/exit_code.h"
 
@@ -35,6 +38,23 @@ std::string take_picture(const HuntRequest& request, const HuntFind& find, std::
   return picture.name + ".png";
 }
 
+/// Everything that the points of a hunt depend on, and what they are.
+std::string stamp_of(const HuntRequest& request, const HuntResult& out, const HuntSettings& s,
+                     const LimitSet& limits) {
+  std::string text = program_hash() + "\n" + out.facts.hash + "\n" + rig_text(request.rig.spec) +
+                     "\n" + out.mapping + "\n" + out.facts.envelope + "\n" + s.check + "\n" +
+                     std::to_string(s.evaluations) + " " + std::to_string(s.seed);
+  if (is_external(request.rig.spec)) text += "\n" + external_inputs(request.rig.spec);
+  for (const auto* joints : {&out.facts.spine, &out.facts.left_arm, &out.facts.right_arm})
+    for (const std::string& joint : *joints) text += "\n" + joint;
+  for (const BoxAxis& axis : s.box.axes)
+    text += "\n" + axis.name + " " + shortest(axis.low) + " " + shortest(axis.high);
+  text += "\n" + pose_words(s.box.held);
+  for (const std::string& code : huntable_checks())
+    text += "\n" + code + " " + shortest(limits.of(code).value);
+  return content_hash(text);
+}
+
 }  // namespace
 
 int HuntResult::exit_code() const {
@@ -46,6 +66,10 @@ int HuntResult::exit_code() const {
 }
 
 HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
+  if (!request.folder.empty() && std::filesystem::exists(request.folder / kPlanFile))
+    throw MixedPartsError(request.folder.string() +
+                          ": holds a job that was stopped; use another folder, or remove its "
+                          "'parts'");
   const SearchedCharacter searched =
       load_searched(request.character, request.hints, request.chain, request.rig, request.envelope);
   const Stage& stage = *searched.stage;
@@ -58,7 +82,7 @@ HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
   out.seed = request.seed;
   out.check = request.check;
   HuntSettings settings{find_box(request.box, envelope), request.check, request.evaluations,
-                        request.seed};
+                        request.seed, nullptr};
   if (request.on_character) request.on_character(out.facts, settings.box);
 
   LimitSet limits =
@@ -73,6 +97,12 @@ HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
                         request.mapping,
                         shell_word(request.character.string()),
                         [&] { return stage.build(request.rig.spec); }};
+  std::optional<Ledger> ledger;
+  if (!request.folder.empty()) {
+    ledger.emplace(request.folder, stamp_of(request, out, settings, limits), Ledger::Mode::alone,
+                   Shard{}, request.resume);
+    settings.ledger = &*ledger;
+  }
   out.hunt = hunt_poses(scene, settings, progress);
   for (HuntFind& find : out.hunt.finds)
     if (searched.sidecar) find.finding.artist = artist_lines(*searched.sidecar, find.pose);
@@ -86,6 +116,7 @@ HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
       progress.step();
     }
     progress.finish();
+    remove_parts(request.folder);
   }
   return out;
 }

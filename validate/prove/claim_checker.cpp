@@ -58,9 +58,9 @@ std::map<std::string, Interval> whole_shares(const ProofQuestion& q,
 std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& q,
                                           const solver::SpineSystem& system) {
   const auto refuse = [&](const char* why) { throw ProofError(q.rig.system + ": " + why); };
-  if (const auto* limits = option<std::string>(system, "limits"); limits && *limits != "none") {
-    refuse("no checker knows limits");
-  }
+  // even.md, section 6: a channel of the top control also moves what the middle one has left.
+  const auto* named = option<std::string>(system, "limits");
+  const bool limited = named && *named != "none";
   if (const auto* limits = option<std::vector<double>>(system, "limits");
       limits && !limits->empty()) {
     refuse("no checker knows limits");
@@ -77,6 +77,7 @@ std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& q,
       if (a.varies()) most = Interval(std::max(most.hi, share.at(a.channel).hi));
     }
   }
+  if (limited) most = most * Interval(2.0);
   return std::make_unique<SumChecker>((most * Interval(1.0 + kRounding)).hi);
 }
 

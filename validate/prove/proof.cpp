@@ -230,7 +230,7 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
         own.bound = gain_over(question, system, solver, box);
         if (own.bound <= question.gain) return;
         const bool room = before + waiting + (1 << kProofAxes) * (i + 1) <= question.boxes;
-        own.splits = room && widest_axis(box, question.smallest) >= 0;
+        own.splits = room && !solver.has_fixed_gain() && widest_axis(box, question.smallest) >= 0;
         if (!own.splits) own.refutation = refuter.search(box);
       });
       for (std::size_t i = 0; i < count; ++i) settle(level[first + i], outcome[i]);
