@@ -274,8 +274,34 @@ void shuffle_vertices(Character& body, validate::Draw& draw) {
   body.bind_position = moved(body.bind_position);
   body.bind_normal = moved(body.bind_normal);
   body.influences = moved(body.influences);
+  body.place = moved(body.place);
   for (glm::uvec3& t : body.triangles)
     for (int k = 0; k < 3; ++k) t[k] = to[t[k]];
+}
+
+void split_vertices(Character& body, const glm::dvec3& at, const glm::dvec3& normal) {
+  enum : std::uint8_t { kFront = 1, kBack = 2 };
+  std::vector<std::uint8_t> sides(body.vertex_count(), 0);
+  std::vector<std::uint8_t> side_of;  // of each triangle
+  for (const glm::uvec3& t : body.triangles) {
+    glm::dvec3 middle(0.0);
+    for (int k = 0; k < 3; ++k) middle += glm::dvec3(body.bind_position[t[k]]) / 3.0;
+    side_of.push_back(glm::dot(middle - at, normal) > 0.0 ? kFront : kBack);
+    for (int k = 0; k < 3; ++k) sides[t[k]] |= side_of.back();
+  }
+  std::vector<std::uint32_t> copy(sides.size());
+  std::iota(copy.begin(), copy.end(), 0u);
+  for (Index v = 0; v < sides.size(); ++v) {
+    if (sides[v] != (kFront | kBack)) continue;
+    copy[v] = static_cast<std::uint32_t>(body.vertex_count());
+    body.bind_position.push_back(body.bind_position[v]);
+    body.bind_normal.push_back(body.bind_normal[v]);
+    body.influences.push_back(body.influences[v]);
+    body.place.push_back(body.place[v]);
+  }
+  for (Index t = 0; t < body.triangles.size(); ++t)
+    for (int k = 0; side_of[t] == kBack && k < 3; ++k)
+      body.triangles[t][k] = copy[body.triangles[t][k]];
 }
 
 void rename_joints(Character& body, int naming) {

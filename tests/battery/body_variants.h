@@ -55,6 +55,9 @@ void turn_in_world(skin::Character& body, const glm::dmat4& turn);
 void change_bind_space(skin::Character& body, const glm::dmat4& bind_from_world);
 /// The same vertices in another order.
 void shuffle_vertices(skin::Character& body, validate::Draw& draw);
+/// The mesh cut along a plane through the body, as an export splits vertices at a seam: triangles
+/// on both sides have vertices of their own at the same places, with the same weights.
+void split_vertices(skin::Character& body, const glm::dvec3& at, const glm::dvec3& normal);
 /// `hero:Spine1`, `Spine1_jnt`, `SPINE1`: joints named after another house's custom, 0..4.
 constexpr int kNamings = 5;
 void rename_joints(skin::Character& body, int naming);

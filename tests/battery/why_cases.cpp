@@ -84,7 +84,8 @@ std::optional<WhyCase> draw_why_case(const Character& sound, const skin::Anatomy
   WhyCase out{{"before", sound, hints, std::nullopt, read_rig("even")},
               {"after", sound, hints, std::nullopt, read_rig("even")},
               0,
-              ""};
+              "",
+              {}};
   const skin::Anatomy anatomy = skin::find_anatomy(sound, hints);
   if (anatomy.chest_index < 2) return std::nullopt;
   Character& body = out.after.character;
@@ -93,17 +94,21 @@ std::optional<WhyCase> draw_why_case(const Character& sound, const skin::Anatomy
                                                 {Ingredient::bind, spoil_bind},
                                                 {Ingredient::skeleton, spoil_skeleton},
                                                 {Ingredient::mesh, spoil_mesh}};
+  const auto spoil = [&](Index kind, Version& version, Draw& drawn, std::string& what) {
+    if (kind < 4) return kinds[kind].second(version.character, anatomy, drawn, what);
+    const char* rigs[] = {"curve:length=rest", "isner", "curve:basis=linear", "three_bone"};
+    version.rig = read_rig(rigs[drawn.index(4)]);
+    what = "options: " + version.rig.name;
+    return true;
+  };
   const auto put = [&](Index kind) {
+    const Ingredient ingredient = kind < 4 ? kinds[kind].first : Ingredient::options;
     std::string what;
-    if (kind == 4) {
-      const char* rigs[] = {"curve:length=rest", "isner", "curve:basis=linear", "three_bone"};
-      out.after.rig = read_rig(rigs[draw.index(4)]);
-      what = "options: " + out.after.rig.name;
-      out.spoiled |= bit(Ingredient::options);
-    } else {
-      if (!kinds[kind].second(body, anatomy, draw, what)) return false;
-      out.spoiled |= bit(kinds[kind].first);
-    }
+    Version alone = out.before;
+    Draw same = draw;
+    if (!spoil(kind, out.after, draw, what) || !spoil(kind, alone, same, what)) return false;
+    out.alone.emplace_back(ingredient, std::move(alone));
+    out.spoiled |= bit(ingredient);
     out.what += (out.what.empty() ? "" : ", ") + what;
     return true;
   };
@@ -111,6 +116,19 @@ std::optional<WhyCase> draw_why_case(const Character& sound, const skin::Anatomy
   // Faults of the mesh are put in while the vertices are where anatomy says.
   if (!put(first) || (two && !put(second))) return std::nullopt;
   out.what += "; hidden:";
+  // An export splits vertices, or merges those that the earlier one split. What was spoiled is
+  // spoiled on both sides of the cut.
+  if (draw.coin()) {
+    const bool splits = draw.coin();
+    Character& split = splits ? body : out.before.character;
+    const glm::dvec3 normal(draw.uniform(0.2, 1.0), draw.uniform(-1.0, 1.0),
+                            draw.uniform(-1.0, 1.0));
+    glm::dvec3 middle(0.0);
+    for (const glm::vec3& p : split.bind_position)
+      middle += glm::dvec3(p) / static_cast<double>(split.vertex_count());
+    split_vertices(split, middle, normal);
+    out.what += splits ? " vertices split" : " vertices merged";
+  }
   if (draw.coin()) {
     shuffle_vertices(body, draw);
     out.what += " vertices in another order";

@@ -1,6 +1,8 @@
 #pragma once
 #include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "validate/calibrate/draw.h"
 #include "validate/why/why.h"
@@ -13,11 +15,13 @@ struct WhyCase {
   validate::Version before, after;
   validate::IngredientSet spoiled = 0;
   std::string what;  // `weights: half torso one up; hidden: vertices in another order`
+  // The earlier version with one of the spoiled ingredients, for each.
+  std::vector<std::pair<validate::Ingredient, validate::Version>> alone;
 };
 
 /// Spoils one ingredient, or two where `two`, of a welded() body, and hides it among harmless
-/// changes: the vertices' order, the joints' names, the space that the mesh is stored in, weights
-/// within rounding. Nullopt where the body has no place for what was drawn.
+/// changes: the vertices' order, vertices split or merged, the space that the mesh is stored in,
+/// weights within rounding. Nullopt where the body has no place for what was drawn.
 std::optional<WhyCase> draw_why_case(const skin::Character& sound, const skin::AnatomyHints& hints,
                                      bool two, validate::Draw& draw);
 

@@ -72,6 +72,43 @@ TEST(Why, IsNotMisledByVerticesInAnotherOrderOrAnotherBindSpace) {
     EXPECT_EQ(each.ingredients, bit(Ingredient::weights)) << each.key;
 }
 
+/// A vertical cut through the body's middle.
+void cut(skin::Character& body) { split_vertices(body, glm::dvec3(0.0), {1.0, 0.0, 0.2}); }
+
+TEST(Why, IsNotMisledByVerticesThatAnExportSplitOrMerged) {
+  skin::Character spoiled = with_weight_fault(), split = figure();
+  cut(split);
+  ASSERT_GT(split.vertex_count(), figure().vertex_count() + 10);
+  Draw draw(6, 1);
+  shuffle_vertices(spoiled, draw);
+  skin::Character split_spoiled = with_weight_fault();
+  cut(split_spoiled);
+  for (const auto& [before, after] :
+       {std::pair(figure(), split_spoiled), std::pair(split, spoiled)}) {
+    const VersionPair pair(version("a", before), version("b", after));
+    EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
+    Progress none(Progress::Style::none);
+    const WhyPair found = why(pair, {}, none);
+    ASSERT_FALSE(found.findings.empty());
+    for (const WhyFinding& each : found.findings)
+      EXPECT_EQ(each.ingredients, bit(Ingredient::weights)) << each.key;
+  }
+  EXPECT_TRUE(why_of(version("a", figure()), version("b", split)).findings.empty());
+  EXPECT_TRUE(why_of(version("a", split), version("b", figure())).findings.empty());
+}
+
+TEST(Why, TellsVerticesThatWereMovedAndRenumberedFromChangedWeights) {
+  skin::Character moved = figure();
+  // A belt of the torso pushed up by more than its vertices are apart.
+  for (glm::vec3& p : moved.bind_position)
+    if (p.y > 1.05f && p.y < 1.25f) p.y += 0.08f;
+  Draw draw(8, 1);
+  shuffle_vertices(moved, draw);
+  const VersionPair pair(version("a", figure()), version("b", moved));
+  EXPECT_EQ(pair.changed(), bit(Ingredient::mesh));
+  EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
+}
+
 TEST(Why, NamesTheOptionAndLeavesTheOthersOut) {
   const WhyPair found = why_of(version("a", figure(), "curve:bones=10"),
                                version("b", figure(), "curve:bones=11,length=rest,follow=chase"));

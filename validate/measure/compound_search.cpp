@@ -60,7 +60,7 @@ Sweep around(const FoundJump& jump) {
   sweep.corner = true;
   sweep.watched = false;
   const PoseDegrees at = sweep.pose_at(jump.control_deg);
-  sweep.name = "jump near";
+  sweep.name = kJumpSweep;
   for (const std::string_view channel : kBendChannels)
     if (const double value = std::round(*at.find(channel)); value != 0.0)
       sweep.name += " " + std::string(channel) + " " + number_text(value);

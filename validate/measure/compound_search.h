@@ -1,4 +1,5 @@
 #pragma once
+#include <string_view>
 #include <vector>
 
 #include "validate/model/report.h"
@@ -12,6 +13,9 @@ struct FoundJumps {
   CompoundSearch summary;
   std::vector<Sweep> around;  // 16 degrees to either side of: the jump nearest to rest, the largest
 };
+
+/// What the names of those sweeps begin with.
+inline constexpr std::string_view kJumpSweep = "jump near";
 
 /// What is searched: each channel as far as the envelope needs, and as far as the sweeps take it.
 Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps);

@@ -1,7 +1,5 @@
 #include "validate/why/ingredients.h"
 
-#include <oneapi/tbb/parallel_for.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -15,6 +13,7 @@
 #include "skin/deform/skinning.h"
 #include "validate/judge/confirmed.h"
 #include "validate/sweeps/sweep.h"
+#include "validate/why/vertex_match.h"
 
 namespace backbend::validate {
 namespace {
@@ -43,51 +42,6 @@ double size_of(const std::vector<glm::vec3>& points) {
   return points.empty() ? 0.0
                         : std::max({b.high.x - b.low.x, b.high.y - b.low.y, b.high.z - b.low.z});
 }
-
-/// Nearest points within a distance, by cells of that size.
-class Nearest {
- public:
-  Nearest(const std::vector<glm::vec3>& points, double reach) : points_(points), reach_(reach) {
-    for (Index i = 0; i < points.size(); ++i)
-      cells_[key(cell(points[i]))].push_back(static_cast<std::uint32_t>(i));
-  }
-  /// The nearest, of equal ones the first; -1 where none is within reach.
-  std::int64_t of(const glm::vec3& p) const {
-    const auto c = cell(p);
-    double best = reach_ * reach_;
-    std::int64_t found = -1;
-    for (int x = -1; x <= 1; ++x)
-      for (int y = -1; y <= 1; ++y)
-        for (int z = -1; z <= 1; ++z) {
-          const auto near = cells_.find(key({c[0] + x, c[1] + y, c[2] + z}));
-          if (near == cells_.end()) continue;
-          for (const std::uint32_t i : near->second) {
-            const glm::dvec3 d = glm::dvec3(points_[i]) - glm::dvec3(p);
-            const double square = glm::dot(d, d);
-            if (square < best || (square == best && found > static_cast<std::int64_t>(i))) {
-              best = square;
-              found = i;
-            }
-          }
-        }
-    return found;
-  }
-
- private:
-  std::array<std::int64_t, 3> cell(const glm::vec3& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x / reach_)),
-            static_cast<std::int64_t>(std::floor(p.y / reach_)),
-            static_cast<std::int64_t>(std::floor(p.z / reach_))};
-  }
-  static std::uint64_t key(const std::array<std::int64_t, 3>& c) {
-    std::uint64_t h = 0;
-    for (const std::int64_t v : c) h = (h ^ static_cast<std::uint64_t>(v)) * 0x9e3779b97f4a7c15ull;
-    return h;
-  }
-  const std::vector<glm::vec3>& points_;
-  double reach_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
-};
 
 double largest_change(const glm::dmat4& a, const glm::dmat4& b) {
   double most = 0.0;
@@ -155,8 +109,8 @@ bool same_mapping(const Version& a, const Version& b) {
 }  // namespace
 
 std::string_view name_of(Ingredient ingredient) {
-  constexpr std::string_view kNames[kIngredients] = {"skeleton", "bind",    "mesh",
-                                                     "weights",  "options", "mapping"};
+  constexpr std::string_view kNames[kIngredients] = {"skeleton", "bind",    "mesh",   "weights",
+                                                     "options",  "mapping", "program"};
   return kNames[static_cast<Index>(ingredient)];
 }
 
@@ -187,43 +141,21 @@ VersionPair::VersionPair(Version before, Version after)
 void VersionPair::match_vertices() {
   const Character &a = before_.character, &b = after_.character;
   if (a.vertex_count() == b.vertex_count() && a.triangles == b.triangles) return;
-  const double reach = kNear * std::max(size_of(rest_before_), size_of(rest_after_));
-  const auto match = [&](const std::vector<glm::vec3>& from, const std::vector<glm::vec3>& to,
-                         std::vector<std::uint32_t>& out) {
-    const Nearest nearest(to, reach);
-    Index near = 0;
-    out.resize(from.size());
-    for (Index v = 0; v < from.size(); ++v) {
-      const std::int64_t found = nearest.of(from[v]);
-      near += found >= 0;
-      // Every vertex needs weights in a mixture; those without a partner keep the nearest's.
-      if (found >= 0) {
-        out[v] = static_cast<std::uint32_t>(found);
-        continue;
-      }
-      Index best = 0;
-      for (Index i = 1; i < to.size(); ++i)
-        if (glm::distance(to[i], from[v]) < glm::distance(to[best], from[v])) best = i;
-      out[v] = static_cast<std::uint32_t>(best);
-    }
-    return from.empty() ? 0.0 : static_cast<double>(near) / static_cast<double>(from.size());
-  };
-  // Coverage first: the search for partners of a body that has none would take long.
-  const auto share = [&](const std::vector<glm::vec3>& from, const std::vector<glm::vec3>& to) {
-    const Nearest nearest(to, reach);
-    const auto near =
-        std::ranges::count_if(from, [&](const auto& p) { return nearest.of(p) >= 0; });
-    return from.empty() ? 0.0 : static_cast<double>(near) / static_cast<double>(from.size());
-  };
-  coverage_ = std::min(share(rest_after_, rest_before_), share(rest_before_, rest_after_));
+  // A body without size, which nothing can be measured of, is refused later.
+  const double size = std::max({size_of(rest_before_), size_of(rest_after_), 1e-9});
+  VertexMatch match =
+      validate::match_vertices({rest_before_, a.triangles}, {rest_after_, b.triangles},
+                               {kNear * size, kSamePlace * size, kLeastCoverage});
+  coverage_ = match.coverage;
   if (!(coverage_ >= kLeastCoverage))
     throw skin::CharacterError(
         after_.label + ": only " + number_text(100.0 * coverage_, 1) +
         " % of its vertices and those of " + before_.label +
         " are within a two-hundredth of the height of each other; versions of one body have " +
         number_text(100.0 * kLeastCoverage) + " % and more");
-  match(rest_after_, rest_before_, before_of_after_);
-  match(rest_before_, rest_after_, after_of_before_);
+  same_mesh_ = match.same_mesh;
+  before_of_after_ = std::move(match.before_of_after);
+  after_of_before_ = std::move(match.after_of_before);
 }
 
 void VersionPair::match_joints() {
@@ -372,6 +304,8 @@ std::string VersionPair::difference(Ingredient ingredient) const {
     case Ingredient::mesh:
       if (before_of_after_.empty())
         return counted(moved_vertices_, "vertex moved", "vertices moved");
+      if (same_mesh_)
+        return "another order, " + counted(moved_vertices_, "vertex moved", "vertices moved");
       return "other vertices or order, " + counted(moved_vertices_,
                                                    "vertex without one at its place",
                                                    "vertices without one at their place");
@@ -391,6 +325,8 @@ std::string VersionPair::difference(Ingredient ingredient) const {
       return list_text(changed_options_);
     case Ingredient::mapping:
       return "the sidecar, or what was said of the joints";
+    case Ingredient::program:
+      break;  // not of the versions
   }
   return {};
 }

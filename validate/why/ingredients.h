@@ -14,9 +14,9 @@
 
 namespace backbend::validate {
 
-/// The parts that a version is made of.
-enum class Ingredient : std::uint8_t { skeleton, bind, mesh, weights, options, mapping };
-inline constexpr int kIngredients = 6;
+/// The parts that a version is made of, and the program that measured a run: it is never mixed.
+enum class Ingredient : std::uint8_t { skeleton, bind, mesh, weights, options, mapping, program };
+inline constexpr int kIngredients = 7;
 std::string_view name_of(Ingredient ingredient);
 
 /// Ingredients as bits: 1 << Ingredient.
@@ -40,21 +40,22 @@ Version load_version(const std::string& file, const skin::AnatomyHints& hints, c
 /// Two versions, and what corresponds in them.
 ///
 /// Joints correspond by name, else by their place at rest; vertices by their number where the
-/// triangles are the same, else by the closest rest point. A bind matrix is taken for what it adds
+/// triangles are the same, else by match_vertices(). A bind matrix is taken for what it adds
 /// to the skeleton at rest: a joint that was moved and bound again is a change of the skeleton
 /// alone. A mesh stored in another space counts as unchanged if its bind matrices compensate for
 /// it.
 class VersionPair {
  public:
-  /// Throws skin::CharacterError where less than 90 % of either's vertices have one of the other's
-  /// within a two-hundredth of the height.
+  /// Throws skin::CharacterError where less than 90 % of either's vertices have a partner among the
+  /// other's: by the triangles, or within a two-hundredth of the height.
   VersionPair(Version before, Version after);
 
   const Version& before() const { return before_; }
   const Version& after() const { return after_; }
   /// Ingredients that differ beyond rounding.
   IngredientSet changed() const { return changed_; }
-  /// The share of vertices that correspond: 1 where both have the same triangles.
+  /// The share of vertices that correspond: 1 where both have the same triangles, in whatever
+  /// order.
   double coverage() const { return coverage_; }
 
   /// The vertices of the later mesh whose weights differ, by the joint whose share changes most
@@ -81,7 +82,6 @@ class VersionPair {
   void match_joints();
   void match_vertices();
   void compare();
-  IngredientSet all() const { return (1u << kIngredients) - 1; }
 
   struct Joint {
     int before = -1, after = -1;  // into each version's joints; -1: it has none
@@ -95,6 +95,7 @@ class VersionPair {
       after_of_before_;                              // vertices; empty: the same numbers
   std::vector<glm::vec3> rest_before_, rest_after_;  // world space
   double coverage_ = 1.0;
+  bool same_mesh_ = true;  // where vertices have other numbers: the same mesh in another order
   IngredientSet changed_ = 0;
   std::map<std::string, std::vector<std::uint32_t>> changed_weights_;
   std::vector<std::string> changed_options_, moved_joints_, rebound_joints_;

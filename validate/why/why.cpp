@@ -81,6 +81,8 @@ Failures failures_of(const Version& version, const WhySettings& settings, const 
   const RigRecord rig =
       measure_rig(stage, body, version.rig, settings.mapping, sweeps, envelope, silent);
   LimitSet limits;
+  for (const auto& [code, limit] : settings.limits)
+    limits.set(code, {limit, LimitLayer::studio, "the run", "the run", "as in the run"});
   if (is_external(version.rig.spec)) limits = external_limits(std::move(limits));
   const JudgeContext context{stage, limits, envelope, version.label};
   std::vector<Finding> findings = judge_rig(rig, context);
@@ -97,11 +99,14 @@ Failures failures_of(const Version& version, const WhySettings& settings, const 
     if (!find_check(finding.code) || !std::isfinite(finding.value)) continue;
     if (is_external(version.rig.spec) && finding.owner == Owner::solver) finding.owner = Owner::rig;
     places.name({}, finding);
-    const auto [known_finding, is_new] = out.emplace(key_of(finding), finding);
-    if (!is_new && badness(finding) > badness(known_finding->second))
-      known_finding->second = std::move(finding);
+    add_failure(std::move(finding), out);
   }
   return out;
+}
+
+void add_failure(Finding finding, Failures& failures) {
+  const auto [known, is_new] = failures.emplace(key_of(finding), finding);
+  if (!is_new && badness(finding) > badness(known->second)) known->second = std::move(finding);
 }
 
 namespace {
@@ -191,9 +196,31 @@ std::vector<std::string> needed(std::vector<std::string> names, const Put& makes
   return names;
 }
 
+/// What the runs say got worse and this program does not see change.
+void take_program(const Failures& before, const Failures& after, const RecordedFailures& recorded,
+                  WhyPair& out) {
+  if (!recorded.before && !recorded.after) return;
+  const Failures& was = recorded.before ? *recorded.before : before;
+  const Failures& is = recorded.after ? *recorded.after : after;
+  const std::vector<std::string> here = worse_in(before, after);
+  for (const std::string& key : worse_in(was, is)) {
+    if (std::ranges::find(here, key) != here.end()) continue;
+    WhyFinding why;
+    why.key = key;
+    why.finding = is.at(key);
+    why.ingredients = bit(Ingredient::program);
+    if (const auto found = was.find(key); found != was.end()) why.was = found->second.value;
+    if (const auto found = after.find(key); found != after.end()) why.without = found->second.value;
+    out.changed |= bit(Ingredient::program);
+    out.differences[Ingredient::program] = recorded.programs;
+    out.findings.push_back(std::move(why));
+  }
+}
+
 }  // namespace
 
-WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& progress) {
+WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& progress,
+            const RecordedFailures& recorded) {
   WhyPair out;
   out.before = pair.before().label;
   out.after = pair.after().label;
@@ -210,10 +237,14 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
   out.measured = 2;
   const Failures before = *mixer.of(0), after = *mixer.of(out.changed);
   progress.finish();
-  if (out.changed == 0) return out;
+  take_program(before, after, recorded, out);
+  if (pair.changed() == 0) return out;
   // At most every mixture of the two.
-  progress.start("mixtures", (std::size_t{1} << members(out.changed).size()) - 2);
+  progress.start("mixtures", (std::size_t{1} << members(pair.changed()).size()) - 2);
+  const std::vector<std::string> told = worse_in(recorded.before ? *recorded.before : before,
+                                                 recorded.after ? *recorded.after : after);
   for (const std::string& key : worse_in(before, after)) {
+    if (std::ranges::find(told, key) == told.end()) continue;
     WhyFinding why;
     why.key = key;
     why.finding = after.at(key);
@@ -223,10 +254,10 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
     const double from = std::max(old_bad, 1.0);
     const double half = from + 0.5 * (new_bad - from);
     const auto makes = [&](double bad) { return bad > 0.0 && bad >= half; };
-    for (const IngredientSet set : subsets(out.changed)) {
+    for (const IngredientSet set : subsets(pair.changed())) {
       const Failures* with = mixer.of(set);
       if (with == nullptr || !makes(badness_in(*with, key))) continue;
-      const Failures* without = mixer.of(out.changed & ~set);
+      const Failures* without = mixer.of(pair.changed() & ~set);
       if (without == nullptr || makes(badness_in(*without, key))) continue;
       why.ingredients = set;
       if (const auto found = without->find(key); found != without->end())

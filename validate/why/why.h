@@ -17,6 +17,7 @@ struct WhySettings {
   DrivenChain chain = DrivenChain::spine;
   solver::Mapping mapping = solver::Mapping::chest;
   std::string envelope;  // its name; empty: the sidecar's, else that of the kind of body
+  std::map<std::string, double> limits;  // by code, where they are not the default
 };
 
 /// What `check` says of a version without pictures: the worst failing finding of each check in each
@@ -26,6 +27,16 @@ using Failures = std::map<std::string, Finding>;
 /// skin::CharacterError, solver::RigError where the version cannot be measured; Interrupted.
 Failures failures_of(const Version& version, const WhySettings& settings,
                      const std::string& only = {});
+
+/// Keeps the worst of each key.
+void add_failure(Finding finding, Failures& failures);
+
+/// What runs of the two versions said, by whatever program measured them; null: no such run.
+struct RecordedFailures {
+  const Failures* before = nullptr;
+  const Failures* after = nullptr;
+  std::string programs;  // how the programs that measured them differ from this one
+};
 
 /// A finding that the later version has and the earlier has not, or not so badly, and what made it.
 struct WhyFinding {
@@ -58,8 +69,12 @@ struct WhyPair {
 /// smaller set does both. Weights and options are then taken apart: parts that are not needed are
 /// put back one by one.
 ///
+/// With recorded failures, what they say counts as what the versions have. What this program, asked
+/// of the same inputs, does not see change is made by the program that measured one of the runs.
+///
 /// Throws what VersionPair and failures_of() of the two versions throw.
-WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& progress);
+WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& progress,
+            const RecordedFailures& recorded = {});
 
 /// The first of several versions that fails what the last fails.
 struct FirstBad {

@@ -52,6 +52,7 @@ int WhyResult::exit_code() const {
 std::string why_text(const WhyResult& result) {
   std::string out;
   const auto line = [&](const std::string& text) { out += visible(text) + "\n"; };
+  for (const std::string& note : result.notes) line(note);
   if (result.first_bad) {
     const FirstBad& first = *result.first_bad;
     line("first bad version: " + result.versions[first.bad] + " (measured " +
@@ -92,7 +93,10 @@ std::string why_text(const WhyResult& result) {
          (why.was ? "was " + significant(*why.was) : "passed before") + "), " + f.pose +
          (place.empty() ? "" : ", " + place));
     line("    made by " + ingredients_text(why));
-    if (why.ingredients != 0)
+    if (why.ingredients == bit(Ingredient::program))
+      line("    this program measures " +
+           (why.without ? significant(*why.without) + " " + f.unit : "a pass"));
+    else if (why.ingredients != 0)
       line(std::string("    with the old ") +
            (members(why.ingredients).size() == 1 ? "one" : "ones") + ": " +
            (why.without ? significant(*why.without) + " " + f.unit : "passes"));
@@ -104,7 +108,10 @@ std::string why_text(const WhyResult& result) {
 }
 
 std::string why_json(const WhyResult& result) {
-  json out = {{"schema", "backbend.why/1"}, {"versions", result.versions}, {"rig", result.rig}};
+  json out = {{"schema", "backbend.why/1"},
+              {"versions", result.versions},
+              {"rig", result.rig},
+              {"notes", result.notes}};
   if (result.first_bad) {
     out["first_bad"] = {{"version", result.versions[result.first_bad->bad]},
                         {"last_good", result.versions[result.first_bad->good]},
