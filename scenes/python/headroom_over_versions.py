@@ -2,6 +2,7 @@
 """Plots how far each version of a character is clean: headroom_over_versions.py hero_v*.glb -o headroom.png"""
 
 import argparse
+import math
 import pathlib
 
 import backbend
@@ -20,19 +21,23 @@ def main() -> None:
 
     clean: dict[str, list[float]] = {}
     needs: dict[str, float] = {}
-    for file in arguments.characters:
+    for number, file in enumerate(arguments.characters):
         for room in backbend.judge(file, arguments.rig).rigs[0].headroom:
-            clean.setdefault(room.channel, []).append(room.clean_to_deg or 0.0)
+            degrees = clean.setdefault(room.channel, [math.nan] * len(arguments.characters))
+            degrees[number] = math.nan if room.clean_to_deg is None else room.clean_to_deg
             needs[room.channel] = room.needs_deg or 0.0
 
-    figure, axes = pyplot.subplots(figsize=(8, 4.5))
+    versions = range(len(arguments.characters))
     names = [pathlib.Path(file).stem for file in arguments.characters]
-    for number, (channel, degrees) in enumerate(clean.items()):
-        axes.plot(names, degrees, color=f"C{number}", marker="o", label=f"{channel}, needs {needs[channel]:g}")
-        axes.axhline(needs[channel], color=f"C{number}", linestyle=":", linewidth=1)
-    axes.set_ylabel("clean to (degrees)")
-    axes.set_ylim(bottom=0)
-    axes.legend()
+    figure, (panels,) = pyplot.subplots(1, len(clean), figsize=(2.5 * len(clean), 4), sharey=True, squeeze=False,
+                                        layout="constrained")
+    for axes, (channel, degrees) in zip(panels, clean.items()):
+        axes.set_title(f"{channel}, needs {needs[channel]:g}")
+        axes.plot(versions, degrees, marker="o")
+        axes.axhline(needs[channel], color="C3", linestyle=":")
+        axes.set_xticks(versions, names, rotation=45, ha="right")
+    panels[0].set_ylabel("clean to (degrees)")
+    panels[0].set_ylim(bottom=0)
     figure.savefig(arguments.output, dpi=120)
     for channel, degrees in clean.items():
         print(channel, *(f"{each:g}" for each in degrees))

@@ -65,14 +65,16 @@ class AddonTest:
         return {**harness.bare_environment(self.folder, BLENDER_USER_SCRIPTS=str(self.folder / "scripts"),
                                            BACKBEND_PROGRAM=str(program), **more), "PATH": path}
 
-    def blender(self, scene, lines, program=BACKBEND, code=0):
-        """Opens a scene with the add-on switched on, as an artist has it, and runs lines there; what they say."""
+    def blender(self, scene, lines, program=BACKBEND, code=0, display=()):
+        """Opens a scene with the add-on switched on, as an artist has it, and runs lines there; what they say.
+        `display`: a command that gives Blender one, for a window."""
         addons = self.folder / "scripts/addons"
         addons.mkdir(parents=True, exist_ok=True)
         shutil.copy(ADDON, addons)
         result = self.folder / "result.json"
         result.unlink(missing_ok=True)
-        told = subprocess.run(["blender", "--background", "--factory-startup", "--addons", "backbend_addon", *([scene] if scene else []),
+        told = subprocess.run([*display, "blender", *([] if display else ["--background"]), "--factory-startup",
+                               "--addons", "backbend_addon", *([scene] if scene else []),
                                "--python-exit-code", "9", "--python", self.write("lines.py", BEFORE + lines), "--", result],
                               cwd=self.folder, capture_output=True, text=True, timeout=PATIENCE_S,
                               env=self.environment(program))
@@ -235,6 +237,74 @@ say(ended=ended, error=error, said=addon.SESSION.said, changed=len(changed), tot
         self.assertEqual(said["ended"], ["ERROR"])
         self.assertIn("'hand_L' is locked", said["error"])
         self.assertEqual(said["changed"], 0)
+
+
+class Undo(AddonTest, CommandTest):
+    """As from the panel, in a window: without one Blender keeps no history."""
+
+    # Each step of the generator is run when what the one before began has ended, from Blender's own loop. `found()` is
+    # what the test looks at; names are looked up anew, for undo replaces everything.
+    STEPS = """
+def steps():
+    first = found()
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        begun = sorted(bpy.ops.backbend.OPERATOR("INVOKE_DEFAULT"))
+    yield
+    then, error, words = found(), addon.SESSION.error, addon.SESSION.said
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.undo()
+    yield
+    back = found()
+    with bpy.context.temp_override(window=bpy.context.window_manager.windows[0]):
+        bpy.ops.ed.redo()
+    yield
+    say(begun=begun, error=error, said=words, first=first, then=then, back=back, again=found())
+def go_on(all_steps=steps()):
+    if addon.SESSION.work is not None:
+        return 0.1
+    try:
+        next(all_steps)
+        return 0.1
+    except StopIteration:
+        bpy.ops.wm.quit_blender()
+    except BaseException:
+        import os, traceback
+        traceback.print_exc()
+        os._exit(9)
+bpy.app.timers.register(go_on, first_interval=0.1, persistent=True)
+"""
+
+    def undone(self, operator, scene, found):
+        if not shutil.which("xvfb-run"):
+            self.skipTest("xvfb-run (Debian: xvfb) is not installed")
+        said = self.blender(scene, found + self.STEPS.replace("OPERATOR", operator),
+                            display=["xvfb-run", "-a", "-s", "-screen 0 1280x720x24"])
+        self.assertEqual((said["begun"], said["error"]), (["RUNNING_MODAL"], ""))
+        self.assertNotEqual(said["then"], said["first"], said["said"])
+        self.assertEqual(said["back"], said["first"])
+        self.assertEqual(said["again"], said["then"])
+        return said
+
+    def test_one_step_takes_repaired_weights_back(self):
+        said = self.undone("repair", self.human_in_blender(), """
+def found():
+    rig = next(thing for thing in bpy.data.objects if thing.type == "ARMATURE")
+    body = addon.bodies_of(rig)[0]
+    return [sorted((body.vertex_groups[each.group].name, round(each.weight, 5)) for each in vertex.groups) for vertex in body.data.vertices]
+""")
+        self.assertRegex(said["said"], r"^weights of \d+ vertices repaired")
+
+    def test_one_step_takes_the_exported_rig_back(self):
+        said = self.undone("export_even", self.make(), """
+def found():
+    rig = bpy.data.objects["rig"]
+    return [sorted(thing.name for kind in (bpy.data.objects, bpy.data.collections, bpy.data.armatures, bpy.data.node_groups) for thing in kind),
+            sorted(bone.name for bone in rig.data.bones),
+            sorted((bone.name, constraint.type, constraint.name) for bone in rig.pose.bones for constraint in bone.constraints),
+            sorted((curve.data_path, curve.array_index) for curve in rig.animation_data.drivers) if rig.animation_data else [],
+            sorted(rig.keys())]
+""")
+        self.assertEqual(said["said"], "the rig `even` is in this file")
 
 
 class Trouble(AddonTest, CommandTest):
