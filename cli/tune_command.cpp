@@ -5,6 +5,7 @@
 #include "cli/settings.h"
 #include "validate/files/folder_trace.h"
 #include "validate/files/output_folder.h"
+#include "validate/night/standard_runs.h"
 #include "validate/text/escape.h"
 #include "validate/tune/rig_file.h"
 #include "validate/tune/tune.h"
