@@ -1,6 +1,6 @@
 #include <cstdio>
 
-#include "cli/commands.h"
+#include "cli/clip_options.h"
 #include "cli/no_folder.h"
 #include "validate/clips/clip_run.h"
 #include "validate/files/output_folder.h"
@@ -25,10 +25,9 @@ JointMap joint_map(const std::vector<std::string>& pairs) {
 
 }  // namespace
 
-void add_baked_options(CLI::App* command, BakedOptions& options) {
-  command->add_option(
-      "--baked", options.clip,
-      "judge YOUR RIG by its motion: .glb, .fbx, .dae, .bvh, backbend.clip/1, .mdd or .pc2");
+CLI::Option* add_clip_options(CLI::App* command, BakedOptions& options, const std::string& what) {
+  CLI::Option* baked = command->add_option(
+      "--baked", options.clip, what + ": .glb, .fbx, .dae, .bvh, backbend.clip/1, .mdd or .pc2");
   command->add_option("--clip", options.animation,
                       "use only this animation or sweep of the --baked file [all]");
   command
@@ -42,19 +41,29 @@ void add_baked_options(CLI::App* command, BakedOptions& options) {
                    "frames per second of a --baked .pc2, 1 to 1000 [24]")
       ->check(CLI::Range(1.0, 1000.0))
       ->configurable();
+  return baked;
+}
+
+void add_baked_options(CLI::App* command, BakedOptions& options) {
+  add_clip_options(command, options, "judge YOUR RIG by its motion");
+}
+
+ClipFiles clip_files(const BakedOptions& options, const std::string& character,
+                     const skin::AnatomyHints& hints) {
+  return {character,
+          options.clip,
+          {options.animation, options.frames_per_second},
+          hints,
+          joint_map(options.joint_map)};
 }
 
 Report baked_report(const BakedOptions& options, const std::string& character,
                     const skin::AnatomyHints& hints, const Common& common, const fs::path& folder,
                     const PicturePlan& pictures) {
   ClipRequest request;
+  static_cast<ClipFiles&>(request) = clip_files(options, character, hints);
   request.folder = folder;
   request.pictures = pictures;
-  request.character = character;
-  request.clip = options.clip;
-  request.options = {options.animation, options.frames_per_second};
-  request.hints = hints;
-  request.names = joint_map(options.joint_map);
   request.command = "backbend check " + (character.empty() ? "" : shell_word(character) + " ") +
                     "--baked " + shell_word(options.clip);
   if (!common.json)

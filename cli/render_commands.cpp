@@ -1,9 +1,10 @@
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <optional>
 
-#include "cli/commands.h"
+#include "cli/clip_options.h"
 #include "cli/external_options.h"
 #include "cli/no_folder.h"
 #include "cli/settings.h"
@@ -12,6 +13,7 @@
 #include "render/trace/modes.h"
 #include "render/trace/open_image_denoise.h"
 #include "validate/camera/frame_choice.h"
+#include "validate/clips/clip_render.h"
 #include "validate/evidence/render_job.h"
 #include "validate/files/folder_trace.h"
 #include "validate/night/standard_runs.h"
@@ -45,8 +47,10 @@ struct PictureOptions {
   std::optional<int> samples;
   std::optional<double> noise;
   std::optional<bool> denoise;
+  std::optional<int> frame;
   bool dry_run = false;
   ExternalOptions external;
+  BakedOptions baked;
 
   const Preset& preset() const {
     return *std::find_if(std::begin(kPresets), std::end(kPresets),
@@ -57,11 +61,16 @@ struct PictureOptions {
     command
         ->add_option("character", request.character,
                      "character file: .glb, .gltf, or a body description .toml")
-        ->required();
+        ->type_name(kFileType);
     command->add_option("--rig", rig, kRigHelp)->type_name(kRigType)->configurable();
     external.add_to(command);
-    command->add_option("--pose", pose,
-                        "channel=degrees, separated by commas: extension=90,side=10 [rest]");
+    CLI::Option* of_pose = command->add_option(
+        "--pose", pose, "channel=degrees, separated by commas: extension=90,side=10 [rest]");
+    CLI::Option* of_clip =
+        add_clip_options(command, baked, "show a clip's frames instead of a rig's pose")
+            ->excludes(of_pose);
+    command->add_option("--frame", frame, "with --baked: one frame, by the number that reports say")
+        ->needs(of_clip);
     add_mapping_option(command, mapping)->configurable();
     command
         ->add_option("--preset", preset_name,
@@ -132,7 +141,21 @@ struct PictureOptions {
     add_chain_option(command, chain);
   }
 
+  bool is_of_clip() const { return !baked.clip.empty(); }
+  ClipFiles clip_files() const { return cli::clip_files(baked, request.character, request.hints); }
+
+  /// The place of --frame among a clip's frames; the first where none is asked for.
+  std::size_t pose_of_frame(const ClipPoses& clip) const {
+    try {
+      return frame ? clip.pose_of_frame(*frame) : 0;
+    } catch (const std::invalid_argument& error) {
+      throw CLI::ValidationError(std::string("--frame: ") + error.what());
+    }
+  }
+
   RenderRequest finished() const {
+    if (request.character.empty() && !is_of_clip())
+      throw CLI::RequiredError("a character file, or --baked with a clip");
     RenderRequest result = request;
     result.rig = external.read_rig(rig);
     result.chain = driven_chain(chain, result.rig, result.hints);
@@ -162,25 +185,27 @@ struct PictureOptions {
 struct FrameOptions {
   std::string frames, shard;
 
-  void add_to(CLI::App* command, CLI::Option* sequence = nullptr) {
+  std::array<CLI::Option*, 2> add_to(CLI::App* command) {
     CLI::Option* of_frames =
         command->add_option("--frames", frames,
                             "render only these frames: 1001-1010x2,1020; when all exist, --resume "
                             "without it makes contact sheet and video");
     CLI::Option* of_shard = command->add_option(
         "--shard", shard, "render only one share of the frames: I/N, or 'auto' in a Slurm array");
-    if (sequence == nullptr) return;
-    of_frames->needs(sequence);
-    of_shard->needs(sequence);
+    return {of_frames, of_shard};
   }
 
-  std::optional<std::vector<std::size_t>> chosen_of(std::size_t count) const {
+  bool any() const { return !frames.empty() || !shard.empty(); }
+
+  /// `frames_there`: how many there are, or their numbers.
+  template <typename Frames>
+  std::optional<std::vector<std::size_t>> chosen_of(const Frames& frames_there) const {
     if (frames.empty() && shard.empty()) return std::nullopt;
     const char* option = "--shard: ";
     try {
       const Shard share = shard.empty() ? Shard{} : parse_shard(shard);
       option = "--frames: ";
-      return chosen_frames(frames, share, count);
+      return chosen_frames(frames, share, frames_there);
     } catch (const std::invalid_argument& error) {
       throw CLI::ValidationError(option + std::string(error.what()));
     }
@@ -188,29 +213,28 @@ struct FrameOptions {
 };
 
 /// A picture's description in a plan.
-std::string picture_text(const RenderRequest& request) {
+std::string picture_text(const PictureRequest& request) {
   const render::Settings& s = request.settings;
   return std::to_string(s.width) + "x" + std::to_string(s.height) + ", " +
          (s.noise > 0.0 ? "up to " : "") + std::to_string(s.samples) + " samples a pixel";
 }
 
-/// `frames` of a sequence of `all`, each of another pose where it `moves`.
-int print_plan(const RenderRequest& request, std::size_t frames, std::size_t all, bool moves,
+/// `frames` of a sequence of `all`, which take so long.
+int print_plan(const PictureRequest& request, std::size_t frames, std::size_t all, double minutes,
                const Common& common) {
-  const RenderEstimate told = estimate_frames(request, frames, moves);
   const render::Settings& s = request.settings;
   const double samples = static_cast<double>(frames) * s.width * s.height * s.samples;
   if (common.json) {
     std::printf(
         "{\"frames\": %zu, \"height\": %d, \"minutes\": %s, \"samples\": %.0f, "
         "\"samples_a_pixel\": %d, \"sequence\": %zu, \"width\": %d}\n",
-        frames, s.height, number_text(told.minutes, 4).c_str(), samples, s.samples, all, s.width);
+        frames, s.height, number_text(minutes, 4).c_str(), samples, s.samples, all, s.width);
     return 0;
   }
   std::printf("frames   %zu of %zu, %s\n", frames, all, picture_text(request).c_str());
   std::printf("samples  %s%s million\n", s.noise > 0.0 ? "up to " : "",
               number_text(samples * 1e-6, 3).c_str());
-  std::printf("time     about %s minutes on this machine\n", minutes_text(told.minutes).c_str());
+  std::printf("time     about %s minutes on this machine\n", minutes_text(minutes).c_str());
   return 0;
 }
 
@@ -254,19 +278,56 @@ std::vector<std::string> known_views() {
   return {names.begin(), names.end()};
 }
 
+struct RenderOptions : PictureOptions {
+  bool extreme = false;
+  std::string sweeps = "stress", sweep;
+  FrameOptions frames;
+};
+
+/// `render --baked`: one frame of a clip, or a sequence of them.
+int render_clip(const RenderOptions& options, PictureRequest request, const Common& common) {
+  Progress progress(common.progress_style());
+  const bool to_stdout = options.output == kNoFolder;
+  if (to_stdout && (!options.frame || options.dry_run || request.resume))
+    throw CLI::ValidationError(
+        "-o -: one --frame goes to standard output; not with --dry-run or --resume");
+  const ClipPoses clip(options.clip_files());
+  const std::size_t pose = options.pose_of_frame(clip);
+  if (to_stdout) return print_png(take_still_png(clip, pose, request, progress));
+  const FolderTrace trace(options.output);
+  const OutputFolder folder(options.output);
+  if (!options.frame) {
+    request.frames = options.frames.chosen_of(clip.frame_numbers());
+    if (!request.export_obj.empty())
+      throw CLI::ValidationError("--export-obj: needs one --frame of the clip");
+  }
+  if (options.dry_run) {
+    const std::size_t all = options.frame ? 1 : clip.count();
+    const std::size_t frames = request.frames ? request.frames->size() : all;
+    return print_plan(
+        request, frames, all,
+        static_cast<double>(frames) * minutes_a_picture(clip, pose, request, !options.frame),
+        common);
+  }
+  if (options.frame)
+    return print_files(take_still(clip, pose, request, folder, progress), folder.path());
+  return print_files(take_sequence(clip, clip.stage().character().name + "  " + clip.rig(), request,
+                                   folder, progress),
+                     folder.path());
+}
+
 }  // namespace
 
 void add_render(const Registry& registry) {
-  struct Options : PictureOptions {
-    bool extreme = false;
-    std::string sweeps = "stress", sweep;
-    FrameOptions frames;
-  };
+  using Options = RenderOptions;
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
       "render", "render one pose, a sweep as a sequence, or a rig's worst poses, to EXR and PNG",
       [options, &common = registry.common] {
         RenderRequest request = options->finished();
+        if (options->is_of_clip()) return render_clip(*options, request, common);
+        if (options->frames.any() && options->sweep.empty())
+          throw CLI::ValidationError("--frames and --shard need --sweep or --baked");
         Progress progress(common.progress_style());
         if (options->output == kNoFolder) {
           if (options->extreme || !options->sweep.empty() || options->dry_run || request.resume ||
@@ -284,12 +345,14 @@ void add_render(const Registry& registry) {
           request.frames = options->frames.chosen_of(count);
           if (options->dry_run) {
             request.pose = sweep.pose_at(sweep.control_at(count / 2));
-            return print_plan(request, request.frames ? request.frames->size() : count, count, true,
-                              common);
+            const std::size_t frames = request.frames ? request.frames->size() : count;
+            return print_plan(request, frames, count,
+                              estimate_frames(request, frames, true).minutes, common);
           }
           return print_files(render_sweep(request, sweep, folder, progress), folder.path());
         }
-        if (!options->extreme && options->dry_run) return print_plan(request, 1, 1, false, common);
+        if (!options->extreme && options->dry_run)
+          return print_plan(request, 1, 1, estimate_frames(request, 1, false).minutes, common);
         if (!options->extreme)
           return print_files(render_pose(request, folder, progress), folder.path());
         const std::vector<Sweep> sweeps =
@@ -312,7 +375,10 @@ void add_render(const Registry& registry) {
           ->add_option("--sweep", options->sweep,
                        "every pose of a sweep (backbend list sweeps): EXRs, contact sheet and MP4")
           ->excludes(extreme);
-  options->frames.add_to(command, sweep);
+  CLI::Option* clip = command->get_option("--baked");
+  for (CLI::Option* other : {extreme, sweep}) other->excludes(clip);
+  CLI::Option* of_frame = command->get_option("--frame");
+  for (CLI::Option* each : options->frames.add_to(command)) each->excludes(of_frame);
   command->add_option("--sweeps", options->sweeps, "with --extreme: standard or stress [stress]")
       ->check(CLI::IsMember({"standard", "stress"}))
       ->configurable();
@@ -338,8 +404,21 @@ void add_turntable(const Registry& registry) {
         const int light_views = options->light_views.value_or(base.light_views);
         const std::size_t count = static_cast<std::size_t>(views) + light_views;
         request.frames = options->frames.chosen_of(count);
+        const std::size_t frames = request.frames ? request.frames->size() : count;
+        if (options->is_of_clip()) {
+          const ClipPoses clip(options->clip_files());
+          const std::size_t pose = options->pose_of_frame(clip);
+          if (options->dry_run)
+            return print_plan(
+                request, frames, count,
+                static_cast<double>(frames) * minutes_a_picture(clip, pose, request, false),
+                common);
+          return print_files(
+              take_turntable(clip, pose, views, light_views, request, folder, progress),
+              folder.path());
+        }
         if (options->dry_run)
-          return print_plan(request, request.frames ? request.frames->size() : count, count, false,
+          return print_plan(request, frames, count, estimate_frames(request, frames, false).minutes,
                             common);
         return print_files(render_turntable(request, views, light_views, folder, progress),
                            folder.path());

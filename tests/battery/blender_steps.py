@@ -26,34 +26,18 @@ import tempfile
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(SOURCE / "tests/cli"))
 import glb  # noqa: E402
+import spine_rig  # noqa: E402
+from spine_rig import BONES  # noqa: E402
 
 ENDS = {"extension": 120, "flexion": 90, "side": 45, "twist": 90}  # degrees, where the sweeps end
 AXES = {"extension": ("rx", -1), "flexion": ("rx", 1), "side": ("rz", -1), "twist": ("ry", 1)}
 STEP = 2  # degrees from pose to pose
 NEAREST = 0.05  # degrees between two events of one sweep
-BONES = [f"spine{k}" for k in range(5)]
 
 # Each bone above the hips takes a quarter of the control's turn about each axis, and what is planted in it.
-RIG = """
-import json, math, sys
-import bpy
-out, events = sys.argv[-2:]
-bpy.ops.wm.read_factory_settings(use_empty=True)
-data = bpy.data.armatures.new("rig")
-rig = bpy.data.objects.new("rig", data)
-bpy.context.collection.objects.link(rig)
-bpy.context.view_layer.objects.active = rig
-bpy.ops.object.mode_set(mode="EDIT")
-for k in range(5):
-    bone = data.edit_bones.new(f"spine{k}")
-    bone.head, bone.tail = (0, 0, 0.2 * k), (0, 0, 0.2 * k + 0.2)
-    if k:
-        bone.parent, bone.use_connect = data.edit_bones[f"spine{k - 1}"], True
-control = data.edit_bones.new("chest_ctl")
-control.head, control.tail = (0, 0, 1.0), (0, 0, 1.2)
-bpy.ops.object.mode_set(mode="OBJECT")
+PLANTED = """
 text = bpy.data.texts.new("planted.py")
-text.write("import bpy, math\\nEVENTS = " + open(events).read() + '''
+text.write("import bpy, math\\nEVENTS = " + open(sys.argv[-1]).read() + '''
 def planted(bone, axis, value):
     degrees = math.degrees(value)
     extra = sum(size for sign, at, until, size in EVENTS.get(f"{bone}.{axis}", []) if at <= sign * degrees < until)
@@ -62,17 +46,6 @@ bpy.app.driver_namespace["planted"] = planted
 ''')
 text.use_module = True
 exec(text.as_string())
-rig.pose.bones["chest_ctl"].rotation_mode = "XYZ"
-for k in range(1, 5):
-    posed = rig.pose.bones[f"spine{k}"]
-    posed.rotation_mode = "XYZ"
-    for axis in range(3):
-        driver = posed.driver_add("rotation_euler", axis).driver
-        variable = driver.variables.new()
-        variable.targets[0].id = rig
-        variable.targets[0].data_path = f'pose.bones["chest_ctl"].rotation_euler[{axis}]'
-        driver.expression = f"planted({k}, {axis}, var)"
-bpy.ops.wm.save_as_mainfile(filepath=out)
 """
 
 
@@ -103,13 +76,6 @@ def table_of(events):
     return table
 
 
-def blender(folder, script, *words):
-    told = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "9", "--python", str(script),
-                           "--", *map(str, words)], cwd=folder, capture_output=True, text=True)
-    if told.returncode != 0:
-        raise SystemExit(f"Blender: {told.stdout}{told.stderr}")
-
-
 def run(program, folder, words, allowed=(0, 1, 5)):
     told = subprocess.run([str(program), *map(str, words)], cwd=folder, capture_output=True, text=True,
                           env={"PATH": os.environ["PATH"], "HOME": str(folder)})
@@ -121,8 +87,8 @@ def make(folder, events):
     """The character, the rig and the mapping in `folder`."""
     (folder / "tube.glb").write_bytes(glb.tube(BONES, unit=1.0 / 1.6))
     (folder / "events.json").write_text(json.dumps(table_of(events)))
-    (folder / "make.py").write_text(RIG)
-    blender(folder, folder / "make.py", folder / "hero.blend", folder / "events.json")
+    spine_rig.run_script(folder, spine_rig.driven('f"planted({k}, {axis}, var)"', before=PLANTED), folder / "hero.blend",
+                         folder / "events.json")
     channels = {name: [{"control": "chest_ctl", "channel": axis, "per_degree": sign}] for name, (axis, sign) in AXES.items()}
     (folder / "map.json").write_text(json.dumps({"armature": "rig", "mesh": False, "spine": BONES, "channels": channels}))
 
@@ -195,9 +161,8 @@ backbend_blender.export(mapping, {out!r})
 
 def judge_clip(program, folder):
     """([(channel, angle, size)], the size from which the report says that it hides no jump)"""
-    (folder / "export.py").write_text(EXPORT.format(bridges=str(SOURCE / "scenes/bridges"), blend=str(folder / "hero.blend"),
-                                                    mapping=str(folder / "map.json"), out=str(folder / "hero.clip")))
-    blender(folder, folder / "export.py")
+    spine_rig.run_script(folder, EXPORT.format(bridges=str(SOURCE / "scenes/bridges"), blend=str(folder / "hero.blend"),
+                                               mapping=str(folder / "map.json"), out=str(folder / "hero.clip")))
     run(program, folder, ["check", "--baked", "hero.clip", "--quick", "-o", "clip"])
     report = json.loads((folder / "clip/report.json").read_text())
     (line,) = [line for line in report["detectors"] if line.startswith("flips: jumps from")]

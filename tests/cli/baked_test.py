@@ -6,8 +6,9 @@ import struct
 import sys
 
 from bvh import walker
+from exr import Exr
 from glb import HUMAN, tube
-from harness import CommandTest, SOURCE, character
+from harness import CommandTest, SOURCE, character, contents
 
 sys.path.insert(0, str(SOURCE / "scenes/bridges"))
 import backbend_clip  # noqa: E402  (the bridges' own writer)
@@ -22,14 +23,15 @@ def column_matrix(height, twist_deg, bend_deg=0.0):
     return [ct, sb * st, -cb * st, 0, 0, cb, sb, 0, st, -sb * ct, cb * ct, 0, 0, height, 0, 1]
 
 
-def twisting_clip(path, twist_at, frames=40, points=None, sweep="twist"):
-    """Joint `spine` twists by twist_at(frame), everything above goes along."""
+def twisting_clip(path, twist_at, frames=40, points=None, sweep="twist", control_at=None):
+    """Joint `spine` twists by twist_at(frame), everything above goes along; so does the control, unless it is told apart."""
     joints = [(name, k - 1, column_matrix(SPACING * k, 0)) for k, name in enumerate(HUMAN)]
     writer = backbend_clip.ClipWriter(joints, points=len(points(0)) // 3 if points else 0, program="test",
                                       spine=HUMAN[:4])
     for frame in range(frames):
         matrices = [column_matrix(SPACING * k, twist_at(frame) if k >= 1 else 0) for k in range(len(HUMAN))]
-        writer.add(matrices, points(frame) if points else None, sweep=sweep, controls={"twist": twist_at(frame)})
+        writer.add(matrices, points(frame) if points else None, sweep=sweep,
+                   controls={"twist": (control_at or twist_at)(frame)})
     writer.save(str(path))
     return path
 
@@ -118,6 +120,28 @@ class JudgingAClip(CommandTest):
         self.assertEqual(found["metres"], found["centimetres"])
         self.assertIn("BB047", [code for code, *_ in found["metres"]])  # length change
 
+    def test_the_smallest_jump_is_said_of_each_sweep_of_controls(self):
+        clip = twisting_clip(self.folder / "small.clip", lambda f: 2.0 * f + (6.0 if f >= 20 else 0.0), control_at=steady)
+        self.assert_runs("check", self.body(), "--baked", clip, "--quick", "-o", "out", code=1)
+        report = report_of(self.folder / "out")
+        (found,) = [f for f in report["findings"] if f["code"] == "BB001"]
+        self.assertAlmostEqual(found["value"], 6.0, delta=0.01)  # 7 are asked for where only time is known
+        self.assertTrue([line for line in report["detectors"] if line.startswith("flips by sweep:") and "twist 5" in line],
+                        report["detectors"])
+
+    def test_a_control_that_whips_a_joint_has_too_much_gain(self):
+        clip = twisting_clip(self.folder / "fast.clip", lambda f: 20.0 * f, frames=12, control_at=steady)
+        self.backbend("check", self.body(), "--baked", clip, "--quick", "-o", "out")
+        (found,) = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB002"]
+        self.assertAlmostEqual(found["value"], 10.0, delta=0.01)
+
+    def test_pictures_say_whether_a_jump_is_seen(self):
+        clip = twisting_clip(self.folder / "flip.clip", flipping)
+        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=1)
+        (found,) = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
+        self.assertTrue(found["image"]["measured"], found["image"])
+        self.assertEqual(found["image"]["metric"], "pop_score")
+
     def test_fewer_frames_than_tell_a_jump_are_not_called_clean(self):
         clip = twisting_clip(self.folder / "short.clip", steady, frames=4)
         self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=5)
@@ -134,6 +158,61 @@ class JudgingAClip(CommandTest):
                             names=["no joint 'nobody'"])
         self.assert_refused("check", body, "--baked", clip, "--joint-map", "hips", code=2, names=["'hips'"])
         self.assert_refused("check", code=2, names=["--baked"])
+
+
+class PicturesOfAClip(CommandTest):
+    SMALL = ("--res", "96x72", "--spp", "1")
+
+    def setUp(self):
+        super().setUp()
+        self.body = self.write("tube.glb", tube())
+        self.clip = twisting_clip(self.folder / "twist.clip", steady)
+
+    def test_frames_have_the_files_own_numbers(self):
+        told = self.assert_runs("render", self.body, "--baked", self.clip, "--frames", "10-12,30", *self.SMALL, "-o", "out")
+        names = [f"out/tube_twist.{frame:04d}.exr" for frame in (10, 11, 12, 30)]
+        self.assertEqual(told.stdout.splitlines(), names)
+        frame = Exr(self.folder / names[0])
+        self.assertEqual(frame.attributes["backbend/poseParameter"].decode(), "twist 20, frame 10 (0.417 s)")
+        self.assertEqual(frame.attributes["backbend/clip"].decode(), "twist.clip")
+
+    def test_all_frames_make_a_sheet_and_a_film_and_are_kept_by_resume(self):
+        clip = twisting_clip(self.folder / "short.clip", steady, frames=6)
+        words = ("render", self.body, "--baked", clip, *self.SMALL, "-o", "out")
+        self.assert_runs(*words, "--frames", "0-3")
+        kept = contents(self.folder / "out")
+        told = self.assert_runs(*words, "--resume")
+        self.assertEqual(told.stdout.splitlines()[-2:], ["out/tube_short_sheet.png", "out/tube_short.mp4"])
+        now = contents(self.folder / "out")
+        self.assertEqual({name: now[name] for name in kept}, kept)
+        self.assertEqual(len(now), 8)
+
+    def test_a_still_is_the_frame_and_the_clips_points_are_shown(self):
+        wide = twisting_clip(self.folder / "wide.clip", steady, points=lambda f: blended(steady(f), 1.5))
+        pixels = {}
+        for clip in (self.clip, wide):
+            self.assert_runs("render", self.body, "--baked", clip, "--frame", "20", *self.SMALL, "--name", clip.stem,
+                             "--export-obj", self.folder / f"{clip.stem}.obj", "-o", "out")
+            self.assertTrue((self.folder / f"out/{clip.stem}.exr").is_file())
+            rows = [line.split() for line in (self.folder / f"{clip.stem}.obj").read_text().splitlines() if line.startswith("v ")]
+            pixels[clip.stem] = max(abs(float(row[1])) for row in rows)
+        self.assertAlmostEqual(pixels["wide"], 1.5 * pixels["twist"], delta=0.02 * pixels["twist"])
+
+    def test_a_turntable_goes_around_the_frame(self):
+        told = self.assert_runs("turntable", self.body, "--baked", self.clip, "--frame", "20", "--views", "3", *self.SMALL,
+                                "-o", "out")
+        self.assertEqual(len(told.stdout.splitlines()), 5)
+        frame = Exr(self.folder / "out/tube_twist.1001.exr")
+        self.assertIn("frame 20", frame.attributes["backbend/poseParameter"].decode())
+
+    def test_what_cannot_be_shown_is_refused(self):
+        clip = ("--baked", self.clip, *self.SMALL, "-o", "out")
+        for words, names in ((("--frame", "40"), ["40", "0 to 39"]), (("--frames", "38-44"), ["38-44", "0 to 39"]),
+                             (("--pose", "twist=3"), ["--pose"]), (("--frame", "3", "--frames", "3"), ["--frame"])):
+            with self.subTest(words):
+                self.assert_refused("render", self.body, *clip, *words, code=2, names=names)
+        self.assert_refused("render", *clip, names=["no body"])
+        self.assert_refused("render", "-o", "out", code=2, names=["--baked"])
 
 
 def tube_positions():

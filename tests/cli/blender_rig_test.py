@@ -4,48 +4,12 @@ import json
 import math
 import re
 import shutil
-import subprocess
 import unittest
 
 import glb
-import harness
+import spine_rig
 from external_rig_test import mesh_of
 from harness import CommandTest
-
-# A spine of five bones, 1 m tall, that follows one control: a quarter of its turn at each joint above the hips.
-BLENDER_RIG = """
-import math, sys
-import bpy
-bpy.ops.wm.read_factory_settings(use_empty=True)
-data = bpy.data.armatures.new("rig")
-rig = bpy.data.objects.new("rig", data)
-bpy.context.collection.objects.link(rig)
-bpy.context.view_layer.objects.active = rig
-bpy.ops.object.mode_set(mode="EDIT")
-for k in range(5):
-    bone = data.edit_bones.new(f"spine{k}")
-    bone.head, bone.tail = (0, 0, 0.2 * k), (0, 0, 0.2 * k + 0.2)
-    if k:
-        bone.parent, bone.use_connect = data.edit_bones[f"spine{k - 1}"], True
-    bone.bbone_segments = SEGMENTS
-control = data.edit_bones.new("chest_ctl")
-control.head, control.tail = (0, 0, 1.0), (0, 0, 1.2)
-control.use_deform = False
-bpy.ops.object.mode_set(mode="OBJECT")
-rig.pose.bones["chest_ctl"].rotation_mode = "XYZ"
-for k in range(1, 5):
-    posed = rig.pose.bones[f"spine{k}"]
-    posed.rotation_mode = "XYZ"
-    for axis in range(3):
-        driver = posed.driver_add("rotation_euler", axis).driver
-        variable = driver.variables.new()
-        variable.targets[0].id = rig
-        variable.targets[0].data_path = f'pose.bones["chest_ctl"].rotation_euler[{axis}]'
-        driver.expression = "var / 4" + (FLIP if k == 4 and axis == 1 else "")
-MORE
-bpy.ops.wm.save_as_mainfile(filepath=sys.argv[-1])
-"""
-
 
 class BlenderRig:
     """A rig that Blender makes, on a tube of its joints, and nights of it."""
@@ -61,12 +25,10 @@ class BlenderRig:
         self.mapping = self.write("map.json", json.dumps(self.MAPPING))
 
     def make(self, flip='""', more="", segments=1):
-        script = BLENDER_RIG.replace("FLIP", flip).replace("MORE", more).replace("SEGMENTS", str(segments))
+        """A quarter of the control's turn at each joint above the hips; `flip` is added to the roll of the last."""
         path = self.folder / "hero.blend"
-        made = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "1", "--python",
-                               str(self.write("make.py", script)), "--", str(path)], capture_output=True, text=True,
-                              env=harness.bare_environment(self.folder), timeout=harness.PATIENCE_S)
-        self.assertTrue(path.is_file(), made.stdout + made.stderr)
+        expression = f'"var / 4" + ({flip} if k == 4 and axis == 1 else "")'
+        spine_rig.run_script(self.folder, spine_rig.driven(expression, after=more, segments=segments), path)
         return path
 
     preset = "map.json"

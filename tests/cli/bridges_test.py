@@ -3,10 +3,10 @@
 import json
 import math
 import shutil
-import subprocess
 import sys
 import unittest
 
+import spine_rig
 from harness import CommandTest, SOURCE
 
 BRIDGES = SOURCE / "scenes/bridges"
@@ -16,31 +16,9 @@ import backbend_maya  # noqa: E402
 
 BLENDER = shutil.which("blender")
 
-# A spine of five bones, 1 m tall, with a chest control beside it.
-RIG = """
-import math, sys
-import bpy
-bpy.ops.wm.read_factory_settings(use_empty=True)
-data = bpy.data.armatures.new("rig")
-rig = bpy.data.objects.new("rig", data)
-bpy.context.collection.objects.link(rig)
-bpy.context.view_layer.objects.active = rig
-bpy.ops.object.mode_set(mode="EDIT")
-
-def bone(name, head, tail, parent=None, connect=False, deform=True):
-    new = data.edit_bones.new(name)
-    new.head, new.tail = (0, 0, head), (0, 0, tail)
-    new.use_deform = deform
-    if parent:
-        new.parent, new.use_connect = data.edit_bones[parent], connect
-    return new
-"""
-
 # Spline IK keeps each bone's own roll, so the chest's twist is handed to the bones by drivers that
 # read it back from a matrix: the way it is done, and the way it flips.
-SPLINE_IK = RIG + """
-for k in range(5):
-    bone(f"spine{k}", 0.2 * k, 0.2 * (k + 1), f"spine{k - 1}" if k else None, k > 0)
+SPLINE_IK = spine_rig.spine() + """
 bone("chest", 1.0, 1.2, deform=False)
 bpy.ops.object.mode_set(mode="OBJECT")
 line = bpy.data.curves.new("line", "CURVE")
@@ -53,6 +31,9 @@ curve = bpy.data.objects.new("line", line)
 bpy.context.collection.objects.link(curve)
 ik = rig.pose.bones["spine4"].constraints.new("SPLINE_IK")
 ik.target, ik.chain_count, ik.y_scale_mode = curve, 5, "FIT_CURVE"
+"""
+
+DRIVEN_TWIST = """
 for k in range(5):
     posed = rig.pose.bones[f"spine{k}"]
     posed.rotation_mode = "XYZ"
@@ -66,12 +47,12 @@ for k in range(5):
     driver.expression = f"{variable.name} * {'0.0' if k == 0 else '0.25'}"
 """
 
-# One B-Bone of five segments whose end handle is the chest: its roll is the handle's.
-B_BONE = RIG + """
+# One B-Bone whose end handle is the chest: its roll is the handle's.
+B_BONE = spine_rig.ARMATURE + """
 bone("hips", -0.2, 0.0)
 spine = bone("spine", 0.0, 1.0, "hips")
 bone("chest", 1.0, 1.2, "hips", deform=False)
-spine.bbone_segments = 5
+spine.bbone_segments = SEGMENTS
 spine.bbone_handle_type_start = spine.bbone_handle_type_end = "ABSOLUTE"
 spine.bbone_custom_handle_start, spine.bbone_custom_handle_end = data.edit_bones["hips"], data.edit_bones["chest"]
 bpy.ops.object.mode_set(mode="OBJECT")
@@ -92,13 +73,11 @@ def flips(report):
 
 @unittest.skipUnless(BLENDER, "Blender is not installed")
 class ExportingFromBlender(CommandTest):
-    def export(self, rig, spine, stress):
+    SPINE = spine_rig.BONES
+
+    def export(self, rig, spine=SPINE, stress=True):
         clip = self.folder / "rig.clip"
-        script = self.write("make.py", rig + EXPORT.format(folder=str(BRIDGES), spine=spine, path=str(clip),
-                                                           stress=stress))
-        told = subprocess.run([BLENDER, "--background", "--factory-startup", "--python-exit-code", "9", "--python", script],
-                              cwd=self.folder, capture_output=True, text=True, timeout=300)
-        self.assertEqual(told.returncode, 0, told.stdout + told.stderr)
+        spine_rig.run_script(self.folder, rig + EXPORT.format(folder=str(BRIDGES), spine=spine, path=str(clip), stress=stress))
         return clip
 
     def report(self, clip):
@@ -107,8 +86,7 @@ class ExportingFromBlender(CommandTest):
         return json.loads((self.folder / (clip.stem + ".run") / "report.json").read_text())
 
     def test_spline_ik_whose_twist_is_read_from_a_matrix_flips_at_180(self):
-        spine = [f"spine{k}" for k in range(5)]
-        clip = self.export(SPLINE_IK, spine, stress=True)
+        clip = self.export(SPLINE_IK + DRIVEN_TWIST)
         self.write("rig.backbend.toml", 'schema = "backbend.sidecar/1"\n[[control]]\nchannel = "twist"\ncontrol = "chest"\naxis = "Y"\n')
         found = flips(self.report(clip))
         self.assertTrue(found)
@@ -121,20 +99,33 @@ class ExportingFromBlender(CommandTest):
         self.assertEqual({finding["control_deg"] > 0 for finding in found}, {True, False})
 
     def test_spline_ik_within_half_a_turn_does_not(self):
-        clip = self.export(SPLINE_IK, [f"spine{k}" for k in range(5)], stress=False)
-        self.assertEqual(flips(self.report(clip)), [])
+        clip = self.export(SPLINE_IK + DRIVEN_TWIST, stress=False)
+        report = self.report(clip)
+        self.assertEqual(flips(report), [])
+        self.assertEqual([finding for finding in report["findings"] if finding["code"] in ("BB002", "BB049")], [])
+        # Every two degrees: the sweep is as fine as a rig that answers evenly allows.
+        self.assertTrue([line for line in report["detectors"] if line.startswith("flips by sweep:") and "twist 5" in line],
+                        report["detectors"])
 
-    def test_a_b_bone_whose_handle_twists_flips_at_180(self):
-        clip = self.export(B_BONE, ["hips", "spine"], stress=True)
-        header = json.loads(clip.read_bytes().split(b"\n", 1)[0])
-        self.assertEqual(header["spine"], ["hips"] + [f"spine.seg{k:02d}" for k in range(5)])
-        found = flips(self.report(clip))
-        self.assertTrue(found)
-        for finding in found:
-            self.assertLessEqual(abs(abs(finding["control_deg"]) - 180), 2, finding)
+    def test_a_twist_that_the_chain_does_not_carry_fails_by_name(self):
+        report = self.report(self.export(SPLINE_IK, stress=False))
+        (found,) = [finding for finding in report["findings"] if finding["code"] == "BB049"]
+        self.assertEqual((found["verdict"], found["sweep"]), ("fail", "twist"))
+        self.assertLess(found["value"], 0.05)
+
+    def test_a_b_bone_whose_handle_twists_flips_at_180_however_fine_it_is_cut(self):
+        for segments in (5, 16, 32):
+            with self.subTest(segments):
+                clip = self.export(B_BONE.replace("SEGMENTS", str(segments)), ["hips", "spine"])
+                header = json.loads(clip.read_bytes().split(b"\n", 1)[0])
+                self.assertEqual(header["spine"], ["hips"] + [f"spine.seg{k:02d}" for k in range(segments)])
+                found = flips(self.report(clip))
+                self.assertTrue(found)
+                for finding in found:
+                    self.assertLessEqual(abs(abs(finding["control_deg"]) - 180), 2, finding)
 
     def test_a_b_bone_within_half_a_turn_does_not(self):
-        clip = self.export(B_BONE, ["hips", "spine"], stress=False)
+        clip = self.export(B_BONE.replace("SEGMENTS", "5"), ["hips", "spine"], stress=False)
         self.assertEqual(flips(self.report(clip)), [])
 
 

@@ -1,6 +1,7 @@
 #include "validate/camera/frame_choice.h"
 
 #include <charconv>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -50,27 +51,36 @@ Range parse_range(std::string_view text) {
 
 std::vector<std::size_t> chosen_frames(std::string_view ranges, const Shard& shard,
                                        std::size_t count) {
-  std::vector<bool> is_chosen(count, ranges.empty());
-  const int past = kFirstFrame + static_cast<int>(count);
+  std::vector<int> numbers(count);
+  std::iota(numbers.begin(), numbers.end(), kFirstFrame);
+  return chosen_frames(ranges, shard, numbers);
+}
+
+std::vector<std::size_t> chosen_frames(std::string_view ranges, const Shard& shard,
+                                       std::span<const int> numbers) {
+  std::vector<bool> is_chosen(numbers.size(), ranges.empty());
   while (!ranges.empty()) {
     const std::size_t comma = ranges.find(',');
     const std::string_view text = ranges.substr(0, comma);
     const Range range = parse_range(text);
     const int last = range.first + (range.last - range.first) / range.step * range.step;
-    if (range.first < kFirstFrame || last >= past)
-      throw std::invalid_argument("'" + std::string(text) + "': the sequence has the frames " +
-                                  std::to_string(kFirstFrame) + " to " + std::to_string(past - 1));
-    for (int frame = range.first;; frame += range.step) {
-      is_chosen[static_cast<std::size_t>(frame - kFirstFrame)] = true;
-      if (frame == last) break;
+    bool any = false;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (numbers[i] < range.first || numbers[i] > last) continue;
+      if ((numbers[i] - range.first) % range.step != 0) continue;
+      is_chosen[i] = any = true;
     }
+    if (!any || range.first < numbers.front() || last > numbers.back())
+      throw std::invalid_argument("'" + std::string(text) + "': the sequence has the frames " +
+                                  std::to_string(numbers.front()) + " to " +
+                                  std::to_string(numbers.back()));
     if (comma == std::string_view::npos) break;
     ranges.remove_prefix(comma + 1);
     if (ranges.empty()) refuse("");
   }
   std::vector<std::size_t> chosen;
   std::size_t item = 0;
-  for (std::size_t i = 0; i < count; ++i)
+  for (std::size_t i = 0; i < numbers.size(); ++i)
     if (is_chosen[i] && shard.owns(item++)) chosen.push_back(i);
   return chosen;
 }

@@ -1,5 +1,6 @@
 #pragma once
 #include <cstddef>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -13,5 +14,10 @@ namespace backbend::validate {
 /// also for a frame that the sequence has not.
 std::vector<std::size_t> chosen_frames(std::string_view ranges, const Shard& shard,
                                        std::size_t count);
+
+/// The same of frames that have these numbers, ascending. A range may pass over numbers that are
+/// not there, but not beyond the first and the last, and holds at least one.
+std::vector<std::size_t> chosen_frames(std::string_view ranges, const Shard& shard,
+                                       std::span<const int> numbers);
 
 }  // namespace backbend::validate

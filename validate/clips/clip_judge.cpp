@@ -6,6 +6,7 @@
 #include <span>
 
 #include "skin/character/matrix_facts.h"
+#include "validate/clips/clip_frames.h"
 #include "validate/judge/judge.h"
 #include "validate/verdicts/booking.h"
 
@@ -21,6 +22,7 @@ constexpr std::string_view kResponseCode = "BB049";
 
 /// Whether a metric applies to a sweep of a baked clip.
 bool is_applicable(const ClipRecord& record, const ClipSweepRecord& sweep, const Metric& metric) {
+  if (metric.id == MetricId::gain && sweep.travel.empty()) return false;
   return is_applicable(
       metric, ClipScope{.surface = record.surface,
                         .has_corners = record.has_corners,
@@ -33,26 +35,9 @@ bool decides(const Metric& metric) {
   return metric.check().decides && metric.id != MetricId::length_change;
 }
 
-/// The owner of the motion: RIG where the clip records controls or holds points only; else MOTION
-/// (captured or keyed).
-Owner owner_of_motion(const skin::Clip& clip) {
-  return clip.control.empty() && !clip.joint.empty() ? Owner::motion : Owner::rig;
-}
-
 Owner owner_of(const Check& check, const skin::Clip& clip) {
   return check.owner == Owner::solver || check.subject == Subject::chain ? owner_of_motion(clip)
                                                                          : check.owner;
-}
-
-std::string frame_text(const ClipContext& context, const ClipSweepRecord& sweep, Index pose) {
-  const Index f = sweep.range.first + pose;
-  std::string text;
-  if (!sweep.control.empty())
-    text = sweep.control + " " + number_text(sweep.poses[pose].control_deg, 3) + ", ";
-  const int number = context.clip.frame_number[f];
-  if (number < 0) return text + "pose " + std::to_string(pose);
-  return text + "frame " + std::to_string(number) + " (" + number_text(context.clip.time[f], 3) +
-         " s)";
 }
 
 Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
@@ -63,7 +48,7 @@ Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   finding.character = context.character.name;
   finding.rig = context.clip.name;
   finding.sweep = sweep.range.name;
-  finding.pose = frame_text(context, sweep, pose);
+  finding.pose = frame_text(context.clip, sweep.range, pose);
   finding.pose_index = static_cast<int>(pose);
   const Index f = sweep.range.first + pose;
   if (context.clip.frame_number[f] >= 0) {
@@ -75,7 +60,7 @@ Finding start_finding(const ClipContext& context, const ClipSweepRecord& sweep,
   finding.unit = check.unit;
   finding.owner = owner_of(check, context.clip);
   finding.verdict = Verdict::fail;
-  finding.image.note = "pictures of clips are shown, not measured";
+  finding.image.note = "not looked at: no pictures were made";
   finding.reproduce = context.command;
   return finding;
 }
@@ -269,6 +254,10 @@ const ClipSweepRecord& longest_sweep(const ClipRecord& record) {
 
 }  // namespace
 
+Owner owner_of_motion(const skin::Clip& clip) {
+  return clip.control.empty() && !clip.joint.empty() ? Owner::motion : Owner::rig;
+}
+
 LimitSet clip_limits() {
   LimitSet limits;
   const auto set = [&](std::string_view code, double value, const char* reason) {
@@ -276,9 +265,9 @@ LimitSet clip_limits() {
   };
   set("BB001", ClipSettings{}.smallest_deg,
       "frames cannot be bisected: a step is a jump where it leaves the prediction of the frames on "
-      "both sides by 7 deg, and by three times what the paces around it vary by; captured dance "
-      "and "
-      "acrobatics reach 2.5 times");
+      "both sides by 7 deg (5 where the clip holds its controls), and by three times what the "
+      "paces "
+      "around it vary by; captured dance and acrobatics reach 2.5 times");
   set("BB010", 25.0,
       "no curve is known that the chain should follow; a joint is held against its neighbours, "
       "and captured acrobatics on spines of four to six joints bend one by up to 17 deg more than "
@@ -303,6 +292,8 @@ std::vector<Finding> judge_clip(const ClipRecord& record, const ClipContext& con
     for (const Metric& metric : metric_table()) {
       const Check& check = metric.check();
       if (metric.id == MetricId::chain_kink && share) continue;  // the same, with its size
+      // The gain of an interval that holds a jump is that jump, which is a finding already.
+      if (metric.id == MetricId::gain && !sweep.flips.jumps.empty()) continue;
       if (!check.decides || !is_applicable(record, sweep, metric)) continue;
       if (metric.id == MetricId::non_finite && !sweep.flips.finite) continue;  // a finding already
       const auto worst = worst_failing(sweep, metric, context.limits.of(check.code).value);
@@ -459,28 +450,6 @@ CanaryResult clip_canary(const ClipRecord& record, const ClipContext& context) {
                   (result.found ? "is found" : "is not found") +
                   (result.twin_clean ? "" : "; the clip jumps there by itself");
   return result;
-}
-
-std::string clip_sensitivity(const ClipRecord& record) {
-  std::vector<double> calm;
-  double most = 0.0;
-  std::string busiest;
-  for (const ClipSweepRecord& sweep : record.sweeps)
-    for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j) {
-      const double deg = sweep.flips.detectable_deg[j];
-      const bool is_sum = record.watched[j].against == WatchedJoint::Against::hips;
-      if (!std::isfinite(deg) || is_sum) continue;
-      calm.push_back(sweep.flips.calm_deg[j]);
-      if (deg > most) {
-        most = deg;
-        busiest = record.watched[j].name;
-      }
-    }
-  if (calm.empty()) return "flips: no sweep has the five frames that tell a jump from motion";
-  return "flips: jumps from " + number_text(*std::max_element(calm.begin(), calm.end()), 1) +
-         " deg are found in at least half of the frames, at any joint; where its own motion is "
-         "liveliest, " +
-         busiest + " hides those below " + number_text(std::min(most, 180.0), 1);
 }
 
 }  // namespace backbend::validate

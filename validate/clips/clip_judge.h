@@ -17,6 +17,10 @@ struct ClipContext {
   std::string command;  // that shows a finding again
 };
 
+/// The owner of the motion: RIG where the clip records controls or holds points only; else MOTION
+/// (captured or keyed).
+Owner owner_of_motion(const skin::Clip& clip);
+
 /// The limits of a rig whose motion is all that is known of it.
 LimitSet clip_limits();
 
@@ -35,8 +39,5 @@ std::vector<SweepSeries> clip_series(const ClipRecord& record, const LimitSet& l
 /// Turns one joint of the clip's longest sweep by half a turn from its middle on: found there and
 /// nowhere before, or the test has measured nothing. The twin is the clip as it is.
 CanaryResult clip_canary(const ClipRecord& record, const ClipContext& context);
-
-/// `flips: from 45 deg (Spine1, the busiest, 61)`: what the test could have found.
-std::string clip_sensitivity(const ClipRecord& record);
 
 }  // namespace backbend::validate

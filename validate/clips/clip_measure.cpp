@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "skin/character/matrix_facts.h"
+#include "validate/clips/clip_frames.h"
 #include "validate/metrics/chain/chain_corner.h"
 #include "validate/metrics/math/median.h"
 
@@ -43,31 +44,6 @@ std::vector<int> arm_roots(const skin::Anatomy& anatomy) {
 std::vector<double> times_of(const skin::Clip& clip, const skin::ClipSweep& range) {
   const auto begin = clip.time.begin() + static_cast<std::ptrdiff_t>(range.first);
   return {begin, begin + static_cast<std::ptrdiff_t>(range.count)};
-}
-
-/// By how much a control moves over a sweep, in its unit.
-double control_range(const skin::Clip& clip, const skin::ClipSweep& range, Index control) {
-  double low = kNan, high = kNan;
-  for (Index f = range.first; f < range.first + range.count; ++f) {
-    const double value = clip.control_value[f * clip.control.size() + control];
-    low = std::fmin(low, value);
-    high = std::fmax(high, value);
-  }
-  return high - low > 0.0 ? high - low : 0.0;
-}
-
-/// The control that moves furthest over a sweep: what its frames are named by.
-int leading_control(const skin::Clip& clip, const skin::ClipSweep& range) {
-  int best = -1;
-  double widest = 0.0;
-  for (Index c = 0; c < clip.control.size(); ++c) {
-    const double moves = control_range(clip, range, c);
-    if (moves > widest) {
-      widest = moves;
-      best = static_cast<int>(c);
-    }
-  }
-  return best;
 }
 
 /// Whether a control's name speaks of an arm or shoulder.
@@ -356,8 +332,49 @@ std::vector<ShareExcess> shares_of(const ClipBody& body, const skin::Anatomy& an
                       !sweep.control.empty());
 }
 
+/// Degrees that any joint of the chain turns by for each degree of control; a pose has the larger
+/// of its two intervals, as in a sweep of a rig.
+void measure_gain(const ClipSystem& system, const skin::ClipSweep& range,
+                  const std::vector<double>& travel, std::vector<PoseRecord>& poses) {
+  const auto offer = [&](Index pose, double gain) {
+    Measured& value = poses[pose].at(MetricId::gain);
+    if (!(gain <= value.value)) value = {gain, -1};
+  };
+  for (Index i = 1; i < range.count; ++i) {
+    const solver::SpinePose &from = system.pose(range.first + i - 1),
+                            &to = system.pose(range.first + i);
+    double most = 0.0;
+    for (Index k = 0; k < to.turn.size(); ++k)
+      most = std::fmax(most, degrees(angle_between(from.turn[k], to.turn[k])));
+    const double gain = most / (travel[i] - travel[i - 1]);
+    offer(i - 1, gain);
+    offer(i, gain);
+  }
+}
+
+/// Where a clip holds its controls, frames are compared by them: a rig answers alike from degree to
+/// degree, so smaller jumps can be told than from second to second.
+constexpr double kSmallestWithControlsDeg = 5.0;
+
+/// Jumps of a sweep from its frame `skipped` on; frames are those of the whole sweep. `along`: its
+/// seconds, or how far its controls have gone.
+ClipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
+                      const skin::ClipSweep& range, const std::vector<double>& along, Index skipped,
+                      const ClipSettings& settings) {
+  const std::vector<glm::dquat> turns = watched_turns(body, watched, range);
+  const std::span<const glm::dquat> all(turns);
+  ClipReport out = find_clip_flips({watched.size(), all.subspan(skipped * watched.size()),
+                                    std::span<const double>(along).subspan(skipped)},
+                                   settings);
+  for (ClipJump& jump : out.jumps) jump.frame += skipped;
+  out.not_finite_frame += skipped;
+  return out;
+}
+
+}  // namespace
+
 void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
-                   const BodyMetrics* metrics, Index frame, PoseRecord& record) {
+                   const BodyMetrics* metrics, std::size_t frame, PoseRecord& record) {
   record.control = {static_cast<double>(frame)};
   record.body.twist = system.twist_deg(frame);
   const solver::SpinePose& pose = system.pose(frame);
@@ -382,21 +399,6 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
   const double corner = system.corner_deg(frame, joint);
   record.at(MetricId::chain_kink) = {corner, joint};
 }
-
-/// Jumps of a sweep from its frame `skipped` on; frames are those of the whole sweep.
-ClipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
-                      const skin::ClipSweep& range, const std::vector<double>& time,
-                      Index skipped) {
-  const std::vector<glm::dquat> turns = watched_turns(body, watched, range);
-  const std::span<const glm::dquat> all(turns);
-  ClipReport out = find_clip_flips({watched.size(), all.subspan(skipped * watched.size()),
-                                    std::span<const double>(time).subspan(skipped)});
-  for (ClipJump& jump : out.jumps) jump.frame += skipped;
-  out.not_finite_frame += skipped;
-  return out;
-}
-
-}  // namespace
 
 std::vector<WatchedJoint> watched_joints(const skin::Character& character,
                                          const skin::Anatomy& anatomy) {
@@ -524,16 +526,15 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
     poll_interrupt();
     ClipSweepRecord sweep;
     sweep.range = range;
-    const int control = leading_control(clip, range);
-    if (control >= 0) sweep.control = clip.control[static_cast<Index>(control)];
+    const std::optional<Index> control = leading_control(clip, range);
+    if (control) sweep.control = clip.control[*control];
     sweep.poses.resize(range.count);
     oneapi::tbb::parallel_for(Index{0}, range.count, [&](Index i) {
       PoseRecord& pose = sweep.poses[i];
       measure_frame(body, system, at_rest, metrics, range.first + i, pose);
       pose.control_deg = static_cast<double>(i);
-      if (control >= 0) {
-        const double value = clip.control_value[(range.first + i) * clip.control.size() +
-                                                static_cast<Index>(control)];
+      if (control) {
+        const double value = clip.control_value[(range.first + i) * clip.control.size() + *control];
         if (std::isfinite(value)) pose.control_deg = value;
       }
       progress.step();
@@ -550,7 +551,14 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
     sweep.shares = shares_of(body, anatomy, record, sweep);
     sweep.response = control_response(clip, range, anatomy, character, body);
     sweep.rest_lead = rest_lead(anatomy, body, range);
-    sweep.flips = find_flips(body, record.watched, range, time, sweep.rest_lead);
+    sweep.travel = control_travel(clip, range);
+    ClipSettings settings;
+    if (!sweep.travel.empty()) {
+      settings.smallest_deg = kSmallestWithControlsDeg;
+      measure_gain(system, range, sweep.travel, sweep.poses);
+    }
+    sweep.flips = find_flips(body, record.watched, range,
+                             sweep.travel.empty() ? time : sweep.travel, sweep.rest_lead, settings);
     record.sweeps.push_back(std::move(sweep));
   }
   progress.finish();

@@ -11,9 +11,10 @@ namespace backbend::validate {
 struct ClipSweepRecord {
   skin::ClipSweep range;
   std::vector<PoseRecord> poses;
-  ClipReport flips;           // joints are those of ClipRecord::watched
-  std::size_t rest_lead = 0;  // first frames that are the rest pose and the way from it: no motion
-  std::string control;        // the leading control, empty where the clip names none that moves
+  ClipReport flips;            // joints are those of ClipRecord::watched
+  std::size_t rest_lead = 0;   // first frames that are the rest pose and the way from it: no motion
+  std::string control;         // the leading control, empty where the clip names none that moves
+  std::vector<double> travel;  // control_travel(): then there is a gain
   // Whether turns of the clavicles are drift here: nobody turns them, or the clip says which
   // controls moved and none of them is an arm's.
   bool drift_applies = false;
@@ -70,6 +71,11 @@ std::vector<glm::dquat> watched_turns(const ClipBody& body,
 /// than five frames tell nothing: NaN.
 std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::vector<double>& time,
                               const ClipSettings& settings = {});
+
+/// Measures one frame by itself: all but what is measured over its whole sweep (arms, slides).
+/// `metrics` is null for a skeleton without a body.
+void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
+                   const BodyMetrics* metrics, std::size_t frame, PoseRecord& record);
 
 /// Measures every frame. `metrics` is null for a skeleton without a body.
 ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& anatomy,

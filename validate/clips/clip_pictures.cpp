@@ -6,6 +6,7 @@
 
 #include "render/image/png.h"
 #include "validate/camera/photographer.h"
+#include "validate/clips/clip_images.h"
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/heat_picture.h"
 #include "validate/model/digest.h"
@@ -216,9 +217,11 @@ void make_clip_pictures(const ClipScene& scene, const PicturePlan& plan, const O
   for (const ClipSweepRecord& sweep : scene.record.sweeps) frames += sweep.range.count;
   const Index step = std::max<Index>(1, (frames + kMostFrames - 1) / kMostFrames);
   progress.start("pictures", chosen.size() + frames / step);
+  for (Finding& finding : report.findings) finding.image.note = "not looked at: worse ones were";
   for (Index n = 0; n < chosen.size(); ++n) {
     poll_interrupt();
-    const Finding& finding = report.findings[chosen[n]];
+    Finding& finding = report.findings[chosen[n]];
+    finding.image = clip_witness(scene, *sweep_of(scene, finding), finding);
     picture_finding(scene, camera, folder,
                     "findings/" + file_word(finding.sweep) + "_" + finding.code, n < kMeshes,
                     chosen[n], report);

@@ -4,15 +4,14 @@
 #include <cmath>
 
 #include "skin/anatomy/anatomy_hints.h"
-#include "skin/anatomy/import_checks.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
+#include "validate/clips/clip_input.h"
 #include "validate/clips/clip_judge.h"
 #include "validate/clips/clip_pictures.h"
+#include "validate/clips/clip_sensitivity.h"
 #include "validate/evidence/artist.h"
 #include "validate/files/hash.h"
-#include "validate/files/import.h"
-#include "validate/judge/confirmed.h"
 #include "validate/judge/place.h"
 #include "validate/judge/verdict.h"
 #include "validate/night/run.h"
@@ -80,13 +79,6 @@ skin::AnatomyHints with_clip(skin::AnatomyHints hints, const skin::Clip& clip) {
   if (hints.left_arm.empty()) hints.left_arm = clip.left_arm;
   if (hints.right_arm.empty()) hints.right_arm = clip.right_arm;
   return hints;
-}
-
-skin::Clip load_clip(const std::filesystem::path& file, const skin::ClipOptions& options) {
-  if (!is_imported(file)) return skin::read_clip(file, options);
-  skin::Clip clip = skin::read_gltf_clip(import_document(file), options);
-  clip.source.clear();  // what the import calls itself says nothing of the motion
-  return clip;
 }
 
 std::string blending_note(double error, double spine_length) {
@@ -218,8 +210,11 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
   if (std::any_of(clip.sweeps.begin(), clip.sweeps.end(),
                   [](const skin::ClipSweep& sweep) { return sweep.count >= 10; }))
     report.canaries.push_back(clip_canary(record, context));
-  report.detectors.push_back(clip_sensitivity(record));
+  for (std::string& line : clip_sensitivity(record)) report.detectors.push_back(std::move(line));
   if (!report.findings.empty()) report.next = {"backbend explain " + report.findings.front().code};
+  // Of captured or keyed motion there is no rig to ask.
+  if (is_better_asked_live(record) && owner_of_motion(clip) == Owner::rig)
+    report.next.push_back(live_command(clip, request.character));
   conclude(report);
   return report;
 }
@@ -227,30 +222,17 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
 }  // namespace
 
 Report run_clip(const ClipRequest& request, Progress& progress) {
-  skin::Clip clip = load_clip(request.clip, request.options);
-  const bool own_body = request.character.empty() && clip.has_body;
-  if (request.character.empty() && !own_body) {
-    skin::AnatomyHints hints = request.hints;
-    const auto sidecar = skin::read_sidecar(request.clip);
-    if (sidecar) {
-      skin::apply_sidecar(*sidecar, clip);
-      hints = skin::hints_with(*sidecar, std::move(hints));
-    }
-    const skin::Character skeleton = bare_skeleton(clip);
+  const ClipInput input = read_clip_input(request);
+  if (input.stage == nullptr) {
+    const skin::Character skeleton = bare_skeleton(input.clip);
     const skin::Anatomy anatomy =
-        up_to_the_neck(skeleton, skeleton_anatomy(skeleton, with_clip(std::move(hints), clip)));
-    return judge_body(request, clip, {skeleton, anatomy, nullptr, sidecar}, progress);
+        up_to_the_neck(skeleton, skeleton_anatomy(skeleton, with_clip(input.hints, input.clip)));
+    return judge_body(request, input.clip, {skeleton, anatomy, nullptr, input.sidecar}, progress);
   }
-  ConfirmedCharacter confirmed =
-      load_confirmed(own_body ? request.clip : request.character, request.hints);
-  skin::require_possible_import(confirmed.character);
-  if (confirmed.sidecar) skin::apply_sidecar(*confirmed.sidecar, clip);
-  skin::Anatomy anatomy =
-      up_to_the_neck(confirmed.character, skin::find_anatomy(confirmed.character, confirmed.hints));
-  const Stage stage(std::move(confirmed.character), std::move(anatomy));
+  const Stage& stage = *input.stage;
   const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
-  return judge_body(request, clip,
-                    {stage.character(), stage.anatomy(), &metrics, confirmed.sidecar, &stage},
+  return judge_body(request, input.clip,
+                    {stage.character(), stage.anatomy(), &metrics, input.sidecar, &stage},
                     progress);
 }
 

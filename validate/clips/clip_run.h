@@ -1,11 +1,8 @@
 #pragma once
-#include <filesystem>
 #include <functional>
 #include <string>
 
-#include "skin/anatomy/anatomy.h"
-#include "skin/clip/clip.h"
-#include "validate/clips/clip_body.h"
+#include "validate/clips/clip_input.h"
 #include "validate/model/report.h"
 #include "validate/sweeps/suite.h"
 #include "validate/tasks/progress.h"
@@ -13,12 +10,7 @@
 namespace backbend::validate {
 
 /// A baked clip to judge: `check [CHARACTER] --baked CLIP`.
-struct ClipRequest {
-  std::filesystem::path character;  // empty: the clip's own body, or its skeleton alone
-  std::filesystem::path clip;       // anything of skin::read_clip(), or .fbx, .dae, .bvh
-  skin::ClipOptions options;
-  skin::AnatomyHints hints;
-  JointMap names;
+struct ClipRequest : ClipFiles {
   std::string command;  // as the user typed it, for reproduce lines
 
   std::filesystem::path folder;  // for pictures; empty: none are made

@@ -1,44 +1,17 @@
 #pragma once
-#include <cstdint>
-#include <filesystem>
-#include <optional>
-#include <string>
-#include <vector>
-
-#include "render/image/exr.h"
-#include "render/trace/scene.h"
-#include "validate/camera/photographer.h"
-#include "validate/files/output_folder.h"
+#include "validate/evidence/picture_job.h"
 #include "validate/sweeps/suite.h"
-#include "validate/tasks/progress.h"
 
 namespace backbend::validate {
 
 /// Pictures of one character under one rig that a user asks for by hand.
-struct RenderRequest {
+struct RenderRequest : PictureRequest {
   std::filesystem::path character;
   skin::AnatomyHints hints;
   DrivenChain chain = DrivenChain::spine;
   RigPlan rig;
   solver::Mapping mapping = solver::Mapping::chest;
   PoseDegrees pose;
-  std::string view = "profile";
-  render::Settings settings;
-  // Of a sequence, the places of the frames to make, counted from 0 and ascending. None: all, with
-  // the contact sheet and the video, which are made of all.
-  std::optional<std::vector<std::size_t>> frames;
-  bool resume = false;               // keep existing frames that are whole and have the same inputs
-  std::string name;                  // of the sequence; empty: character_rig
-  std::filesystem::path export_obj;  // the posed mesh as OBJ; empty: none
-  render::ExrParts parts = render::ExrParts::one;
-  bool burn_in = false;  // PNG and video name rig, pose and worst metric; EXR and sheet stay clean
-};
-
-/// What a job wrote, relative to its folder.
-struct RenderedFiles {
-  std::vector<std::filesystem::path> frames;
-  std::filesystem::path sheet, video;
-  std::size_t kept = 0;  // frames that --resume found good
 };
 
 /// One picture of the pose: NAME.exr and NAME.png.
@@ -48,14 +21,11 @@ RenderedFiles render_pose(const RenderRequest& request, const OutputFolder& fold
 /// The same picture as the bytes of a PNG; nothing is written.
 std::vector<std::uint8_t> render_pose_png(const RenderRequest& request, Progress& progress);
 
-/// Every pose of a sweep, seen alike: NAME.1001.exr onwards, with a contact sheet and a video.
-/// Request.pose is not asked.
+/// Every pose of a sweep: take_sequence(). Request.pose is not asked.
 RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
                            const OutputFolder& folder, Progress& progress);
 
-/// `views` pictures around the pose, then `light_views` from the front while the light turns around
-/// it: NAME.1001.exr onwards, with a contact sheet and a video. Both turns close without repeating
-/// a picture.
+/// The pose from all around: take_turntable().
 RenderedFiles render_turntable(const RenderRequest& request, int views, int light_views,
                                const OutputFolder& folder, Progress& progress);
 

@@ -28,12 +28,17 @@ std::string worst_metric(const Stage& stage, const solver::SpineSystem& system,
   record.control = controls_at(system, pose, mapping);
   measure_pose(body, rig_at_rest(system), posed, record);
   const MetricScope scope{system.rest(), body.scope(), stage.driver().arms_follow_chest()};
-  const LimitSet limits;
+  return worst_of(record, LimitSet(),
+                  [&](const Metric& metric) { return is_applicable(metric, scope, record); });
+}
+
+std::string worst_of(const PoseRecord& record, const LimitSet& limits,
+                     const std::function<bool(const Metric&)>& applies) {
   const Check* worst = nullptr;
   double worst_factor = -1.0, worst_value = 0.0;
   for (const Metric& metric : metric_table()) {
     const double value = record.at(metric.id).value;
-    if (!std::isfinite(value) || !is_applicable(metric, scope, record)) continue;
+    if (!std::isfinite(value) || !applies(metric)) continue;
     const Check& check = metric.check();
     const double factor = factor_of_limit(check, value, limits.of(check.code).value);
     if (factor > worst_factor) worst = &check, worst_factor = factor, worst_value = value;

@@ -41,7 +41,7 @@ bool kinks_can_be_told(const MetricScope& scope, const PoseRecord&) {
 bool clip_kinks_can_be_told(const ClipScope& scope) { return scope.surface.has_kinks; }
 
 constexpr std::array<Metric, kMetricCount> kTable = {{
-    {.id = MetricId::gain, .name = "gain", .code = "BB002", .in_clips = InClips::not_applicable},
+    {.id = MetricId::gain, .name = "gain", .code = "BB002", .in_clips = InClips::own_way},
     {.id = MetricId::flip_margin,
      .name = "flip_margin",
      .code = "BB003",

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <optional>
 
+#include "validate/evidence/image_witness.h"
 #include "validate/measure/arm_pose.h"
 #include "validate/measure/measure_job.h"
 #include "validate/metrics/math/median.h"
@@ -79,19 +80,6 @@ bool surface_explains(const SweepRecord& sweep, std::size_t pose,
     return finding.code == "BB037" && finding.sweep == sweep.sweep.name &&
            finding.control_deg >= std::min(a, b) && finding.control_deg <= std::max(a, b);
   });
-}
-
-ImageWitness witness_of(const ImageReading& reading, std::string metric, double threshold) {
-  ImageWitness witness;
-  witness.measured = !std::isnan(reading.value);
-  witness.metric = std::move(metric);
-  witness.threshold = threshold;
-  if (!witness.measured) return witness;
-  witness.value = reading.value;
-  witness.camera = reading.camera;
-  witness.pixels = reading.pixels;
-  witness.visible = reading.value > threshold;
-  return witness;
 }
 
 }  // namespace

@@ -16,6 +16,6 @@ PicturesAhead::PicturesAhead() {
   });
 }
 
-PicturesAhead::~PicturesAhead() { loading_.wait(); }
+PicturesAhead::~PicturesAhead() noexcept { loading_.wait(); }
 
 }  // namespace backbend::validate

@@ -9,7 +9,7 @@ namespace backbend::validate {
 class PicturesAhead {
  public:
   PicturesAhead();
-  ~PicturesAhead();
+  ~PicturesAhead() noexcept;  // the loading was waited for, so the group has nothing to throw
   PicturesAhead(const PicturesAhead&) = delete;
   PicturesAhead& operator=(const PicturesAhead&) = delete;
 

@@ -1,0 +1,86 @@
+#include "validate/clips/clip_frames.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "validate/metrics/math/median.h"
+#include "validate/sweeps/sweep.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+
+double value_at(const skin::Clip& clip, Index frame, Index control) {
+  return clip.control_value[frame * clip.control.size() + control];
+}
+
+}  // namespace
+
+double control_range(const skin::Clip& clip, const skin::ClipSweep& range, Index control) {
+  double low = std::numeric_limits<double>::quiet_NaN(), high = low;
+  for (Index f = range.first; f < range.first + range.count; ++f) {
+    low = std::fmin(low, value_at(clip, f, control));
+    high = std::fmax(high, value_at(clip, f, control));
+  }
+  return high - low > 0.0 ? high - low : 0.0;
+}
+
+std::optional<Index> leading_control(const skin::Clip& clip, const skin::ClipSweep& range) {
+  std::optional<Index> best;
+  double widest = 0.0;
+  for (Index c = 0; c < clip.control.size(); ++c) {
+    const double moves = control_range(clip, range, c);
+    if (moves > widest) {
+      widest = moves;
+      best = c;
+    }
+  }
+  return best;
+}
+
+std::vector<double> control_travel(const skin::Clip& clip, const skin::ClipSweep& range) {
+  constexpr double kLeastStep = 0.01, kWidest = 3.0;  // degrees; of the median step
+  std::vector<double> travel(range.count, 0.0), step;
+  for (Index i = 1; i < range.count; ++i) {
+    double square = 0.0;
+    for (Index c = 0; c < clip.control.size(); ++c) {
+      const Index f = range.first + i;
+      const double way = value_at(clip, f, c) - value_at(clip, f - 1, c);
+      if (!(way == 0.0) && PoseDegrees().find(clip.control[c]) == nullptr) return {};
+      square += way * way;
+    }
+    if (!(square >= kLeastStep * kLeastStep)) return {};
+    step.push_back(std::sqrt(square));
+    travel[i] = travel[i - 1] + step.back();
+  }
+  if (step.empty()) return {};
+  const double widest = *std::ranges::max_element(step);
+  if (widest > kWidest * upper_median(step)) return {};
+  return travel;
+}
+
+std::string frame_text(const skin::Clip& clip, const skin::ClipSweep& range, Index pose) {
+  const Index f = range.first + pose;
+  std::string text;
+  if (const auto control = leading_control(clip, range)) {
+    const double value = value_at(clip, f, *control);
+    text = clip.control[*control] + " " +
+           number_text(std::isfinite(value) ? value : static_cast<double>(pose), 3) + ", ";
+  }
+  if (clip.frame_number[f] < 0) return text + "pose " + std::to_string(pose);
+  return text + "frame " + std::to_string(clip.frame_number[f]) + " (" +
+         number_text(clip.time[f], 3) + " s)";
+}
+
+std::vector<int> frame_numbers_of(const skin::Clip& clip, const skin::ClipSweep& range) {
+  std::vector<int> out;
+  for (Index i = 0; i < range.count; ++i) {
+    const int number = clip.frame_number[range.first + i];
+    out.push_back(number < 0 ? static_cast<int>(i) : number);
+  }
+  return out;
+}
+
+}  // namespace backbend::validate

@@ -1,0 +1,30 @@
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "skin/clip/clip.h"
+
+namespace backbend::validate {
+
+/// By how much a recorded control moves over a sweep, in its unit; 0 where nothing is said.
+double control_range(const skin::Clip& clip, const skin::ClipSweep& range, std::size_t control);
+
+/// The recorded control that moves furthest over a sweep: what its frames are named by. None where
+/// none moves.
+std::optional<std::size_t> leading_control(const skin::Clip& clip, const skin::ClipSweep& range);
+
+/// How far the recorded channels of the body have gone at each frame of a sweep: degrees from its
+/// first frame along their path. Empty where a frame does not say so, something else than a channel
+/// moves, nothing does, or a step stands still or is more than three times as wide as most: then
+/// only time tells how fast the body should turn.
+std::vector<double> control_travel(const skin::Clip& clip, const skin::ClipSweep& range);
+
+/// What a frame of a sweep is called, counted from the sweep's first: the value of its leading
+/// control, the file's own frame and second, or its number where poses have no time.
+std::string frame_text(const skin::Clip& clip, const skin::ClipSweep& range, std::size_t pose);
+
+/// The file's own number of each frame of a sweep; 0, 1, 2 ... where poses have no time.
+std::vector<int> frame_numbers_of(const skin::Clip& clip, const skin::ClipSweep& range);
+
+}  // namespace backbend::validate

@@ -1,0 +1,143 @@
+#include "validate/clips/clip_sensitivity.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "validate/sweeps/sweep.h"
+#include "validate/text/shell_word.h"
+
+namespace backbend::validate {
+namespace {
+
+using Index = std::size_t;
+
+/// Degrees of a jump that every sweep of a rig should show.
+constexpr double kCoarseDeg = 10.0;
+/// So many sweeps are named one by one.
+constexpr Index kNamed = 6;
+
+/// The smallest jump that is surely found anywhere in a sweep, at any joint by itself.
+double smallest_found(const ClipRecord& record, const ClipSweepRecord& sweep) {
+  double most = 0.0;
+  for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j)
+    if (record.watched[j].against != WatchedJoint::Against::hips)
+      most = std::max(most, sweep.flips.detectable_deg[j]);
+  return sweep.flips.detectable_deg.empty() ? std::nan("") : most;
+}
+
+bool is_coarse(const ClipRecord& record, const ClipSweepRecord& sweep) {
+  return !sweep.travel.empty() && !(smallest_found(record, sweep) <= kCoarseDeg);
+}
+
+std::string degrees_text(double deg) {
+  return std::isfinite(deg) && deg <= 180.0 ? number_text(deg, 1) + " deg" : "none";
+}
+
+std::string jumps_line(const ClipRecord& record) {
+  std::vector<double> calm;
+  double most = 0.0;
+  std::string busiest;
+  for (const ClipSweepRecord& sweep : record.sweeps)
+    for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j) {
+      const double deg = sweep.flips.detectable_deg[j];
+      const bool is_sum = record.watched[j].against == WatchedJoint::Against::hips;
+      if (!std::isfinite(deg) || is_sum) continue;
+      calm.push_back(sweep.flips.calm_deg[j]);
+      if (deg > most) {
+        most = deg;
+        busiest = record.watched[j].name;
+      }
+    }
+  if (calm.empty()) return "flips: no sweep has the five frames that tell a jump from motion";
+  return "flips: jumps from " + number_text(*std::max_element(calm.begin(), calm.end()), 1) +
+         " deg are found in at least half of the frames, at any joint; where its own motion is "
+         "liveliest, " +
+         busiest + " hides those below " + number_text(std::min(most, 180.0), 1);
+}
+
+/// The smallest jump that is surely found in each sweep of controls, the coarsest first.
+std::string sweeps_line(const ClipRecord& record) {
+  std::vector<std::pair<double, std::string>> sweeps;
+  for (const ClipSweepRecord& sweep : record.sweeps)
+    if (!sweep.travel.empty()) {
+      const double deg = smallest_found(record, sweep);
+      sweeps.emplace_back(std::isfinite(deg) ? deg : 360.0, sweep.range.name);
+    }
+  if (sweeps.empty()) return {};
+  std::ranges::stable_sort(sweeps, [](const auto& a, const auto& b) { return a.first > b.first; });
+  std::string text;
+  for (Index i = 0; i < std::min(kNamed, sweeps.size()); ++i)
+    text += (text.empty() ? "" : ", ") + sweeps[i].second + " " + degrees_text(sweeps[i].first);
+  if (sweeps.size() > kNamed)
+    text += ", " + std::to_string(sweeps.size() - kNamed) + " more from " +
+            degrees_text(sweeps.back().first) + " to " + degrees_text(sweeps[kNamed].first);
+  return "flips by sweep: the smallest jump that is surely found: " + text;
+}
+
+std::string coarse_line(const ClipRecord& record) {
+  std::string text;
+  for (const ClipSweepRecord& sweep : record.sweeps)
+    if (is_coarse(record, sweep))
+      text += (text.empty() ? "" : ", ") + sweep.range.name + " (a frame every " +
+              number_text(sweep.travel.back() / static_cast<double>(sweep.travel.size() - 1), 2) +
+              " deg)";
+  return text.empty() ? text
+                      : "too coarse for jumps of " + number_text(kCoarseDeg, 0) +
+                            " deg, which may hide there: " + text +
+                            "; the rig itself, asked live, is bisected";
+}
+
+bool any_controls(const ClipRecord& record) {
+  return std::ranges::any_of(record.sweeps,
+                             [](const ClipSweepRecord& sweep) { return !sweep.control.empty(); });
+}
+
+/// The widest limit that any joint was held to by its share of the spine's turn; 0 where none was.
+double widest_share_limit(const ClipRecord& record) {
+  double widest = 0.0;
+  for (const ClipSweepRecord& sweep : record.sweeps)
+    for (const auto& share : sweep.shares)
+      if (share.joint >= 0) widest = std::max(widest, share.limit_deg);
+  return widest;
+}
+
+std::string kinks_line(const ClipRecord& record) {
+  const double limit = widest_share_limit(record);
+  if (!(limit > 0.0)) return {};
+  if (any_controls(record))
+    return "kinks: one joint beyond its share of the bend is found from " + number_text(limit, 1) +
+           " deg in every sweep";
+  return "kinks: no control is recorded, so one joint that bends more than its neighbours may be "
+         "how "
+         "the rig shares its bend; it is found only as a corner of 25 deg, or from " +
+         number_text(limit, 1) + " deg where its neighbours turn back";
+}
+
+}  // namespace
+
+std::vector<std::string> clip_sensitivity(const ClipRecord& record) {
+  std::vector<std::string> out = {jumps_line(record), sweeps_line(record), coarse_line(record),
+                                  kinks_line(record)};
+  std::erase(out, std::string());
+  return out;
+}
+
+bool is_better_asked_live(const ClipRecord& record) {
+  return !any_controls(record) ||
+         std::ranges::any_of(
+             record.sweeps, [&](const ClipSweepRecord& sweep) { return is_coarse(record, sweep); });
+}
+
+std::string live_command(const skin::Clip& clip, const std::filesystem::path& character) {
+  // `Blender 3.4.1, hero.blend`: the program and its file, as the bridges write them.
+  const std::size_t comma = clip.source.rfind(", ");
+  const std::string file = comma == std::string::npos ? "" : clip.source.substr(comma + 2);
+  const auto is = [&](const char* ending) { return file.ends_with(ending); };
+  const std::string rig = is(".blend")             ? "blender:" + file
+                          : is(".ma") || is(".mb") ? "maya:" + file
+                                                   : "command:PROGRAM";
+  const std::string body = character.empty() ? "CHARACTER" : character.string();
+  return "backbend check " + shell_word(body) + " --rig " + shell_word(rig);
+}
+
+}  // namespace backbend::validate
