@@ -26,30 +26,30 @@ std::string place_text(std::size_t at, const std::vector<py::ssize_t>& shape) {
   return "[" + text + "]";
 }
 
-Plain plain_array(py::handle from, const std::string& what) {
+/// Any array or sequence as NumPy has it, of real numbers.
+py::array real_array(py::handle from, const std::string& what) {
   const std::string expected = what + ": expected an array of real numbers";
-  const py::array any = py::array::ensure(from);
-  if (!any) {
-    PyErr_Clear();
+  py::array any;
+  try {
+    any = py::array(py::reinterpret_borrow<py::object>(from));
+  } catch (const py::error_already_set& error) {
+    if (error.matches(PyExc_MemoryError)) throw;
     throw py::type_error(expected);
   }
   const char kind = any.dtype().kind();
   if (kind != 'f' && kind != 'i' && kind != 'u' && kind != 'b')
     throw py::type_error(expected + ", found one of " +
                          static_cast<std::string>(py::str(any.dtype())));
-  Plain plain = Plain::ensure(any);
-  if (!plain) {
-    PyErr_Clear();
-    throw py::type_error(expected);
-  }
-  return plain;
+  return any;
 }
 
 std::vector<py::ssize_t> shape_of(const py::array& array) {
   return {array.shape(), array.shape() + array.ndim()};
 }
 
-Numbers copied(const Plain& plain, std::vector<py::ssize_t> shape, const std::string& what) {
+/// Only of a shape that was looked at: what is too large or has another is not copied first.
+Numbers copied(const py::array& any, std::vector<py::ssize_t> shape, const std::string& what) {
+  const Plain plain(any);
   Numbers out{std::move(shape), {plain.data(), plain.data() + plain.size()}};
   for (std::size_t i = 0; i < out.value.size(); ++i)
     if (!std::isfinite(out.value[i]))
@@ -73,19 +73,19 @@ bool fits(const std::vector<py::ssize_t>& shape, const std::vector<py::ssize_t>&
 
 Numbers read_numbers(py::handle from, const std::string& what, const std::string& words,
                      const std::vector<py::ssize_t>& expected) {
-  const Plain plain = plain_array(from, what);
-  const std::vector<py::ssize_t> shape = shape_of(plain);
+  const py::array any = real_array(from, what);
+  const std::vector<py::ssize_t> shape = shape_of(any);
   if (!fits(shape, expected)) refuse_shape(what, words, shape);
-  return copied(plain, shape, what);
+  return copied(any, shape, what);
 }
 
 Numbers read_rows(py::handle from, const std::string& what, const std::string& words,
                   py::ssize_t width) {
-  const Plain plain = plain_array(from, what);
-  std::vector<py::ssize_t> shape = shape_of(plain);
+  const py::array any = real_array(from, what);
+  std::vector<py::ssize_t> shape = shape_of(any);
   if (fits(shape, {width})) shape.insert(shape.begin(), 1);
   if (!fits(shape, {-1, width})) refuse_shape(what, words, shape);
-  return copied(plain, shape, what);
+  return copied(any, shape, what);
 }
 
 std::vector<glm::dmat4> matrices_of(const Numbers& numbers) {
@@ -95,6 +95,17 @@ std::vector<glm::dmat4> matrices_of(const Numbers& numbers) {
       for (int column = 0; column < 4; ++column)
         out[m][column][row] = numbers.value[16 * m + static_cast<std::size_t>(4 * row + column)];
   return out;
+}
+
+std::string text_from(py::handle text, const std::string& what) {
+  if (!py::isinstance<py::str>(text)) throw py::type_error(what + ": expected text");
+  const auto bytes = py::reinterpret_steal<py::object>(
+      PyUnicode_AsEncodedString(text.ptr(), "utf-8", "surrogateescape"));
+  if (!bytes) {
+    PyErr_Clear();
+    throw py::value_error(what + ": the text holds half a character (a lone surrogate)");
+  }
+  return bytes.cast<std::string>();
 }
 
 py::object record(const char* kind, const py::dict& values) {

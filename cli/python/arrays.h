@@ -54,6 +54,10 @@ std::vector<glm::dmat4> matrices_of(const Numbers& numbers);
 py::array matrices_view(const std::shared_ptr<std::vector<glm::dmat4>>& matrices, py::ssize_t poses,
                         py::ssize_t each);
 
+/// A text of Python as bytes: UTF-8, and what stands for other bytes in names of files
+/// (surrogateescape). Throws ValueError naming `what` for half a character; TypeError for no text.
+std::string text_from(py::handle text, const std::string& what);
+
 /// Named values as an object of the package's own: `Poses`, `Series`, `Record`.
 py::object record(const char* kind, const py::dict& values);
 

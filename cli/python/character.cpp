@@ -4,6 +4,7 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <algorithm>
+#include <functional>
 
 #include "cli/python/arrays.h"
 #include "cli/python/picture.h"
@@ -124,6 +125,8 @@ py::array_t<float> points_for(py::handle given, const char* what, py::ssize_t po
       array.shape(2) != 3)
     throw py::value_error(std::string(what) + ": expected " + words);
   if (!array.writeable()) throw py::value_error(std::string(what) + ": the array is read-only");
+  if (reinterpret_cast<std::uintptr_t>(array.data()) % alignof(float) != 0)
+    throw py::value_error(std::string(what) + ": the array's memory is not aligned to its numbers");
   return array;
 }
 
@@ -147,16 +150,20 @@ Points points_of(const Shared& character, Index poses, py::handle out) {
       throw py::type_error("out: expected (positions, normals)");
     positions = out[py::int_(0)];
     normals = out[py::int_(1)];
-    if (positions.is(normals)) throw py::value_error("out: positions and normals are one array");
   }
   const py::ssize_t vertices = length(mesh(character).vertex_count());
-  return {points_for(positions, "out positions", length(poses), vertices),
-          points_for(normals, "out normals", length(poses), vertices)};
+  Points points = {points_for(positions, "out positions", length(poses), vertices),
+                   points_for(normals, "out normals", length(poses), vertices)};
+  const std::span<glm::vec3> position = points.position(), normal = points.normal();
+  if (std::less<>()(position.data(), normal.data() + normal.size()) &&
+      std::less<>()(normal.data(), position.data() + position.size()))
+    throw py::value_error("out: positions and normals share memory");
+  return points;
 }
 
 /// One pose: the arrays are the memory that it was skinned into.
 py::object skinned_once(const Shared& character, const std::vector<glm::dmat4>& world_from_node) {
-  const auto out = std::make_shared<skin::PosedMesh>();
+  const std::shared_ptr<skin::PosedMesh> out = character->mesh_to_skin_into();
   {
     const Unlocked unlocked(Needs::threads);
     character->plan().skin(world_from_node, *out);
@@ -259,7 +266,11 @@ py::object measured_sweep(const Shared& character, const Rig& rig, const std::st
 }
 
 py::object inspected(const Shared& character) {
-  const std::string text = skin::inspect_json(mesh(character), character->stage().anatomy());
+  std::string text;
+  {
+    const Unlocked unlocked(Needs::threads);
+    text = skin::inspect_json(mesh(character), character->stage().anatomy());
+  }
   return py::module_::import("backbend").attr("_record_of")(text);
 }
 
@@ -290,16 +301,32 @@ const validate::BodyMetrics& Character::body() const {
   return *body_;
 }
 
+std::shared_ptr<skin::PosedMesh> Character::mesh_to_skin_into() const {
+  // New memory costs page faults at every call.
+  std::unique_ptr<skin::PosedMesh> mesh;
+  {
+    const std::lock_guard lock(spare_->mutex);
+    mesh = std::move(spare_->mesh);
+  }
+  if (!mesh) mesh = std::make_unique<skin::PosedMesh>();
+  return {mesh.release(), [spare = spare_](skin::PosedMesh* done) {
+            std::unique_ptr<skin::PosedMesh> back(done);
+            const std::lock_guard lock(spare->mutex);
+            std::swap(spare->mesh, back);
+          }};
+}
+
 validate::PoseDegrees pose_of(const py::kwargs& channels) {
   std::string text;
-  for (const auto& [name, value] : channels) {
+  for (const auto& [key, value] : channels) {
+    const std::string name = text_from(key, "the name of a channel");
     const double degrees = PyFloat_AsDouble(value.ptr());
     if (PyErr_Occurred() != nullptr) {
       PyErr_Clear();
-      throw py::type_error(py::str(name).cast<std::string>() + ": expected a number of degrees");
+      throw py::type_error(name + ": expected a number of degrees");
     }
-    text += (text.empty() ? "" : ",") + py::str(name).cast<std::string>() + "=" +
-            py::repr(py::float_(degrees)).cast<std::string>();
+    text +=
+        (text.empty() ? "" : ",") + name + "=" + py::repr(py::float_(degrees)).cast<std::string>();
   }
   return validate::parse_pose(text);
 }
@@ -310,8 +337,10 @@ void bind_character(py::module_& module) {
       "A character from a file: mesh, skeleton, weights, the spine as found. Made by load(). "
       "Immutable; its arrays are read-only views that keep it alive. World space: right-handed, "
       "+Y up, the file's unit.")
-      .def_property_readonly("name", [](const Shared& c) { return mesh(c).name; })
-      .def_property_readonly("path", [](const Shared& c) { return c->file().string(); })
+      .def_property_readonly(
+          "name", [](const Shared& c) { return mesh(c).name; }, "As reports have it.")
+      .def_property_readonly(
+          "path", [](const Shared& c) { return c->file().string(); }, "The file it was read from.")
       .def_property_readonly(
           "positions", [](const Shared& c) { return vectors(c, c->stage().rest().position); },
           "Vertices at rest, vertices x 3, float32, world space.")
@@ -358,7 +387,8 @@ void bind_character(py::module_& module) {
           "heat"_a = py::none(),
           "A picture of one pose, given by its channels, as arrays. Returns a Picture: layers "
           "(name: height x width x channels, float32, top row first; RGBA is scene-linear "
-          "Rec.709), camera_from_world and ndc_from_world (4 x 4). view: profile, front, back, "
+          "Rec.709), attributes (of an EXR's header, Cryptomatte's names among them), "
+          "camera_from_world and ndc_from_world (4 x 4). view: profile, front, back, "
           "three_quarter. mode: beauty, clay, ao, matcap, wireframe, heat, xray, contour, primary. "
           "heat: a value for each vertex; without, the strain.");
   module.def("load", &load, "file"_a, py::kw_only(), "chain"_a = "", "hip"_a = "", "chest"_a = "",

@@ -28,6 +28,8 @@ class Character {
   const skin::SkinningPlan& plan() const;
   /// Made when the first pose is measured, without the interpreter's lock.
   const validate::BodyMetrics& body() const;
+  /// Memory to skin one pose into; that of an earlier pose where nothing shows it any more.
+  std::shared_ptr<skin::PosedMesh> mesh_to_skin_into() const;
 
  private:
   std::filesystem::path file_;
@@ -37,6 +39,11 @@ class Character {
   mutable std::once_flag plan_made_, body_made_;
   mutable std::unique_ptr<const skin::SkinningPlan> plan_;
   mutable std::unique_ptr<const validate::BodyMetrics> body_;
+  struct Spare {
+    std::mutex mutex;
+    std::unique_ptr<skin::PosedMesh> mesh;  // null: in use
+  };
+  std::shared_ptr<Spare> spare_ = std::make_shared<Spare>();  // arrays may outlive the character
 };
 
 /// A body pose from its channels: extension=90, side=10. Throws TypeError, ValueError; RigError

@@ -21,7 +21,9 @@ using namespace backbend::validate;
 std::string file_of(py::handle character) {
   if (py::isinstance<Character>(character))
     return character.cast<const Character&>().file().string();
-  return py::module_::import("os").attr("fspath")(character).cast<std::string>();
+  PyObject* bytes = nullptr;
+  if (PyUnicode_FSConverter(character.ptr(), &bytes) == 0) throw py::error_already_set();
+  return py::reinterpret_steal<py::object>(bytes).cast<std::string>();
 }
 
 skin::AnatomyHints hints_of(py::handle character) {

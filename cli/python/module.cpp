@@ -99,7 +99,8 @@ PYBIND11_MODULE(_core, module) {
     throw py::import_error("this machine has no AVX2 and FMA, which backbend needs");
   module.attr("__version__") = BACKBEND_VERSION;
   add_errors(module);
-  py::register_exception_translator(&translate);
+  // Of this module's functions alone: another module's exceptions are not ours to name.
+  py::register_local_exception_translator(&translate);
   watch_process();
   bind_python_rig(module);
   bind_character(module);

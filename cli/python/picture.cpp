@@ -53,6 +53,13 @@ py::dict layers_of(render::Frame& frame) {
   return layers;
 }
 
+py::dict attributes_of(const render::Frame& frame) {
+  py::dict attributes;
+  for (const render::Attribute& attribute : frame.attributes)
+    attributes[py::str(attribute.name)] = attribute.value;
+  return attributes;
+}
+
 py::array matrix(const glm::dmat4& of) {
   return matrices_view(std::make_shared<std::vector<glm::dmat4>>(1, of), 1, 1)
       .attr("reshape")(4, 4)
@@ -104,9 +111,10 @@ py::object rendered(const std::shared_ptr<const Character>& character, const Rig
           solver::controller_shapes(*rig.system, stage.rest_chain(), control));
     frame = validate::pose_frame(stage, posed, view, settings, heat, controllers);
   });
-  return record("Picture", py::dict("layers"_a = layers_of(frame),
-                                    "camera_from_world"_a = matrix(frame.camera_from_world),
-                                    "ndc_from_world"_a = matrix(frame.ndc_from_world)));
+  return record("Picture",
+                py::dict("layers"_a = layers_of(frame), "attributes"_a = attributes_of(frame),
+                         "camera_from_world"_a = matrix(frame.camera_from_world),
+                         "ndc_from_world"_a = matrix(frame.ndc_from_world)));
 }
 
 }  // namespace backbend::python

@@ -1,6 +1,7 @@
 #include "cli/python/rig.h"
 
 #include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
 
 #include <glm/trigonometric.hpp>
 
@@ -26,13 +27,19 @@ bool turns(const solver::Channel& channel) {
   return channel.kind == solver::Channel::Kind::rotation;
 }
 
-/// One value of a rig's option. Text, truth, a number, numbers or rows of numbers.
-solver::OptionValue option_of(const std::string& name, py::handle value) {
+/// One value of a rig's option. Text, truth, a number, numbers or rows of numbers, of NumPy's, too.
+solver::OptionValue option_of(const std::string& name, py::handle given) {
+  py::object value = py::reinterpret_borrow<py::object>(given);
+  if (py::hasattr(value, "dtype") && py::hasattr(value, "tolist")) value = value.attr("tolist")();
   if (py::isinstance<py::bool_>(value)) return value.cast<bool>();
-  if (py::isinstance<py::str>(value)) return value.cast<std::string>();
-  if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value))
-    return value.cast<double>();
-  if (py::isinstance<py::sequence>(value) || py::isinstance<py::array>(value)) {
+  if (py::isinstance<py::str>(value)) return text_from(value, "option '" + name + "'");
+  if (py::isinstance<py::float_>(value) || py::isinstance<py::int_>(value)) {
+    const double number = PyFloat_AsDouble(value.ptr());
+    if (PyErr_Occurred() == nullptr) return number;
+    PyErr_Clear();
+    throw py::value_error("option '" + name + "': the number is too large");
+  }
+  if (py::isinstance<py::sequence>(value)) {
     const bool rows = py::len(value) > 0 && !PyNumber_Check(py::object(value[py::int_(0)]).ptr());
     try {
       if (rows) return value.cast<std::vector<std::vector<double>>>();
@@ -93,7 +100,7 @@ solver::RestChain chain_of(py::handle from) {
 validate::RigPlan plan_with_options(py::handle spec, const py::kwargs& options) {
   validate::RigPlan plan = plan_of(spec);
   for (const auto& [key, value] : options) {
-    const auto name = key.cast<std::string>();
+    const std::string name = text_from(key, "the name of an option");
     plan.spec.options[name] = option_of(name, value);
   }
   return plan;
@@ -119,7 +126,7 @@ std::shared_ptr<Rig> make_rig(py::handle spec, py::handle on, const py::kwargs& 
 }
 
 /// A pose file's rig, and its control values.
-py::tuple read_pose_file(const std::string& file) {
+py::tuple read_pose_file(const std::filesystem::path& file) {
   solver::SolveFile read = solver::read_solve_file(file);
   auto rig = std::make_shared<Rig>();
   rig->plan.name = read.system->name();
@@ -292,9 +299,9 @@ py::array intended_curve(const Rig& rig, py::handle controls, Index count) {
 validate::RigPlan plan_of(py::handle rig) {
   if (py::isinstance<Rig>(rig)) return rig.cast<const Rig&>().plan;
   if (py::isinstance<PythonRig>(rig)) return rig.cast<const PythonRig&>().plan();
-  if (py::isinstance<py::str>(rig)) return validate::read_rig(rig.cast<std::string>());
+  if (py::isinstance<py::str>(rig)) return validate::read_rig(text_from(rig, "rig"));
   if (py::hasattr(rig, "__fspath__"))
-    return validate::read_rig(py::str(rig.attr("__fspath__")()).cast<std::string>());
+    return validate::read_rig(text_from(py::str(rig.attr("__fspath__")()), "rig"));
   throw py::type_error("rig: expected a system's name, a rig file, a Rig or a PythonRig");
 }
 
@@ -331,9 +338,11 @@ void bind_rig(py::module_& module) {
       .def_static("from_file", &read_pose_file, "file"_a,
                   "The rig and the control values (channels, degrees and lengths) of a pose file, "
                   "the TOML that `backbend solve` takes.")
-      .def_property_readonly("name", [](const Rig& rig) { return rig.plan.name; })
-      .def_property_readonly("system",
-                             [](const Rig& rig) { return std::string(rig.system->name()); })
+      .def_property_readonly(
+          "name", [](const Rig& rig) { return rig.plan.name; }, "As reports have it.")
+      .def_property_readonly(
+          "system", [](const Rig& rig) { return std::string(rig.system->name()); },
+          "Of `backbend list rigs`; external for a rig of your own.")
       .def_property_readonly("options", &options_of, "Every option with its value.")
       .def_property_readonly("channels", &channel_names,
                              "Names of the control channels, in the order of controls.")
@@ -341,7 +350,9 @@ void bind_rig(py::module_& module) {
                              "By channel: degrees, length (the chain's unit) or number.")
       .def_property_readonly("rest_controls", &rest_controls,
                              "The channels of the untouched rig: degrees, lengths, numbers.")
-      .def_property_readonly("joints", [](const Rig& rig) { return rig.system->joint_names(); })
+      .def_property_readonly(
+          "joints", [](const Rig& rig) { return rig.system->joint_names(); },
+          "Names of the joints that it poses, hips first.")
       .def_property_readonly(
           "parents", [](const Rig& rig) { return rig.system->joint_parents(); },
           "Parent of each joint, -1 for none.")

@@ -44,6 +44,23 @@ class Installing(CommandTest):
         self.assert_runs("body", "-o", "built.glb")
         self.assertEqual((self.folder / "installed.glb").read_bytes(), (self.folder / "built.glb").read_bytes())
 
+    def test_the_python_module_is_found_where_debian_looks_and_finds_the_programs_files(self):
+        found = list(self.prefix.glob("lib/python3*/dist-packages/backbend/_core*.so"))
+        if not found:
+            self.skipTest("the Python module is not built")
+        (library,) = found
+        packages = library.parents[1]
+        self.assertEqual({path.name for path in library.parent.iterdir()},
+                         {library.name, "__init__.py", "__init__.pyi", "py.typed"})
+        below = f"/usr/local/{packages.relative_to(self.prefix)}"  # the default prefix
+        self.assertIn(below, self.run_installed("/usr/bin/python3", "-c", "import site; print(site.getsitepackages())"))
+        # The bundled human, and what reads pictures, are the program's.
+        done = subprocess.run(["/usr/bin/python3", "-c", "import backbend\n"
+                               "print(len(backbend.compare('even', 'even', sweeps='standard').rigs))"],
+                              env=harness.bare_environment(self.folder, PYTHONPATH=str(packages)), cwd=self.folder,
+                              capture_output=True, text=True, timeout=harness.PATIENCE_S)
+        self.assertEqual((done.returncode, done.stdout), (0, "2\n"), done.stderr)
+
     def test_nothing_of_the_build_machine_is_installed(self):
         if b"\0.debug_info\0" in harness.BACKBEND.read_bytes():
             self.skipTest("debug information says where the sources are")

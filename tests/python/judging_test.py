@@ -101,7 +101,7 @@ assert compared > 10
                             "--aovs", "all", "-o", "out", "--name", "picture"], self.folder)
         self.assertEqual(run.returncode, 0, run.stderr)
         file = exr.Exr(self.folder / "out/picture.exr")
-        pixels = {name: list(file.channels[name]) for name in ("Z", "P.X", "P.Y", "P.Z")}
+        pixels = {name: list(file.channels[name]) for name in file.channels}
         (self.folder / "pixels.json").write_text(json.dumps(pixels))
         self.run_script("""
 import json
@@ -110,8 +110,17 @@ picture = body.render(backbend.Rig("even", body), extension=60, width=64, height
 layers = picture.layers
 assert layers["RGBA"].shape == (48, 64, 4) and layers["Z"].shape == (48, 64, 1) and layers["N"].shape == (48, 64, 3)
 told = {name: np.array(values, np.float32).reshape(48, 64) for name, values in json.load(open("pixels.json")).items()}
-assert (layers["Z"][..., 0] == told["Z"]).all()
-assert all((layers["P"][..., axis] == told["P." + "XYZ"[axis]]).all() for axis in range(3))
+found = {}
+for name, layer in layers.items():
+    assert layer.dtype == np.float32 and layer.shape[:2] == (48, 64), name
+    channels = [["R", "G", "B", "A"], [name], *([f"{name}.{part}" for part in parts] for parts in ("XYZ", "RGB", "rgba"))]
+    (named,) = [each for each in channels if len(each) == layer.shape[2] and set(each) <= set(told) - set(found)][:1]
+    found |= {channel: layer[..., k] for k, channel in enumerate(named)}
+assert set(found) == set(told), set(found) ^ set(told)
+for name, values in told.items():  # of half precision some
+    assert np.allclose(found[name], values, rtol=1e-3, atol=1e-6, equal_nan=True), name
+assert (layers["Z"][..., 0] == told["Z"]).all() and (found["P.X"] == told["P.X"]).all()
+assert any(name.endswith("/manifest") and "{" in text for name, text in picture.attributes.items())
 hit = layers["Z"][..., 0] < 1e9
 assert 0.03 < hit.mean() < 1.0
 # What P says of a pixel projects back onto it.

@@ -1,6 +1,7 @@
 """Rigs and characters as arrays: the numbers of the command line, views that live as long as they are needed."""
 
 import json
+import os
 import pathlib
 import sys
 
@@ -82,6 +83,12 @@ again = body.pose(rig, controls, out=out)
 assert again.positions is out[0] and (out[0] == posed.positions).all()
 one = body.skin(posed.matrices[1])
 assert (one.positions[0] == posed.positions[1]).all()
+# Memory is used again only where nothing shows it any more.
+kept = [body.skin(matrices).positions[0, ::3] for matrices in posed.matrices]
+assert all((each == positions[::3]).all() for each, positions in zip(kept, posed.positions))
+del kept[1]
+again = body.skin(posed.matrices[2])
+assert (kept[0] == posed.positions[0, ::3]).all() and (again.positions[0] == posed.positions[2]).all()
 # By the formula: the weights' mean of the joints' matrices.
 at_rest = np.concatenate([body.positions, np.ones((len(body.positions), 1))], 1)
 moves = posed.matrices[2] @ np.linalg.inv(body.rest_matrices)
@@ -167,7 +174,13 @@ vertices = len(body.positions)
 frozen = np.zeros((4, vertices, 3), np.float32); frozen.flags.writeable = False
 refused(ValueError, ["read-only"], lambda: body.pose(rig, good, out=(frozen, None)))
 same = np.zeros((4, vertices, 3), np.float32)
-refused(ValueError, ["one array"], lambda: body.pose(rig, good, out=(same, same)))
+refused(ValueError, ["share memory"], lambda: body.pose(rig, good, out=(same, same)))
+both = np.zeros((5, vertices, 3), np.float32)
+refused(ValueError, ["share memory"], lambda: body.pose(rig, good, out=(both[:4], both[1:])))
+raw = np.zeros(same.nbytes + 1, np.uint8)
+refused(ValueError, ["aligned"], lambda: body.pose(rig, good, out=(raw[1:].view(np.float32).reshape(same.shape), None)))
+refused(TypeError, ["float32"], lambda: body.pose(rig, good, out=(same.astype(">f4"), None)))
+refused(TypeError, ["positions, normals"], lambda: body.pose(rig, good, out=same))
 refused(ValueError, ["expected 4 x"], lambda: body.pose(rig, good, out=(same[:2], None)))
 refused(TypeError, ["C order"], lambda: body.pose(rig, good, out=(same[:, ::-1], None)))
 refused(ValueError, ["heat"], lambda: body.render(rig, heat=[1.0, 2.0]))
@@ -180,6 +193,17 @@ refused(ValueError, ["chest or spread"], lambda: rig.controls(mapping="both"))
 refused(backbend.InputError, ["even"], lambda: backbend.Rig("evn", body))
 refused(backbend.InputError, ["bones"], lambda: backbend.Rig("even", body, bonse=3))
 refused(TypeError, ["option 'bones'"], lambda: backbend.Rig("even", body, bones=object()))
+refused(ValueError, ["option 'bones'", "too large"], lambda: backbend.Rig("even", body, bones=10**400))
+for number in (float("nan"), float("inf"), -3, 10**15):
+    refused(backbend.InputError, ["bones"], lambda: backbend.Rig("even", body, bones=number))
+half = chr(0xD800)
+refused(ValueError, ["rig", "surrogate"], lambda: backbend.Rig(half, body))
+refused(ValueError, ["channel", "surrogate"], lambda: rig.controls(**{half: 3}))
+refused(ValueError, ["option", "surrogate"], lambda: backbend.Rig("even", body, **{half: 3}))
+refused((ValueError, TypeError), [], lambda: backbend.load(half + ".glb"))
+refused((ValueError, TypeError), [], lambda: backbend.load("a" + chr(0) + "b.glb"))
+refused((ValueError, TypeError), [], lambda: backbend.judge(half + ".glb"))
+refused((ValueError, TypeError), [], lambda: backbend.judge("a" + chr(0) + "b.glb"))
 refused(ValueError, ["N x 3"], lambda: backbend.Rig("even", np.zeros((3, 2))))
 refused(backbend.InputError, [], lambda: backbend.Rig("even", np.zeros((3, 3))))
 refused(TypeError, ["rig"], lambda: backbend.Rig(7, body))
@@ -207,6 +231,60 @@ reverse = rig.solve(plain[::-1])
 assert (reverse.positions[::-1] == expected).all()
 empty = rig.solve(np.zeros((0, len(rig.channels))))
 assert empty.positions.shape == (0, len(rig.joints), 3)
+""")
+
+    def test_what_does_not_fit_into_memory_is_a_memory_error(self):
+        if os.environ.get("BACKBEND_PRELOAD"):
+            self.skipTest("an allocation that fails ends a program under a sanitizer")
+        self.run_script("""
+import resource
+body = backbend.load(HUMAN)
+rig = backbend.Rig("even", body)
+def too_large(call):
+    try:
+        call()
+    except MemoryError:
+        return
+    raise SystemExit("taken")
+# Rows that are one row in memory, many times.
+too_large(lambda: rig.solve(np.broadcast_to(rig.rest_controls, (10**13, len(rig.channels)))))
+limit = resource.getpagesize() * int(open("/proc/self/statm").read().split()[0]) + (1 << 30)
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+too_large(lambda: body.pose(rig, np.zeros((200_000, len(rig.channels)))))
+too_large(lambda: rig.solve(np.zeros((3_000_000, len(rig.channels)))))
+assert np.isfinite(rig.solve(rig.rest_controls).positions).all()
+""")
+
+    def test_numbers_of_numpy_are_options_as_those_of_python(self):
+        self.run_script("""
+joints = np.array([[0, y, 0] for y in range(4)], float)
+for bones in (7, 7.0, np.int64(7), np.uint8(7), np.float32(7), np.array(7)):
+    assert backbend.Rig("even", joints, bones=bones).options["bones"] == 7
+""")
+
+    def test_arrays_whose_owners_are_gone_keep_their_memory(self):
+        self.run_script("""
+import gc, mmap
+body = backbend.load(HUMAN)
+rig = backbend.Rig("even", body)
+held = mmap.mmap(-1, 8 * len(rig.channels))
+controls = np.frombuffer(held)
+try:
+    held.close()
+    raise SystemExit("closed under an array")
+except BufferError:
+    pass
+assert (rig.solve(controls).positions[0] == rig.solve(rig.rest_controls * 0).positions[0]).all()
+def of_a_pose():
+    posed = body.pose(backbend.Rig("even", body), [rig.rest_controls] * 3)
+    return posed.positions[1, ::2], posed.matrices[2].T
+places, matrices = of_a_pose()
+frame = body.render(rig, width=16, height=16, samples=1).layers["RGBA"][::-1, :, 0]
+measured = body.measure(rig).metric
+gc.collect()
+ballast = [np.full(1 << 16, np.nan) for _ in range(256)]
+assert np.isfinite(places).all() and np.isfinite(matrices).all() and np.isfinite(frame).all()
+assert any(np.isfinite(value[0]) for value in measured.values())
 """)
 
     def test_an_error_has_the_words_and_the_exit_code_of_the_command(self):

@@ -103,6 +103,7 @@ class PythonRig(_core._PythonRig):
                     _answer_of(weakref.ref(self), len(hello["joints"]), count))
 
     def pose(self, values):
+        """The joints' matrices for N x channels values; a class of yours defines it."""
         raise NotImplementedError(f"{type(self).__name__} must define pose(values)")
 
 

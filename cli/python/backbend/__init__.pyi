@@ -69,6 +69,8 @@ class Series(Record):
 class Picture(Record):
     layers: dict[str, _Points]
     """height x width x channels, top row first; RGBA is scene-linear Rec.709."""
+    attributes: dict[str, str]
+    """As in an EXR's header: the names in the Cryptomatte layers among them."""
     camera_from_world: _Floats
     """4 x 4, right-handed, -Z forward."""
     ndc_from_world: _Floats
@@ -153,7 +155,7 @@ class Chain:
 class Rig:
     def __init__(self, spec: _Rig, on: Character | Chain | ArrayLike, **options: _Option) -> None: ...
     @staticmethod
-    def from_file(file: str) -> tuple[Rig, _Floats]: ...
+    def from_file(file: _File) -> tuple[Rig, _Floats]: ...
     @property
     def name(self) -> str: ...
     @property
