@@ -32,7 +32,7 @@ print(json.dumps({"joints": [{"name": n, "parent": p, "position": at} for n, p, 
                   "spine": body.anatomy.spine}))
 """))
         (self.folder / "skeleton.json").write_text(json.dumps(inspected))
-        command = f"command:{PYTHON} {SOURCE / 'scenes/bridges/example_rig.py'} {self.folder / 'skeleton.json'}"
+        command = f"command:{PYTHON} {SOURCE / 'scenes/bridges/example_rig.py'} skeleton.json"
         result = run_backbend(["check", human(), "--rig", command, "--quick", "--json", "-o", "out"], self.folder)
         self.assertIn(result.returncode, (0, 1), result.stderr)
         told = json.loads(result.stdout)
