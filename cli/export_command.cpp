@@ -4,6 +4,7 @@
 #include "cli/judging_commands.h"
 #include "validate/export/even_export.h"
 #include "validate/files/output_folder.h"
+#include "validate/files/replaceable.h"
 #include "validate/sweeps/suite.h"
 #include "validate/text/escape.h"
 #include "validate/text/shell_word.h"
@@ -48,6 +49,7 @@ int run_export(const ExportOptions& options, const Common& common) {
                                ending);
   const solver::SystemSpec rig = read_rig(options.rig).spec;
   const OutputFolder folder(file.parent_path());
+  require_replaceable(file);
   folder.prepare();
   const EvenExport made = export_even(options.character, options.hints, rig);
   folder.write(file.filename(), text_for(options.program, made));

@@ -5,6 +5,7 @@
 #include "skin/anatomy/sidecar.h"
 #include "skin/weights/weight_export.h"
 #include "validate/files/output_folder.h"
+#include "validate/files/replaceable.h"
 #include "validate/repair/repair_text.h"
 #include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
@@ -18,7 +19,7 @@ namespace {
 
 struct RepairOptions {
   std::string character, output, weights;
-  bool dry_run = false;
+  bool dry_run = false, no_picture = false;
   skin::AnatomyHints hints;
 };
 
@@ -52,9 +53,14 @@ int run_repair(const RepairOptions& options, const Common& common) {
   const fs::path file(options.output), weights(options.weights);
   if (!options.dry_run)
     for (const fs::path& each : {file, weights})
-      if (!each.empty()) OutputFolder(each.parent_path()).prepare();
+      if (!each.empty()) {
+        require_replaceable(each);
+        OutputFolder(each.parent_path()).prepare();
+      }
   Progress progress(common.progress_style());
-  const WeightRepair repair = repair_weights(options.character, options.hints, progress);
+  const bool with_sheet = !options.dry_run && !options.no_picture && !file.empty();
+  const WeightRepair repair =
+      repair_weights(options.character, options.hints, progress, with_sheet);
   std::fputs(common.json ? repair_json(repair).c_str() : repair_text(repair).c_str(), stdout);
   std::fflush(stdout);
   const auto say = [&](const std::string& line) {
@@ -71,6 +77,11 @@ int run_repair(const RepairOptions& options, const Common& common) {
     if (!file.empty()) {
       OutputFolder(file.parent_path()).write(file.filename(), repair.glb);
       say("wrote " + file.string());
+      if (!repair.sheet.empty()) {
+        const fs::path sheet = file.parent_path() / (file.stem().string() + "_repair.png");
+        OutputFolder(sheet.parent_path()).write(sheet.filename(), repair.sheet);
+        say("wrote " + sheet.string());
+      }
       const fs::path sidecar = skin::sidecar_path(options.character);
       std::error_code none;
       if (fs::exists(sidecar, none) && !fs::exists(skin::sidecar_path(file), none))
@@ -96,6 +107,8 @@ void add_repair(const Registry& registry) {
   command->add_option("--weights", options->weights,
                       "write the weights alone: .xml for Maya's deformerWeights, .json in mGear's "
                       "layout, .py for Blender");
+  command->add_flag("--no-picture", options->no_picture,
+                    "write no pictures of before and after beside the .glb (_repair.png)");
   command->add_flag("--dry-run", options->dry_run, "measure and print; write nothing");
   add_anatomy_options(command, options->hints);
 }

@@ -5,6 +5,7 @@
 #include "cli/settings.h"
 #include "validate/files/folder_trace.h"
 #include "validate/files/output_folder.h"
+#include "validate/files/replaceable.h"
 #include "validate/night/standard_runs.h"
 #include "validate/text/escape.h"
 #include "validate/tune/rig_file.h"
@@ -61,7 +62,10 @@ int run_tune(const TuneOptions& options, const Common& common) {
   TuneRequest request = finished(options);
   const fs::path file(options.output);
   const FolderTrace trace(file.parent_path());
-  if (!request.plan_only) OutputFolder(file.parent_path()).prepare();
+  if (!request.plan_only) {
+    require_replaceable(file);
+    OutputFolder(file.parent_path()).prepare();
+  }
   if (!common.json)
     request.on_character = [&](const CharacterFacts& facts) {
       print_character("tuning rig " + request.rig.name, facts);

@@ -57,6 +57,28 @@ TEST_P(RepairOf, RemovesThePlantedFaultAndAddsNone) {
   EXPECT_LE(score.off_after, 0.5 * score.off_before);
 }
 
+TEST(ScatteredPoses, LieBetweenTheEndsOfTheEnvelopeAndReachNearThem) {
+  const validate::Envelope human_range = *validate::find_envelope("human");
+  double extension = 0, flexion = 0, left = 0, right = 0, twist = 0;
+  for (const validate::PoseDegrees& pose : validate::scattered_poses(human_range, 200)) {
+    EXPECT_EQ(std::min(pose.extension, pose.flexion), 0.0);
+    extension = std::max(extension, pose.extension);
+    flexion = std::max(flexion, pose.flexion);
+    left = std::max(left, pose.side);
+    right = std::max(right, -pose.side);
+    twist = std::max(twist, std::abs(pose.twist));
+  }
+  // 200 of them leave no gap of a twentieth at either end of a channel.
+  for (const auto& [found, end] : {std::pair(extension, human_range.extension),
+                                   {flexion, human_range.flexion},
+                                   {left, human_range.side},
+                                   {right, human_range.side},
+                                   {twist, human_range.twist}}) {
+    EXPECT_LE(found, end);
+    EXPECT_GT(found, 0.95 * end);
+  }
+}
+
 INSTANTIATE_TEST_SUITE_P(Faults, RepairOf,
                          testing::Values(Planted{"wrong side", 20}, Planted{"bleed to head", 30},
                                          Planted{"bleed to hand", 30}, Planted{"unweighted", 20},

@@ -89,6 +89,20 @@ class Repairing(CommandTest):
             self.assertEqual(step["done"], step["why_not"] == "", step)
         self.assertTrue(any(step["done"] for step in told["steps"]))
 
+    def test_pictures_of_before_and_after_stand_beside_the_file(self):
+        path, _ = self.lost()
+        told = self.assert_runs("repair", path, "-o", "fixed.glb")
+        self.assertIn("wrote fixed_repair.png", told.stderr)
+        picture = (self.folder / "fixed_repair.png").read_bytes()
+        self.assertEqual(picture[:8], b"\x89PNG\r\n\x1a\n")
+        # Three cells of the body side by side: before, after, what was changed.
+        self.assertGreater(struct.unpack(">I", picture[16:20])[0], 3 * 400)
+        self.assert_runs("repair", path, "-o", "plain.glb", "--no-picture")
+        self.assertFalse((self.folder / "plain_repair.png").exists())
+        self.assertEqual((self.folder / "plain.glb").read_bytes(), (self.folder / "fixed.glb").read_bytes())
+        self.assert_runs("repair", path, "--weights", "w.json")
+        self.assertEqual(sorted(each.name for each in self.folder.glob("*.png")), ["fixed_repair.png"])
+
     def test_an_output_that_exists_is_replaced(self):
         path, _ = self.lost()
         self.write("fixed.glb", "old")
@@ -124,6 +138,20 @@ class Repairing(CommandTest):
         bare = json.loads(json.dumps({"asset": {"version": "2.0"}, "nodes": [{}], "scenes": [{"nodes": [0]}]}))
         self.write("bare.gltf", json.dumps(bare))
         self.assert_refused("repair", "bare.gltf", "--dry-run", code=BAD_INPUT, names=["bare.gltf"])
+
+    def test_an_output_that_is_read_only_is_not_replaced(self):
+        path, _ = self.lost()
+        path.chmod(0o444)  # of what is read it is no matter
+        for words in (["repair", path, "-o", "fixed.glb"], ["repair", path, "--weights", "w.py"],
+                      ["export", "even", "--to", "json", "--for", path, "-o", "even.json"],
+                      ["tune", "curve", "--for", path, "-o", "rig.toml"]):
+            output = self.write(words[-1], "not checked out")
+            output.chmod(0o444)
+            result = self.backbend(*words)
+            self.assertEqual(result.returncode, CANNOT_WRITE, result.stderr)
+            self.assertIn(f"{words[-1]}: cannot be written: it is read-only", result.stderr)
+            self.assertEqual(output.read_text(), "not checked out")
+        self.assert_runs("repair", path, "-o", "other.glb")
 
     def test_a_file_in_the_place_of_the_outputs_folder_is_told_before_any_work(self):
         path, _ = self.lost()

@@ -10,6 +10,7 @@
 
 #include "validate/calibrate/draw.h"
 #include "validate/hunt/local_model.h"
+#include "validate/sweeps/halton.h"
 
 namespace backbend::validate {
 namespace {
@@ -36,15 +37,6 @@ constexpr double kLeastJump = 1.0;     // noticeable
 constexpr double kJumpStays = 0.4;     // of the difference, after all halvings
 constexpr double kSteep = 6.0;         // times the slope of the stretch as a whole
 constexpr double kOutlook = 6.0;       // steps ahead for which a climb's progress is hoped for
-
-double halton(Index number, unsigned base) {
-  double result = 0.0, share = 1.0;
-  for (; number > 0; number /= base) {
-    share /= base;
-    result += share * static_cast<double>(number % base);
-  }
-  return result;
-}
 
 constexpr std::array<unsigned, 6> kPrimes = {2, 3, 5, 7, 11, 13};
 

@@ -29,6 +29,7 @@
 #include "validate/model/digest.h"
 #include "validate/model/report_json.h"
 #include "validate/night/image_pass.h"
+#include "validate/night/offer.h"
 #include "validate/report/csv.h"
 #include "validate/report/handoff.h"
 #include "validate/report/headline_picture.h"
@@ -254,18 +255,6 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord&
   }
 }
 
-/// Findings of the weights name the command that may cure them. Only glTF can be repaired, and only
-/// with the spine for the driven chain.
-void offer_repair(const std::filesystem::path& file, const std::string& character,
-                  const std::string& words, DrivenChain chain, std::vector<Finding>& findings) {
-  const std::string kind = file.extension().string();
-  if ((kind != ".glb" && kind != ".gltf") || chain == DrivenChain::neck) return;
-  for (Finding& finding : findings)
-    if (finding.character == character && is_of_weights(finding))
-      finding.repair =
-          "backbend repair " + words + " -o " + shell_word(file.stem().string() + "_fixed.glb");
-}
-
 /// What a studio's own rig was asked beside its sweeps.
 void take_external(const ExternalJudgement& external, RigResult& result) {
   for (const Coverage& asked : external.coverage) {
@@ -455,6 +444,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
         if (finding.owner == Owner::solver) finding.owner = Owner::rig;
     name_places(stage, places, record, findings[i]);
     say_to_artist(confirmed.sidecar, record, findings[i]);
+    offer_tune(record, stage.rest_chain(), request.chain, run.words, findings[i]);
   };
   // A studio's own rig may remember what it was asked before: those are asked in their order.
   for_each_side_by_side(records.size(), [&](std::size_t i) {

@@ -1,5 +1,7 @@
 #include "validate/repair/weight_reading.h"
 
+#include <oneapi/tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +11,9 @@
 #include "validate/judge/place.h"
 #include "validate/measure/measure.h"
 #include "validate/stage/stage.h"
+#include "validate/sweeps/halton.h"
 #include "validate/sweeps/suite.h"
+#include "validate/verdicts/booking.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {
@@ -54,6 +58,48 @@ void add_file(const skin::Character& character, const ReadingContext& context, W
 }
 
 }  // namespace
+
+std::vector<PoseDegrees> scattered_poses(const Envelope& envelope, std::size_t count) {
+  std::vector<PoseDegrees> out;
+  for (std::size_t i = 1; i <= count; ++i) {
+    const auto between = [i](double low, double high, unsigned base) {
+      return low + (high - low) * halton(i, base);
+    };
+    const double bend = between(-envelope.flexion, envelope.extension, 2);
+    out.push_back({std::max(bend, 0.0), std::max(-bend, 0.0),
+                   between(-envelope.side, envelope.side, 3),
+                   between(-envelope.twist, envelope.twist, 5)});
+  }
+  return out;
+}
+
+std::vector<std::set<std::string>> failing_at(const skin::Character& character,
+                                              const ReadingContext& context,
+                                              std::span<const PoseDegrees> poses) {
+  const Stage stage(character, context.anatomy);
+  const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
+  const RigRecord rig =
+      plan_rig(stage, body, read_rig("even"), solver::Mapping::chest, {}, context.envelope);
+  const RigAtRest at_rest = rig_at_rest(*rig.system);
+  std::vector<std::set<std::string>> out(poses.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
+    PoseRecord pose;
+    pose.body = poses[i];
+    pose.control = controls_at(*rig.system, pose.body, rig.mapping);
+    measure_pose(body, at_rest, stage.pose(*rig.system, pose.control), pose);
+    if (pose.at(MetricId::feasibility).value >= 1.0) return;
+    for (const Metric& metric : metric_table()) {
+      const Check& check = metric.check();
+      if (check.subject != Subject::mesh || !check.decides || !is_applicable(rig, metric, pose))
+        continue;
+      const double limit = limit_at(check.code, context.limits.of(check.code).value,
+                                    compound_load(context.envelope, pose.body));
+      if (judge(check, pose.at(metric.id).value, weights_limit(check, limit)) == Verdict::fail)
+        out[i].insert(std::string(check.code));
+    }
+  });
+  return out;
+}
 
 WeightReading read_weights(const skin::Character& character, const ReadingContext& context,
                            Progress& progress) {

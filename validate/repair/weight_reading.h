@@ -1,5 +1,7 @@
 #pragma once
 #include <map>
+#include <set>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -7,6 +9,7 @@
 #include "skin/weights/weight_faults.h"
 #include "validate/metrics/surface/weight_hygiene.h"
 #include "validate/sweeps/envelope.h"
+#include "validate/sweeps/sweep.h"
 #include "validate/tasks/progress.h"
 #include "validate/verdicts/finding.h"
 #include "validate/verdicts/limits.h"
@@ -35,6 +38,15 @@ struct ReadingContext {
   LimitSet limits;
   std::string words;  // the character as commands name it
 };
+
+/// Poses spread evenly over the inside of the envelope, between the sweeps.
+std::vector<PoseDegrees> scattered_poses(const Envelope& envelope, std::size_t count);
+
+/// At each pose the deciding checks of the mesh that are beyond what the weights have to answer
+/// for, under the ideal bend. Poses that the body is too thick for have none.
+std::vector<std::set<std::string>> failing_at(const skin::Character& character,
+                                              const ReadingContext& context,
+                                              std::span<const PoseDegrees> poses);
 
 /// Measures and judges. The same bits for any number of threads.
 WeightReading read_weights(const skin::Character& character, const ReadingContext& context,

@@ -14,6 +14,7 @@
 #include "skin/gltf/gltf_weights.h"
 #include "skin/weights/weight_graph.h"
 #include "validate/files/import.h"
+#include "validate/repair/repair_sheet.h"
 #include "validate/repair/weight_edits.h"
 #include "validate/verdicts/booking.h"
 #include "validate/verdicts/checks.h"
@@ -24,9 +25,10 @@ namespace {
 using Index = std::size_t;
 
 constexpr int kRounds = 4;
-constexpr double kEqual = 0.1;     // of a limit: apart by less counts as equal, as in booking
-constexpr double kBetter = 0.999;  // of the score, at most, for a change to be one
-constexpr double kMostOne = 10.0;  // times its limit: more of one finding does not count
+constexpr double kEqual = 0.1;      // of a limit: apart by less counts as equal, as in booking
+constexpr double kBetter = 0.999;   // of the score, at most, for a change to be one
+constexpr double kMostOne = 10.0;   // times its limit: more of one finding does not count
+constexpr Index kScattered = 1000;  // poses between the sweeps, at which no change may fail anew
 
 /// A file ready to be repaired: as a person confirmed it, and what leads back to the file.
 struct RepairInput {
@@ -241,9 +243,13 @@ class Repairer {
       auto& slot = helps ? best : fallback;
       if (!helps && (!plain || !better || !what_is_worse(reading_, reading, true).empty()))
         continue;
+      if (slot && after >= score_of(slot->reading)) continue;
+      if (const std::string fails = fails_between(changed); !fails.empty()) {
+        out_.steps.back().why_not = fails;
+        continue;
+      }
       const bool cures = score_of(reading, &codes) == 0.0;
-      if (!slot || after < score_of(slot->reading))
-        slot = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
+      slot = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
       if (helps && cures) break;
     }
     const bool takes_fallback = !best && fallback;
@@ -259,6 +265,28 @@ class Repairer {
     reading_ = std::move(best->reading);
     find_spine_again();
     return true;
+  }
+
+  /// What a change makes fail at poses between the sweeps that the character as it came does not
+  /// fail there, both with the spine that the change gives; empty: nothing.
+  std::string fails_between(const skin::Character& changed) {
+    ReadingContext context = input_.context;
+    context.anatomy = skin::find_anatomy(changed, input_.hints);
+    const std::vector<PoseDegrees> poses = scattered_poses(context.envelope, kScattered);
+    const skin::Anatomy& anatomy = context.anatomy;
+    if (failing_before_.empty() || anatomy.spine != spine_before_ ||
+        anatomy.chest_index != chest_before_) {
+      failing_before_ = failing_at(input_.character, context, poses);
+      spine_before_ = anatomy.spine;
+      chest_before_ = anatomy.chest_index;
+    }
+    const std::vector<std::set<std::string>> failing = failing_at(changed, context, poses);
+    for (Index i = 0; i < poses.size(); ++i)
+      for (const std::string& code : failing[i])
+        if (!failing_before_[i].contains(code))
+          return "it makes " + code + " " + std::string(find_check(code)->name) + " at " +
+                 poses[i].text();
+    return {};
   }
 
   /// Which chain is the spine depends on the weights, too: `check` will find it by the new ones.
@@ -333,6 +361,10 @@ class Repairer {
   const WritableWeights writable_;
   WeightReading reading_;
   std::set<std::string> tried_;
+  // Of the character as it came: what fails at the scattered poses, and with which spine.
+  std::vector<std::set<std::string>> failing_before_;
+  std::vector<int> spine_before_;
+  Index chest_before_ = 0;
   bool sums_corrected_ = false;
 };
 
@@ -371,7 +403,7 @@ void count_checks(const WeightReading& before, const WeightReading& after, Weigh
 }  // namespace
 
 WeightRepair repair_weights(const std::filesystem::path& file, const skin::AnatomyHints& hints,
-                            Progress& progress) {
+                            Progress& progress, bool with_sheet) {
   if (is_imported(file))
     throw skin::CharacterError(
         file.string() +
@@ -422,6 +454,10 @@ WeightRepair repair_weights(const std::filesystem::path& file, const skin::Anato
   const RepairInput written = input_of(file, skin::load_gltf({file, out.glb, out.glb}), hints);
   ++out.measurements;
   count_checks(before, read_weights(written.character, written.context, progress), out);
+  if (with_sheet)
+    out.sheet = repair_sheet({input.character, written.character, written.context.anatomy,
+                              written.context.envelope, out.before},
+                             progress);
   return out;
 }
 

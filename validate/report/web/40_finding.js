@@ -46,6 +46,15 @@ function scaleBar(finding) {
 
 const solidAt = (finding) => meshViews.findIndex((m) => report.findings[m.finding] === finding);
 
+/** The command that may cure the finding: of the weights, or of the options of our rig. */
+function cure(finding) {
+  const [title, means] = finding.owner === "SOLVER"
+    ? ["Tune", "Searches this rig's options for more headroom at little change of shape, measures each choice, and shows a few. Add --dry-run to see what would be varied."]
+    : ["Repair", "Changes these weights, measures all poses again, keeps only what makes no check worse, and says what is left. Add --dry-run to look first."];
+  return el("div", { class: "reproduce" }, el("h3", {}, title), el("p", { class: "soft" }, means),
+    el("pre", {}, visible(finding.repair)), copyButton(finding.repair, "copy " + title.toLowerCase() + " command"));
+}
+
 function factsOf(finding) {
   const check = checkOf.get(finding.code);
   const series = seriesOf(finding);
@@ -64,8 +73,7 @@ function factsOf(finding) {
         Object.entries(finding.geometry).map(([key, value]) => el("tr", {}, el("th", { scope: "row" }, name(key)), el("td", { class: "num" }, number(value, 8))))))),
       check && row("check", name(check.measures), check.limit != null && "; default limit " + quantity(check.limit, check.unit), check.reason && ["; ", name(check.reason)])),
     finding.reproduce && el("div", { class: "reproduce" }, el("h3", {}, "See it again"), el("pre", {}, visible(finding.reproduce)), copyButton(finding.reproduce, "copy command")),
-    finding.repair && el("div", { class: "reproduce" }, el("h3", {}, "Repair"), el("p", { class: "soft" }, "Changes these weights, measures all poses again, keeps only what makes no check worse, and says what is left. Add --dry-run to look first."),
-      el("pre", {}, visible(finding.repair)), copyButton(finding.repair, "copy repair command")),
+    finding.repair && cure(finding),
     ...Object.entries(finding.artist ?? {}).map(([program, line]) => el("div", { class: "reproduce" }, el("h3", {}, "Your rig in this pose: ", name(program)),
       el("pre", {}, visible(line)), copyButton(line, "copy line for " + visible(program)))),
     mayApprove(finding) && tick(finding),
