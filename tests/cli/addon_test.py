@@ -11,7 +11,7 @@ import unittest
 
 import glb
 import harness
-from blender_rig_test import BLENDER_RIG, Blender
+from blender_rig_test import Blender, hero
 from external_rig_test import mesh_of
 from harness import BACKBEND, CommandTest, PATIENCE_S, SOURCE
 
@@ -86,12 +86,7 @@ class AddonTest:
         tube = self.write("tube.glb", glb.tube([f"spine{k}" for k in range(5)], unit=1.0 / 1.6, rings=33, sides=16))
         mesh = self.write("mesh.json", json.dumps(mesh_of(tube)))
         body = Blender.BODY.replace("MESH", repr(str(mesh))).replace("SHAPE", "0")
-        script = BLENDER_RIG.replace("FLIP", flip).replace("MORE", body + more).replace("SEGMENTS", "1")
-        scene = self.folder / "hero.blend"
-        made = subprocess.run(["blender", "--background", "--factory-startup", "--python-exit-code", "1", "--python",
-                               self.write("make.py", script), "--", scene], capture_output=True, text=True,
-                              env=harness.bare_environment(self.folder), timeout=PATIENCE_S)
-        self.assertTrue(scene.is_file(), made.stdout + made.stderr)
+        scene = hero(self.folder, flip, body + more)
         self.assert_runs("inspect", tube, "--hip", "spine0", "--chest", "spine4", "--save", "--quiet")
         (self.folder / "tube.backbend.toml").rename(self.folder / "hero.backbend.toml")
         return scene

@@ -11,6 +11,15 @@ import spine_rig
 from external_rig_test import mesh_of
 from harness import CommandTest
 
+
+def hero(folder, flip='""', more="", segments=1):
+    """A quarter of the control's turn at each joint above the hips; `flip` is added to the roll of the last."""
+    path = folder / "hero.blend"
+    expression = f'"var / 4" + ({flip} if k == 4 and axis == 1 else "")'
+    spine_rig.run_script(folder, spine_rig.driven(expression, after=more, segments=segments), path)
+    return path
+
+
 class BlenderRig:
     """A rig that Blender makes, on a tube of its joints, and nights of it."""
 
@@ -24,12 +33,8 @@ class BlenderRig:
         self.body = self.write("tube.glb", glb.tube([f"spine{k}" for k in range(5)]))
         self.mapping = self.write("map.json", json.dumps(self.MAPPING))
 
-    def make(self, flip='""', more="", segments=1):
-        """A quarter of the control's turn at each joint above the hips; `flip` is added to the roll of the last."""
-        path = self.folder / "hero.blend"
-        expression = f'"var / 4" + ({flip} if k == 4 and axis == 1 else "")'
-        spine_rig.run_script(self.folder, spine_rig.driven(expression, after=more, segments=segments), path)
-        return path
+    def make(self, **options):
+        return hero(self.folder, **options)
 
     preset = "map.json"
 
