@@ -219,7 +219,7 @@ void redraw(const Source& source, const toml::table& redrawn, LiveRig rig, const
             SolveFile& file) {
   try {
     file.drawing =
-        rig.redraw(chain) ? "live: built anew on [redrawn]" : "[redrawn] changes nothing";
+        rig.redraw(chain) ? "live: built again on [redrawn]" : "[redrawn] changes nothing";
   } catch (const RigError& trouble) {
     source.refuse(redrawn, "[redrawn]: " + std::string(trouble.what()));
   }

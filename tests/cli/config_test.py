@@ -11,7 +11,7 @@ from harness import BAD_INPUT, SOURCE, USAGE, CommandTest, contents
 
 # Variables of builds, tests and the launcher. An option of such a name would be set by them unasked.
 OTHERS = {"BUILD", "CHARACTERS", "CHROMIUM", "FRESH_NAMESPACE", "FUZZ_ROUNDS", "INTERVAL_OPERATIONS", "PROOF_POSES", "PYBLISH", "KILLS", "KILL_STEP", "LONG",
-          "LONG_TESTS", "NODE", "PACKAGES", "PROJECT", "SHOTS", "TESTS", "TEST_SLOWER"}
+          "LONG_TESTS", "NODE", "PACKAGES", "PRELOAD", "PROJECT", "SHOTS", "TESTS", "TEST_SLOWER"}
 
 
 class Settings(CommandTest):

@@ -13,7 +13,7 @@ struct WhyResult {
   std::string rig;
   std::optional<FirstBad> first_bad;  // of more than two versions
   std::optional<WhyPair> pair;        // none: no version is worse than the first
-  std::vector<std::string> notes;     // what of the versions was left out
+  std::vector<std::string> notes;     // findings of the versions that were left out
   /// 1 where a finding is new or worse, else 0.
   int exit_code() const;
 };
