@@ -1,4 +1,4 @@
-# Tests of the Python module: every class of every *_test.py is a test of its own, run by the
+# Tests of the Python module: every ModuleTest of every *_test.py is a test of its own, run by the
 # interpreter that the module is built for.
 if(NOT BACKBEND_PYTHON)
   return()
@@ -16,7 +16,7 @@ endif()
 foreach(file ${python_tests})
   set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS ${file})
   cmake_path(GET file STEM stem)
-  file(STRINGS ${file} classes REGEX "^class [A-Z][A-Za-z]*\\(")
+  file(STRINGS ${file} classes REGEX "^class [A-Z][A-Za-z]*\\(ModuleTest\\)")
   if(NOT classes)
     message(FATAL_ERROR "${file} holds no class of tests")
   endif()
