@@ -4,11 +4,13 @@
 
 #include "cli/commands.h"
 #include "cli/settings.h"
+#include "validate/text/joined.h"
 #include "validate/text/shell_word.h"
 
 namespace backbend::cli {
 namespace {
 
+using validate::joined;
 using validate::shell_quoted;
 
 /// An option as every form shows it.
@@ -74,12 +76,6 @@ std::vector<Command> commands_of(const CLI::App& app) {
   for (const CLI::App* each : app.get_subcommands([](const CLI::App*) { return true; }))
     commands.push_back(command_of(*each));
   return commands;
-}
-
-std::string joined(const std::vector<std::string>& words, const std::string& between) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : between) + word;
-  return text;
 }
 
 std::vector<std::string> option_names(const Command& command) {

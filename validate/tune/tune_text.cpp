@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "validate/text/escape.h"
+#include "validate/text/joined.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {
@@ -19,16 +20,10 @@ std::string padded(std::string text, std::size_t width) {
   return text;
 }
 
-std::string listed(const std::vector<std::string>& texts, const char* between = ", ") {
-  std::string out;
-  for (const std::string& text : texts) out += (out.empty() ? "" : between) + text;
-  return out;
-}
-
 std::string options_text(const TuneChoice& choice) {
   std::vector<std::string> out;
   for (const auto& [key, value] : choice.options) out.push_back(key + " = " + value);
-  return listed(out);
+  return joined(out);
 }
 
 /// `extension clean to 97 of 60, side to 45 of 45`
@@ -38,7 +33,7 @@ std::string channels_text(const TuneChoice& choice) {
     if (each.measured)
       out.push_back(each.channel + " " + number_text(each.clean_to_deg, 0) + " of " +
                     number_text(each.needs_deg, 0));
-  std::string text = "clean to " + listed(out) + " deg";
+  std::string text = "clean to " + joined(out) + " deg";
   if (choice.corners.poses > 0)
     text += "; corners " + number_text(choice.corners.clean_percent(), 0) + " %";
   return text;
@@ -87,7 +82,7 @@ std::string tune_text(const TuneResult& result, bool planned) {
        ": " + result.envelope.text());
   for (const OptionAxis& axis : result.varied)
     line("  varied   " + axis.name() + ": " + axis.range_text());
-  if (!result.idle.empty()) line("  idle     " + listed(result.idle) + ": change nothing here");
+  if (!result.idle.empty()) line("  idle     " + joined(result.idle) + ": change nothing here");
   if (planned) {
     line("  given    headroom " + percent(result.given.gauge.headroom) + " % over " +
          std::to_string(result.directions.size()) + " directions; " + channels_text(result.given));
@@ -112,7 +107,7 @@ std::string tune_text(const TuneResult& result, bool planned) {
     const TuneChoice& choice = result.choices[i];
     line("  " + std::to_string(i + 1) + "       " + options_text(choice));
     line("          " + channels_text(choice));
-    if (!choice.made.empty()) line("          new failures: " + listed(choice.made));
+    if (!choice.made.empty()) line("          new failures: " + joined(choice.made));
   }
   if (result.choices.empty())
     line("  no rig that was tried has more headroom: the given one stays");

@@ -10,6 +10,7 @@
 #include "validate/model/report_json.h"
 #include "validate/night/run.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/text/joined.h"
 #include "validate/text/number_text.h"
 
 namespace backbend::validate {
@@ -89,12 +90,6 @@ bool is_character(const fs::path& file) {
   return kind == ".glb" || kind == ".gltf" || kind == ".fbx" || kind == ".dae";
 }
 
-std::string list(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) text += (text.empty() ? "" : ", ") + name;
-  return text;
-}
-
 /// With the spine that the run judged.
 void expect_spine(const RecordedRun& run, const Version& version, DrivenChain chain) {
   const Stage stage(version.character, version.hints, chain);
@@ -102,7 +97,7 @@ void expect_spine(const RecordedRun& run, const Version& version, DrivenChain ch
       facts_of(stage.character(), stage.anatomy(), run.envelope).spine;
   if (spine != run.spine)
     throw skin::CharacterError(
-        version.label + ": its spine is now " + list(spine) + ", and was " + list(run.spine) +
+        version.label + ": its spine is now " + joined(spine) + ", and was " + joined(run.spine) +
         " in the run; --hip, --chest, --spine, --chain and the sidecar have to say what they said");
 }
 

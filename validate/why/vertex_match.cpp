@@ -2,13 +2,11 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <limits>
 #include <map>
 #include <set>
 #include <unordered_map>
+
+#include "skin/character/point_cells.h"
 
 namespace backbend::validate {
 namespace {
@@ -16,77 +14,20 @@ namespace {
 using Index = std::size_t;
 constexpr std::int64_t kNone = -1;
 
-/// Points by cells as large as a distance within which they are looked for.
-class PointGrid {
- public:
-  explicit PointGrid(double reach) : reach_(reach) {}
-  PointGrid(const std::vector<glm::vec3>& points, double reach) : reach_(reach) {
-    for (const glm::vec3& p : points) add(p);
-  }
-  void add(const glm::vec3& p) {
-    cells_[key(cell(p))].push_back(static_cast<std::uint32_t>(points_.size()));
-    points_.push_back(p);
-  }
-  Index size() const { return points_.size(); }
+skin::PointCells cells_of(const std::vector<glm::vec3>& points, double edge) {
+  return {std::vector<glm::dvec3>(points.begin(), points.end()), edge};
+}
 
-  /// The nearest within the distance, of equal ones the first.
-  std::int64_t nearest(const glm::vec3& p) const {
-    double best = std::numeric_limits<double>::infinity();
-    std::int64_t found = kNone;
-    each_within(p, [&](std::uint32_t i, double square) {
-      if (square < best || (square == best && i < found)) {
-        best = square;
-        found = i;
-      }
-    });
-    return found;
-  }
-  /// The one within the distance; none where there are several.
-  std::int64_t only(const glm::vec3& p) const {
-    std::int64_t found = kNone;
-    Index count = 0;
-    each_within(p, [&](std::uint32_t i, double) {
-      found = i;
-      ++count;
-    });
-    return count == 1 ? found : kNone;
-  }
-
- private:
-  using Cell = std::array<std::int64_t, 3>;
-
-  template <class Visit>
-  void each_within(const glm::vec3& p, const Visit& visit) const {
-    const Cell c = cell(p);
-    for (int x = -1; x <= 1; ++x)
-      for (int y = -1; y <= 1; ++y)
-        for (int z = -1; z <= 1; ++z) {
-          const Cell around{c[0] + x, c[1] + y, c[2] + z};
-          const auto near = cells_.find(key(around));
-          if (near == cells_.end()) continue;
-          for (const std::uint32_t i : near->second) {
-            // Cells that share a key are listed together: a point counts in its own cell only.
-            if (cell(points_[i]) != around) continue;
-            const glm::dvec3 d = glm::dvec3(points_[i]) - glm::dvec3(p);
-            if (const double square = glm::dot(d, d); square <= reach_ * reach_) visit(i, square);
-          }
-        }
-  }
-  Cell cell(const glm::vec3& p) const {
-    return {static_cast<std::int64_t>(std::floor(p.x / reach_)),
-            static_cast<std::int64_t>(std::floor(p.y / reach_)),
-            static_cast<std::int64_t>(std::floor(p.z / reach_))};
-  }
-  static std::uint64_t key(const Cell& c) {
-    std::uint64_t h = 0;
-    for (const std::int64_t v : c) h = (h ^ static_cast<std::uint64_t>(v)) * 0x9e3779b97f4a7c15ull;
-    return h;
-  }
-
-  double reach_;
-  std::vector<glm::vec3> points_;
-  std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> cells_;
-};
+/// The point within a distance; none where there are several.
+std::int64_t only_within(const skin::PointCells& points, const glm::vec3& at, double distance) {
+  std::int64_t found = kNone;
+  Index count = 0;
+  points.each_within(glm::dvec3(at), distance, [&](Index i) {
+    found = static_cast<std::int64_t>(i);
+    ++count;
+  });
+  return count == 1 ? found : kNone;
+}
 
 /// Pairs of vertices, each in one pair at most.
 class Pairs {
@@ -119,11 +60,12 @@ class Pairs {
 
 void pair_by_place(const RestSurface& before, const RestSurface& after, double exact,
                    Pairs& pairs) {
-  const PointGrid old_points(before.position, exact), new_points(after.position, exact);
+  const skin::PointCells old_points = cells_of(before.position, exact),
+                         new_points = cells_of(after.position, exact);
   for (Index v = 0; v < after.position.size(); ++v) {
-    const std::int64_t u = old_points.only(after.position[v]);
-    if (u != kNone &&
-        new_points.only(before.position[static_cast<Index>(u)]) == static_cast<std::int64_t>(v))
+    const std::int64_t u = only_within(old_points, after.position[v], exact);
+    if (u != kNone && only_within(new_points, before.position[static_cast<Index>(u)], exact) ==
+                          static_cast<std::int64_t>(v))
       pairs.add(u, static_cast<std::int64_t>(v));
   }
 }
@@ -156,15 +98,15 @@ std::vector<std::uint32_t> pair_by_triangles(const RestSurface& before, const Re
                                              Pairs& pairs) {
   const Edges old_edges(before.triangles);
   std::vector<std::vector<std::uint32_t>> triangles_at(after.position.size());
-  std::vector<std::uint32_t> todo, paired;
+  std::vector<std::uint32_t> waiting, paired;
   for (Index t = 0; t < after.triangles.size(); ++t) {
     for (int i = 0; i < 3; ++i)
       triangles_at[after.triangles[t][i]].push_back(static_cast<std::uint32_t>(t));
-    todo.push_back(static_cast<std::uint32_t>(t));
+    waiting.push_back(static_cast<std::uint32_t>(t));
   }
-  while (!todo.empty()) {
-    const glm::uvec3 t = after.triangles[todo.back()];
-    todo.pop_back();
+  while (!waiting.empty()) {
+    const glm::uvec3 t = after.triangles[waiting.back()];
+    waiting.pop_back();
     for (int i = 0; i < 3; ++i) {
       const std::uint32_t corner = t[(i + 2) % 3];
       const std::int64_t a = pairs.before_of(t[i]), b = pairs.before_of(t[(i + 1) % 3]);
@@ -172,7 +114,7 @@ std::vector<std::uint32_t> pair_by_triangles(const RestSurface& before, const Re
       const std::int64_t c = old_edges.third(a, b);
       if (c == kNone || !pairs.add(c, corner)) continue;
       paired.push_back(corner);
-      todo.insert(todo.end(), triangles_at[corner].begin(), triangles_at[corner].end());
+      waiting.insert(waiting.end(), triangles_at[corner].begin(), triangles_at[corner].end());
     }
   }
   return paired;
@@ -215,15 +157,15 @@ bool is_same_mesh(const RestSurface& before, const RestSurface& after, const Pai
 /// A surface with one vertex a place.
 struct Welded {
   Welded(const RestSurface& surface, double exact) {
-    PointGrid places(exact);
-    for (const glm::vec3& p : surface.position) {
-      std::int64_t place = places.nearest(p);
-      if (place == kNone) {
-        place = static_cast<std::int64_t>(places.size());
-        places.add(p);
-        position.push_back(p);
-      }
-      place_of.push_back(static_cast<std::uint32_t>(place));
+    const skin::PointCells points = cells_of(surface.position, exact);
+    std::vector<bool> is_first(points.size(), false);
+    for (Index v = 0; v < points.size(); ++v) {
+      const Index first =
+          points.nearest(points.point(v), [&](Index earlier) { return is_first[earlier]; });
+      is_first[v] = first == points.size();
+      if (is_first[v]) position.push_back(surface.position[v]);
+      place_of.push_back(is_first[v] ? static_cast<std::uint32_t>(position.size() - 1)
+                                     : place_of[first]);
     }
     for (const glm::uvec3& t : surface.triangles)
       triangles.emplace_back(place_of[t[0]], place_of[t[1]], place_of[t[2]]);
@@ -296,9 +238,12 @@ std::vector<std::int64_t> partners_by_place(const RestSurface& from, const Welde
 /// Those without a partner get the closest rest point within reach.
 void add_nearest(const RestSurface& from, const RestSurface& to, double reach,
                  std::vector<std::int64_t>& partner) {
-  const PointGrid grid(to.position, reach);
-  for (Index v = 0; v < partner.size(); ++v)
-    if (partner[v] == kNone) partner[v] = grid.nearest(from.position[v]);
+  const skin::PointCells points = cells_of(to.position, reach);
+  for (Index v = 0; v < partner.size(); ++v) {
+    if (partner[v] != kNone) continue;
+    const Index nearest = points.nearest(glm::dvec3(from.position[v]));
+    if (nearest != points.size()) partner[v] = static_cast<std::int64_t>(nearest);
+  }
 }
 
 double share_with(const std::vector<std::int64_t>& partner) {

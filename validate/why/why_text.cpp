@@ -9,6 +9,7 @@
 #include "validate/model/digest.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/text/escape.h"
+#include "validate/text/joined.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/exit_code.h"
@@ -17,12 +18,6 @@ namespace backbend::validate {
 namespace {
 
 using nlohmann::json;
-
-std::string joined(const std::vector<std::string>& words) {
-  std::string text;
-  for (const std::string& word : words) text += (text.empty() ? "" : ", ") + word;
-  return text;
-}
 
 /// `weights of spine04 on 212 vertices`, `skeleton`, `options depth`.
 std::string ingredients_text(const WhyFinding& why) {
