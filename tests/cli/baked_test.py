@@ -135,6 +135,18 @@ class JudgingAClip(CommandTest):
         (found,) = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB002"]
         self.assertAlmostEqual(found["value"], 10.0, delta=0.01)
 
+    def test_gain_is_found_beside_a_jump_elsewhere_and_the_jump_is_not_counted_as_gain(self):
+        def fast_then_flipped(f):
+            return 20.0 * min(f, 12) + 2.0 * max(f - 12, 0) + (60.0 if f >= 32 else 0.0)
+        for name, angle, codes in (("both", fast_then_flipped, ["BB001", "BB002"]),
+                                   ("jump", lambda f: 2.0 * f + (60.0 if f >= 32 else 0.0), ["BB001"])):
+            clip = twisting_clip(self.folder / f"{name}.clip", angle, frames=44, control_at=steady)
+            self.backbend("check", self.body(), "--baked", clip, "--quick", "-o", name)
+            found = [f for f in report_of(self.folder / name)["findings"] if f["code"] in ("BB001", "BB002")]
+            self.assertEqual(sorted(f["code"] for f in found), codes, found)
+            for finding in found:
+                self.assertAlmostEqual(finding["value"], 60.0 if finding["code"] == "BB001" else 10.0, delta=0.1)
+
     def test_pictures_say_whether_a_jump_is_seen(self):
         clip = twisting_clip(self.folder / "flip.clip", flipping)
         self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=1)

@@ -132,6 +132,13 @@ std::vector<Finding> flip_findings(const ClipRecord& record, const ClipContext& 
   return out;
 }
 
+/// Whether a pose ends an interval that a jump makes, there or back.
+bool is_beside_jump(const ClipSweepRecord& sweep, Index pose) {
+  return std::ranges::any_of(sweep.flips.jumps, [&](const ClipJump& jump) {
+    return pose >= jump.frame && pose <= jump.frame + jump.frames_out + 1;
+  });
+}
+
 std::optional<Index> worst_failing(const ClipSweepRecord& sweep, const Metric& metric,
                                    double limit) {
   const Check& check = metric.check();
@@ -140,6 +147,8 @@ std::optional<Index> worst_failing(const ClipSweepRecord& sweep, const Metric& m
   for (Index i = 0; i < sweep.poses.size(); ++i) {
     const double value = sweep.poses[i].at(metric.id).value;
     if (judge(check, value, limit) != Verdict::fail) continue;
+    // The gain of an interval that holds a jump is that jump, which is a finding already.
+    if (metric.id == MetricId::gain && is_beside_jump(sweep, i)) continue;
     const double here = excess(check, value, limit);
     // Of equal values up to rounding the first frame is the worst.
     if (!worst || here > most * (1.0 + 1e-3)) {
@@ -292,8 +301,6 @@ std::vector<Finding> judge_clip(const ClipRecord& record, const ClipContext& con
     for (const Metric& metric : metric_table()) {
       const Check& check = metric.check();
       if (metric.id == MetricId::chain_kink && share) continue;  // the same, with its size
-      // The gain of an interval that holds a jump is that jump, which is a finding already.
-      if (metric.id == MetricId::gain && !sweep.flips.jumps.empty()) continue;
       if (!check.decides || !is_applicable(record, sweep, metric)) continue;
       if (metric.id == MetricId::non_finite && !sweep.flips.finite) continue;  // a finding already
       const auto worst = worst_failing(sweep, metric, context.limits.of(check.code).value);

@@ -212,7 +212,7 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
     report.canaries.push_back(clip_canary(record, context));
   for (std::string& line : clip_sensitivity(record)) report.detectors.push_back(std::move(line));
   if (!report.findings.empty()) report.next = {"backbend explain " + report.findings.front().code};
-  // Of captured or keyed motion there is no rig to ask.
+  // Captured or keyed motion has no rig that could be asked.
   if (is_better_asked_live(record) && owner_of_motion(clip) == Owner::rig)
     report.next.push_back(live_command(clip, request.character));
   conclude(report);

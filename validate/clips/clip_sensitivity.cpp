@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/clips/clip_judge.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/text/shell_word.h"
 
@@ -108,8 +109,8 @@ std::string kinks_line(const ClipRecord& record) {
     return "kinks: one joint beyond its share of the bend is found from " + number_text(limit, 1) +
            " deg in every sweep";
   return "kinks: no control is recorded, so one joint that bends more than its neighbours may be "
-         "how "
-         "the rig shares its bend; it is found only as a corner of 25 deg, or from " +
+         "how the rig shares its bend; it is found only as a corner of " +
+         number_text(clip_limits().of("BB010").value, 1) + " deg, or from " +
          number_text(limit, 1) + " deg where its neighbours turn back";
 }
 
