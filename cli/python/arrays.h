@@ -19,7 +19,7 @@ struct Numbers {
 
 /// Reads an array or a sequence of any real type, order and strides. `expected` has a length for
 /// each dimension, -1 for any; `words` says so for a person: `N x 9 channels`. Throws TypeError for
-/// what is no array of real numbers, ValueError for another shape or a number that is not finite,
+/// anything but real numbers, ValueError for another shape or a number that is not finite,
 /// naming `what` and the place.
 Numbers read_numbers(py::handle from, const std::string& what, const std::string& words,
                      const std::vector<py::ssize_t>& expected);

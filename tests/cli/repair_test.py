@@ -141,7 +141,7 @@ class Repairing(CommandTest):
 
     def test_an_output_that_is_read_only_is_not_replaced(self):
         path, _ = self.lost()
-        path.chmod(0o444)  # of what is read it is no matter
+        path.chmod(0o444)  # may be read
         for words in (["repair", path, "-o", "fixed.glb"], ["repair", path, "--weights", "w.py"],
                       ["export", "even", "--to", "json", "--for", path, "-o", "even.json"],
                       ["tune", "curve", "--for", path, "-o", "rig.toml"]):
