@@ -311,9 +311,7 @@ int render_clip(const RenderOptions& options, PictureRequest request, const Comm
   }
   if (options.frame)
     return print_files(take_still(clip, pose, request, folder, progress), folder.path());
-  return print_files(take_sequence(clip, clip.stage().character().name + "  " + clip.rig(), request,
-                                   folder, progress),
-                     folder.path());
+  return print_files(take_sequence(clip, title_of(clip), request, folder, progress), folder.path());
 }
 
 }  // namespace

@@ -188,6 +188,11 @@ class PicturesOfAClip(CommandTest):
         self.assertEqual(frame.attributes["backbend/poseParameter"].decode(), "twist 20, frame 10 (0.417 s)")
         self.assertEqual(frame.attributes["backbend/clip"].decode(), "twist.clip")
 
+    def test_a_body_and_a_clip_of_one_name_are_named_once(self):
+        clip = twisting_clip(self.folder / "tube.clip", steady, frames=6)
+        told = self.assert_runs("render", self.body, "--baked", clip, "--frames", "3", *self.SMALL, "-o", "out")
+        self.assertEqual(told.stdout.splitlines(), ["out/tube.0003.exr"])
+
     def test_all_frames_make_a_sheet_and_a_film_and_are_kept_by_resume(self):
         clip = twisting_clip(self.folder / "short.clip", steady, frames=6)
         words = ("render", self.body, "--baked", clip, *self.SMALL, "-o", "out")

@@ -75,7 +75,7 @@ struct Studio {
       for (const skin::Warning& warning : stage.character().warnings)
         if (warning.code == "image_missing") throw render::RenderError(warning.message);
     }
-    name = request.name.empty() ? stage.character().name + "_" + source.rig() : request.name;
+    name = request.name.empty() ? title_of(source, "_") : request.name;
     const render::Settings& s = request.settings;
     inputs = std::string(BACKBEND_VERSION) + "|" + source.inputs() + "|" + std::to_string(s.width) +
              "x" + std::to_string(s.height) + "|" + std::to_string(s.samples) + "|" +
@@ -103,9 +103,7 @@ struct Studio {
     return source.controllers(pose);
   }
 
-  std::string title(std::size_t pose) const {
-    return stage.character().name + "  " + source.rig() + "  " + source.text(pose);
-  }
+  std::string title(std::size_t pose) const { return title_of(source) + "  " + source.text(pose); }
 
   std::string stamp(std::size_t pose, const render::Camera& camera,
                     double light_turn_deg = 0.0) const {
@@ -402,6 +400,11 @@ double minutes_a_picture(const PoseSource& source, std::size_t pose, const Pictu
   return (frame_seconds(studio, photographer) + (moves ? pose_s : 0.0)) / 60.0;
 }
 
+std::string title_of(const PoseSource& source, const char* between) {
+  const std::string body = source.stage().character().name, rig = source.rig();
+  return body == rig ? body : body + between + rig;
+}
+
 RenderedFiles take_still(const PoseSource& source, std::size_t pose, const PictureRequest& request,
                          const OutputFolder& folder, Progress& progress) {
   PoseView view(source, pose, request);
@@ -561,8 +564,7 @@ RenderedFiles take_labelled(const PoseSource& source, const std::string& kind,
     cells.push_back({render::shrink(sequence.pictures[i], kSheetCellWidth, kSheetCellWidth),
                      sequence.labels[i], false});
   folder.write(sequence.files.sheet,
-               render::encode_png(render::contact_sheet(
-                   cells, 4, studio.stage.character().name + "  " + source.rig())));
+               render::encode_png(render::contact_sheet(cells, 4, title_of(source))));
   return sequence.files;
 }
 

@@ -71,6 +71,9 @@ class PoseSource {
   virtual std::string worst_metric(std::size_t pose, const PosedCharacter& posed) const = 0;
 };
 
+/// The body and what moves it; once where both have one name, as a body with motion of its own.
+std::string title_of(const PoseSource& source, const char* between = "  ");
+
 /// One picture of a pose: NAME.exr and NAME.png.
 RenderedFiles take_still(const PoseSource& source, std::size_t pose, const PictureRequest& request,
                          const OutputFolder& folder, Progress& progress);

@@ -142,9 +142,7 @@ RenderedFiles render_turntable(const RenderRequest& request, int views, int ligh
 RenderedFiles render_sweep(const RenderRequest& request, const Sweep& sweep,
                            const OutputFolder& folder, Progress& progress) {
   const RigPoses source(request, poses_of(sweep));
-  return take_sequence(
-      source, source.stage().character().name + "  " + request.rig.name + "  " + sweep.name,
-      request, folder, progress);
+  return take_sequence(source, title_of(source) + "  " + sweep.name, request, folder, progress);
 }
 
 RenderedFiles render_extremes(const RenderRequest& request, const std::vector<Sweep>& sweeps,
