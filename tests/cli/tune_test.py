@@ -86,6 +86,14 @@ class Tune(CommandTest):
         self.assertIn("backbend tune RIG --for CHARACTER -o RIG.toml", self.assert_runs("explain", "BB020").stdout)
         self.assertNotIn("backbend tune", self.assert_runs("explain", "BB064").stdout)
 
+    def test_findings_of_the_solver_name_the_command_and_it_runs(self):
+        report = json.loads(self.backbend("check", "hero.glb", "--rig", "curve", "--quick", "--json", "-o", "run").stdout)
+        ours = {f["repair"] for f in report["findings"] if f["owner"] == "SOLVER" and f["verdict"] == "fail"}
+        self.assertEqual(ours, {"backbend tune curve --for hero.glb -o curve_tuned.toml"})
+        told = self.assert_runs(*ours.pop().split()[1:], "--dry-run")
+        self.assertIn("arms", told.stdout)
+        self.assertFalse((self.folder / "curve_tuned.toml").exists())
+
     def test_it_stops_when_asked_and_leaves_nothing(self):
         before = contents(self.folder)
         running = subprocess.Popen([str(BACKBEND), "tune", "even", "--for", "hero.glb", "-o", "r.toml", "--evaluations",
