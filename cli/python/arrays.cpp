@@ -1,6 +1,8 @@
 #include "cli/python/arrays.h"
 
 #include <cmath>
+#include <cstring>
+#include <optional>
 
 namespace backbend::python {
 namespace {
@@ -62,6 +64,40 @@ Numbers copied(const py::array& any, std::vector<py::ssize_t> shape, const std::
   throw py::value_error(what + ": expected " + words + ", found " + shape_text(found));
 }
 
+/// Matrices of an array of doubles, read by its strides without a copy of it, as skinning pose
+/// after pose asks. Nothing where it is another array, or a number is not finite.
+std::optional<std::vector<glm::dmat4>> doubles_in_place(py::handle from, py::ssize_t each) {
+  if (!py::isinstance<py::array_t<double>>(from)) return std::nullopt;
+  const auto array = py::reinterpret_borrow<py::array>(from);
+  const py::ssize_t dimensions = array.ndim();
+  if (dimensions != 3 && dimensions != 4) return std::nullopt;
+  const py::ssize_t* shape = array.shape() + (dimensions - 3);
+  const py::ssize_t* stride = array.strides() + (dimensions - 3);
+  if (shape[0] != each || shape[1] != 4 || shape[2] != 4) return std::nullopt;
+  const py::ssize_t poses = dimensions == 4 ? array.shape(0) : 1;
+  constexpr py::ssize_t kNumber = sizeof(double);
+  const bool as_ours = stride[1] == kNumber && stride[2] == 4 * kNumber;  // Poses.matrices
+  std::vector<glm::dmat4> out(static_cast<std::size_t>(poses * each));
+  glm::dmat4* to = out.data();
+  for (py::ssize_t p = 0; p < poses; ++p) {
+    const auto* matrix = static_cast<const std::byte*>(array.data());
+    if (dimensions == 4) matrix += p * array.strides(0);
+    for (py::ssize_t m = 0; m < each; ++m, ++to, matrix += stride[0]) {
+      if (as_ours) {
+        std::memcpy(to, matrix, sizeof *to);
+        continue;
+      }
+      for (int row = 0; row < 4; ++row)
+        for (int column = 0; column < 4; ++column)
+          std::memcpy(&(*to)[column][row], matrix + row * stride[1] + column * stride[2], kNumber);
+    }
+  }
+  // Zero times a number is zero, unless it is not finite.
+  glm::dmat4 sum(0.0);
+  for (const glm::dmat4& matrix : out) sum += 0.0 * matrix;
+  return sum == glm::dmat4(0.0) ? std::optional(std::move(out)) : std::nullopt;
+}
+
 bool fits(const std::vector<py::ssize_t>& shape, const std::vector<py::ssize_t>& expected) {
   if (shape.size() != expected.size()) return false;
   for (std::size_t d = 0; d < shape.size(); ++d)
@@ -97,6 +133,17 @@ std::vector<glm::dmat4> matrices_of(const Numbers& numbers) {
   return out;
 }
 
+std::vector<glm::dmat4> read_matrices(py::handle from, const std::string& what, py::ssize_t each) {
+  if (std::optional<std::vector<glm::dmat4>> found = doubles_in_place(from, each))
+    return std::move(*found);
+  py::object given = py::reinterpret_borrow<py::object>(from);
+  const py::array any = py::array::ensure(given);
+  PyErr_Clear();
+  if (any && any.ndim() == 3) given = any[py::make_tuple(py::none(), py::ellipsis())];
+  return matrices_of(read_numbers(given, what, "N x " + std::to_string(each) + " x 4 x 4 numbers",
+                                  {-1, each, 4, 4}));
+}
+
 std::string text_from(py::handle text, const std::string& what) {
   if (!py::isinstance<py::str>(text)) throw py::type_error(what + ": expected text");
   const auto bytes = py::reinterpret_steal<py::object>(
@@ -109,7 +156,9 @@ std::string text_from(py::handle text, const std::string& what) {
 }
 
 py::object record(const char* kind, const py::dict& values) {
-  return py::module_::import("backbend").attr(kind)(values);
+  // Never released: the module that defines the kinds lives as long as this one.
+  static const py::handle module = py::module_::import("backbend").release();
+  return module.attr(kind)(values);
 }
 
 py::array matrices_view(const std::shared_ptr<std::vector<glm::dmat4>>& matrices, py::ssize_t poses,

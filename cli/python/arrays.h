@@ -50,6 +50,8 @@ py::array array_of(std::vector<T> values, std::vector<py::ssize_t> shape) {
 
 /// N x K x 4 x 4 rows-first matrices of Python as ours, which stand column by column.
 std::vector<glm::dmat4> matrices_of(const Numbers& numbers);
+/// Reads N x `each` x 4 x 4 matrices, or one pose's `each` x 4 x 4. Throws as read_numbers() does.
+std::vector<glm::dmat4> read_matrices(py::handle from, const std::string& what, py::ssize_t each);
 /// Our matrices as an array of N x K x 4 x 4 over their own memory.
 py::array matrices_view(const std::shared_ptr<std::vector<glm::dmat4>>& matrices, py::ssize_t poses,
                         py::ssize_t each);

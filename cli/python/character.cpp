@@ -178,21 +178,16 @@ py::object skinned_once(const Shared& character, const std::vector<glm::dmat4>& 
 }
 
 py::object skinned(const Shared& character, py::handle matrices, py::handle out) {
-  const auto nodes = length(mesh(character).nodes.size());
-  py::object given = py::reinterpret_borrow<py::object>(matrices);
-  const std::string words = "N x " + std::to_string(nodes) + " x 4 x 4 numbers";
-  const py::array any = py::array::ensure(given);
-  PyErr_Clear();
-  if (any && any.ndim() == 3) given = any[py::make_tuple(py::none(), py::ellipsis())];
-  const Numbers numbers = read_numbers(given, "matrices", words, {-1, nodes, 4, 4});
-  const std::vector<glm::dmat4> world_from_node = matrices_of(numbers);
-  if (numbers.shape[0] == 1 && out.is_none()) return skinned_once(character, world_from_node);
-  Points points = points_of(character, static_cast<Index>(numbers.shape[0]), out);
+  const Index nodes = mesh(character).nodes.size();
+  const std::vector<glm::dmat4> world_from_node =
+      read_matrices(matrices, "matrices", length(nodes));
+  const Index poses = world_from_node.size() / std::max<Index>(1, nodes);
+  if (poses == 1 && out.is_none()) return skinned_once(character, world_from_node);
+  Points points = points_of(character, poses, out);
   const std::span<glm::vec3> position = points.position(), normal = points.normal();
   {
     const Unlocked unlocked(Needs::threads);
-    validate::skin_many(character->plan(), mesh(character).nodes.size(), world_from_node, position,
-                        normal);
+    validate::skin_many(character->plan(), nodes, world_from_node, position, normal);
   }
   return record("SkinnedPoses",
                 py::dict("positions"_a = points.positions, "normals"_a = points.normals));

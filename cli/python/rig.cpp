@@ -149,25 +149,12 @@ std::vector<double> by_channel(const std::vector<double>& rows, Index channels, 
 
 void solve_in_steps(const solver::SpineSystem& system, const std::vector<double>& rows, Index poses,
                     solver::CrowdPose& out, Unlocked& unlocked) {
-  const Index channels = system.channels().size();
-  if (poses <= kPosesBetweenLooks)
-    return solver::solve_crowd(system, {by_channel(rows, channels, poses), poses}, out);
+  const std::vector<double> value = by_channel(rows, system.channels().size(), poses);
   out.resize(system.joint_names().size(), poses);
-  solver::CrowdPose part;
   for (Index first = 0; first < poses; first += kPosesBetweenLooks) {
-    const Index count = std::min(kPosesBetweenLooks, poses - first);
-    const std::vector<double> own(rows.begin() + length(first * channels),
-                                  rows.begin() + length((first + count) * channels));
-    solver::solve_crowd(system, {by_channel(own, channels, count), count}, part);
-    // Of the joints, and what arms follow behind them.
-    for (Index j = 0; j <= part.joint_count(); ++j) {
-      for (Index a = 0; a < 3; ++a)
-        std::ranges::copy(part.position(j, a), out.position(j, a).subspan(first).begin());
-      for (Index a = 0; a < 4; ++a)
-        std::ranges::copy(part.turn(j, a), out.turn(j, a).subspan(first).begin());
-    }
-    std::ranges::copy(part.flagged(), out.flagged().subspan(first).begin());
-    unlocked.check_signals();
+    if (first > 0) unlocked.check_signals();
+    const Index last = std::min(first + kPosesBetweenLooks, poses);
+    solver::solve_crowd(system, {value, poses}, {first, last}, out);
   }
 }
 

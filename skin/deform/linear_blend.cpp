@@ -42,7 +42,7 @@ glm::vec3 unit_or_up(const glm::vec3& v) {
 }
 
 JointMatrices joint_matrices(const std::vector<SkinJoint>& joints,
-                             const std::vector<glm::dmat4>& world_from_node) {
+                             std::span<const glm::dmat4> world_from_node) {
   JointMatrices out;
   out.joint.resize(joints.size());
   for (std::size_t j = 0; j < joints.size(); ++j) {

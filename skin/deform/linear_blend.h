@@ -1,6 +1,7 @@
 #pragma once
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
+#include <span>
 #include <vector>
 
 #include "skin/character/character.h"
@@ -23,7 +24,7 @@ struct JointMatrices {
 
 /// `world_from_node` has one matrix per node that `joints` speak of.
 JointMatrices joint_matrices(const std::vector<SkinJoint>& joints,
-                             const std::vector<glm::dmat4>& world_from_node);
+                             std::span<const glm::dmat4> world_from_node);
 
 /// What turns normals under `m`: its 3x3 part where that turns and scales evenly, else the inverse
 /// transpose, scaled to the same size so that blends between the two kinds weigh fairly.

@@ -433,14 +433,20 @@ void SkinningPlan::skin_tile(const JointMatrices& joints, std::size_t tile, glm:
   }
 }
 
-void SkinningPlan::skin(const std::vector<glm::dmat4>& world_from_node, PosedMesh& out) const {
-  assert(world_from_node.size() == node_count_);
-  const JointMatrices joints = joint_matrices(joints_, world_from_node);
+void SkinningPlan::skin(std::span<const glm::dmat4> world_from_node, PosedMesh& out) const {
   out.position.resize(vertex_count_);
   out.normal.resize(vertex_count_);
+  skin(world_from_node, out.position, out.normal);
+}
+
+void SkinningPlan::skin(std::span<const glm::dmat4> world_from_node,
+                        std::span<glm::vec3> out_position, std::span<glm::vec3> out_normal) const {
+  assert(world_from_node.size() == node_count_);
+  assert(out_position.size() == vertex_count_ && out_normal.size() == vertex_count_);
+  const JointMatrices joints = joint_matrices(joints_, world_from_node);
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, tiles_.size() - 1), [&](const auto& range) {
     for (std::size_t t = range.begin(); t != range.end(); ++t) {
-      glm::vec3 *position = &out.position[t * tile_], *normal = &out.normal[t * tile_];
+      glm::vec3 *position = &out_position[t * tile_], *normal = &out_normal[t * tile_];
       if (joints.uneven)
         skin_tile<true>(joints, t, position, normal);
       else

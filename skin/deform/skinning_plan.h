@@ -21,7 +21,10 @@ class SkinningPlan {
   explicit SkinningPlan(const Character& character);
 
   /// As backbend::skin::skin(). `out` is resized; reuse it from pose to pose to save its making.
-  void skin(const std::vector<glm::dmat4>& world_from_node, PosedMesh& out) const;
+  void skin(std::span<const glm::dmat4> world_from_node, PosedMesh& out) const;
+  /// The same into memory of the caller's, one place for each vertex.
+  void skin(std::span<const glm::dmat4> world_from_node, std::span<glm::vec3> position,
+            std::span<glm::vec3> normal) const;
 
   /// Lanes of blocks that repeat a vertex, as a share of all vertices.
   double padded_share() const;

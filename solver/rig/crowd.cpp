@@ -23,13 +23,20 @@ void OneByOne::solve(const CrowdControls& control, std::size_t pose, CrowdPose& 
 }
 
 void solve_crowd(const SpineSystem& system, const CrowdControls& control, CrowdPose& out) {
-  assert(control.value.size() == system.channels().size() * control.count);
   out.resize(system.joint_names().size(), control.count);
+  solve_crowd(system, control, {0, control.count}, out);
+}
+
+void solve_crowd(const SpineSystem& system, const CrowdControls& control, PoseRange range,
+                 CrowdPose& out) {
+  assert(control.value.size() == system.channels().size() * control.count);
+  assert(range.first <= range.last && range.last <= control.count);
+  assert(out.joint_count() == system.joint_names().size() && out.pose_count() == control.count);
   if (const auto* crowds = dynamic_cast<const CrowdSolver*>(&system)) {
-    return crowds->solve_crowd(control, out);
+    return crowds->solve_crowd(control, range, out);
   }
   OneByOne single(system);
-  for (std::size_t i = 0; i < control.count; ++i) single.solve(control, i, out);
+  for (std::size_t i = range.first; i < range.last; ++i) single.solve(control, i, out);
 }
 
 }  // namespace backbend::solver

@@ -66,11 +66,21 @@ class CrowdPose {
 /// depend on each other, so callers may split a crowd across threads.
 void solve_crowd(const SpineSystem& system, const CrowdControls& control, CrowdPose& out);
 
+/// Poses of a crowd that follow each other, [first, last).
+struct PoseRange {
+  std::size_t first = 0, last = 0;
+};
+
+/// Solves a part of a crowd into its place in `out`, which has room for all of the crowd already
+/// (CrowdPose::resize()): for callers that look at something else in between.
+void solve_crowd(const SpineSystem& system, const CrowdControls& control, PoseRange range,
+                 CrowdPose& out);
+
 /// A SpineSystem is one of these too if it has a faster way with crowds than one by one.
 class CrowdSolver {
  public:
-  /// As the function of that name; `out` has room already.
-  virtual void solve_crowd(const CrowdControls& control, CrowdPose& out) const = 0;
+  /// As the function of that name for a part of a crowd.
+  virtual void solve_crowd(const CrowdControls& control, PoseRange range, CrowdPose& out) const = 0;
 
  protected:
   ~CrowdSolver() = default;

@@ -84,8 +84,8 @@ class NamedSystem final : public SpineSystem, public CrowdSolver {
   void solve_into(std::span<const double> control, Detail detail, SpinePose& pose) const override {
     system_->solve_into(control, detail, pose);
   }
-  void solve_crowd(const CrowdControls& control, CrowdPose& out) const override {
-    solver::solve_crowd(*system_, control, out);
+  void solve_crowd(const CrowdControls& control, PoseRange range, CrowdPose& out) const override {
+    solver::solve_crowd(*system_, control, range, out);
   }
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     return system_->controls_for(body, mapping);

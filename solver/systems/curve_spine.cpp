@@ -51,17 +51,17 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver {
     measure_arc_fraction();
   }
 
-  void solve_crowd(const CrowdControls& control, CrowdPose& out) const override {
+  void solve_crowd(const CrowdControls& control, PoseRange range, CrowdPose& out) const override {
     OneByOne single(*this);
-    const bool four_at_once = control.count >= 4 && follow_ == Follow::chase &&
+    const bool four_at_once = range.last - range.first >= 4 && follow_ == Follow::chase &&
                               roll_ == Roll::top && length_ != BoneLength::null_sum &&
                               length_ != BoneLength::close;
     if (!four_at_once) {
-      for (std::size_t i = 0; i < control.count; ++i) single.solve(control, i, out);
+      for (std::size_t i = range.first; i < range.last; ++i) single.solve(control, i, out);
       return;
     }
-    for (std::size_t next = 0; next < control.count; next += 4) {
-      const std::size_t first = std::min(next, control.count - 4);  // the last four may overlap
+    for (std::size_t next = range.first; next < range.last; next += 4) {
+      const std::size_t first = std::min(next, range.last - 4);  // the last four may overlap
       const int good = solve_four(control, first, out);
       for (std::size_t lane = 0; lane < 4; ++lane) {
         if (!(good >> lane & 1)) single.solve(control, first + lane, out);

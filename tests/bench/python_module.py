@@ -60,8 +60,8 @@ def main():
             controls[:, column] = np.radians(controls[:, column])  # the reference has one range for all of them
     with subprocess.Popen([build / "tests/bench/python_reference", character], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
                           text=True) as reference:
-        skin, skin_s = paired(reference, "skin", lambda: body.skin(matrices), 100)
-        into, into_s = paired(reference, "skin", lambda: body.skin(matrices, out=out), 100)
+        skin, skin_s = paired(reference, "skin", lambda: body.skin(matrices), 500)
+        into, into_s = paired(reference, "skin", lambda: body.skin(matrices, out=out), 500)
         solve, solve_s = paired(reference, "solve", lambda: rig.solve(controls), 1)
         reference.stdin.close()
     print(f"skinning {len(body.positions)} vertices: {skin:.3f} of C++ (reach 0.95; {skin_s * 1e6:.0f} us), "

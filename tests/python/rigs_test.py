@@ -233,6 +233,33 @@ empty = rig.solve(np.zeros((0, len(rig.channels))))
 assert empty.positions.shape == (0, len(rig.joints), 3)
 """)
 
+    def test_order_strides_and_types_of_matrices_change_no_body(self):
+        self.run_script("""
+body = backbend.load(HUMAN)
+rig = backbend.Rig("even", body)
+view = body.pose(rig, [rig.controls(extension=e) for e in (10, 20, 30)]).matrices  # columns follow each other
+expected = body.skin(view)
+plain = np.ascontiguousarray(view)
+raw = np.zeros(plain.nbytes + 3, np.uint8)
+unaligned = raw[3:].view(np.float64).reshape(plain.shape); unaligned[:] = plain
+for other in (plain, np.asfortranarray(plain), view[::-1][::-1], np.repeat(view, 2, 0)[::2], np.repeat(plain, 2, 1)[:, ::2],
+              plain.astype(">f8"), plain.astype(np.longdouble), unaligned, plain.tolist()):
+    assert (body.skin(other).positions == expected.positions).all()
+    assert (body.skin(other).normals == expected.normals).all()
+for pose in range(3):
+    for one in (view[pose], plain[pose], view[pose:pose + 1]):
+        assert (body.skin(one).positions[0] == expected.positions[pose]).all()
+same = body.skin(np.broadcast_to(view[1], (4, *view.shape[1:])))
+assert (same.positions == expected.positions[1]).all()
+for wrong in (float("nan"), float("inf"), -float("inf")):
+    for order in (plain, view):
+        bad = order.copy(order="K"); bad[1, 2, 3, 0] = wrong
+        try:
+            raise SystemExit(f"taken: {body.skin(bad)}")
+        except ValueError as error:
+            assert str(error) == "matrices[1, 2, 3, 0] is not a finite number", error
+""")
+
     def test_what_does_not_fit_into_memory_is_a_memory_error(self):
         if os.environ.get("BACKBEND_PRELOAD"):
             self.skipTest("an allocation that fails ends a program under a sanitizer")
@@ -248,6 +275,7 @@ def too_large(call):
     raise SystemExit("taken")
 # Rows that are one row in memory, many times.
 too_large(lambda: rig.solve(np.broadcast_to(rig.rest_controls, (10**13, len(rig.channels)))))
+too_large(lambda: body.skin(np.broadcast_to(body.rest_matrices, (10**13, *body.rest_matrices.shape))))
 limit = resource.getpagesize() * int(open("/proc/self/statm").read().split()[0]) + (1 << 30)
 resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
 too_large(lambda: body.pose(rig, np.zeros((200_000, len(rig.channels)))))

@@ -1,7 +1,6 @@
 #include "validate/stage/pose_many.h"
 
 #include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
 
@@ -34,13 +33,11 @@ void copy_mesh(const skin::PosedMesh& mesh, Index pose, std::span<glm::vec3> pos
 void skin_many(const skin::SkinningPlan& plan, std::size_t nodes,
                std::span<const glm::dmat4> world_from_node, std::span<glm::vec3> position,
                std::span<glm::vec3> normal) {
-  each_pose(world_from_node.size() / std::max<Index>(1, nodes), [&](Index p) {
-    const auto own = world_from_node.subspan(p * nodes, nodes);
-    thread_local skin::PosedMesh mesh;  // its memory is used again
-    // While it waits for its own threads, this one must not begin another pose: that has the same
-    // memory.
-    oneapi::tbb::this_task_arena::isolate([&] { plan.skin({own.begin(), own.end()}, mesh); });
-    copy_mesh(mesh, p, position, normal);
+  const Index poses = world_from_node.size() / std::max<Index>(1, nodes);
+  const Index vertices = position.size() / std::max<Index>(1, poses);
+  each_pose(poses, [&](Index p) {
+    plan.skin(world_from_node.subspan(p * nodes, nodes), position.subspan(p * vertices, vertices),
+              normal.subspan(p * vertices, vertices));
   });
 }
 

@@ -141,8 +141,8 @@ TEST(JointMatrices, KnowWhetherNormalsGoAnotherWayThanPoints) {
                {{-1, 1, -1}, false}};  // half a turn
   for (const auto& c : cases) {
     const glm::dmat4 m = glm::scale(turned, c.scale);
-    const JointMatrices out = joint_matrices({{0, glm::dmat4(1.0)}, {1, turned}},
-                                             {glm::dmat4(1.0), m * glm::inverse(turned)});
+    const std::vector<glm::dmat4> nodes = {glm::dmat4(1.0), m * glm::inverse(turned)};
+    const JointMatrices out = joint_matrices({{0, glm::dmat4(1.0)}, {1, turned}}, nodes);
     EXPECT_EQ(out.uneven, c.uneven) << c.scale.x << " " << c.scale.y << " " << c.scale.z;
     ASSERT_EQ(out.joint.size(), 2u);
     for (int column = 0; column < 4; ++column)

@@ -109,6 +109,28 @@ TEST(Crowd, OfAnySizeIsItsPosesOneByOneToTheLastBit) {
   }
 }
 
+TEST(Crowd, SolvedInPartsIsTheSameCrowd) {
+  for (const char* name : {"curve", "even", "isner"}) {
+    const auto system = build(name, {}, curved());
+    std::mt19937 rng(9);
+    constexpr std::size_t kPoses = 23;
+    const auto value = crowd_controls(*system, kPoses, rng);
+    CrowdPose whole, parts;
+    solve_crowd(*system, {value, kPoses}, whole);
+    parts.resize(system->joint_names().size(), kPoses);
+    for (const PoseRange range : {PoseRange{9, 12}, {0, 9}, {12, 12}, {12, 22}, {22, 23}})
+      solve_crowd(*system, {value, kPoses}, range, parts);
+    for (std::size_t j = 0; j <= whole.joint_count(); ++j)
+      for (std::size_t i = 0; i < kPoses; ++i) {
+        for (std::size_t a = 0; a < 3; ++a)
+          expect_bits(parts.position(j, a)[i], whole.position(j, a)[i], name);
+        for (std::size_t a = 0; a < 4; ++a)
+          expect_bits(parts.turn(j, a)[i], whole.turn(j, a)[i], name);
+      }
+    EXPECT_TRUE(std::ranges::equal(parts.flagged(), whole.flagged())) << name;
+  }
+}
+
 TEST(Crowd, PosesDoNotDependOnTheirNeighboursInIt) {
   for (const char* name : {"curve", "even"}) {
     const auto system = build(name, {}, curved());
