@@ -261,6 +261,27 @@ if turned:  # an armature that stands elsewhere and is twice as large
 bpy.ops.wm.save_as_mainfile(filepath=target)
 """
 
+KEY = """
+import bpy
+rig = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"][0]
+rig.animation_data_create().action = bpy.data.actions.new("bends")
+bone = rig.pose.bones["even_top"]
+for frame, degrees in ((1, 0.0), (20, -1.0)):
+    bone.rotation_euler = (degrees, 0.0, 0.0)
+    bone.keyframe_insert("rotation_euler", frame=frame)
+bpy.ops.wm.save_mainfile()
+"""
+
+TELL = """
+import bpy, json, sys
+rig = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"][0]
+def at(frame):
+    bpy.context.scene.frame_set(frame)
+    return [[round(value, 5) for value in row] for row in rig.pose.bones[sys.argv[-1]].matrix]
+print("TOLD" + json.dumps({"rest": at(1), "posed": at(20),
+                           "channels": sorted((c.data_path, c.array_index) for c in rig.animation_data.action.fcurves)}))
+"""
+
 STATE = """
 import bpy, json, sys
 rig = [thing for thing in bpy.data.objects if thing.type == "ARMATURE"][0]
@@ -348,6 +369,26 @@ class InBlender(ExportTest, CommandTest):
         self.assertIn("even_top", between["bones"])
         removed, _ = self.build(built, script, "--remove", out="removed.blend")
         self.assertEqual(self.state(removed), before)
+
+    def test_keys_on_the_controls_outlive_remove_and_move_the_spine_that_is_built_again(self):
+        glb = character("quaternius_female_24k.glb")
+        script = self.export("blender", glb)
+        built, _ = self.build(self.import_character(glb), script)
+        key, tell = self.write("key.py", KEY), self.write("tell.py", TELL)
+        self.blender(built, "--background", "--factory-startup", "--python-exit-code", "9", "--python", key)
+
+        def told(blend):
+            out = self.blender(blend, "--background", "--factory-startup", "--python-exit-code", "9", "--python", tell,
+                               "--", self.graph(glb)["joints"][-1]["name"]).stdout
+            return json.loads(next(line[4:] for line in out.splitlines() if line.startswith("TOLD")))
+
+        keyed = told(built)
+        self.assertNotEqual(keyed["rest"], keyed["posed"])
+        removed, said = self.build(built, script, "--remove", out="removed.blend")
+        self.assertIn("keys on the controls stay in the action 'bends': 3 channels", said.stdout)
+        self.assertEqual(told(removed)["channels"], keyed["channels"])
+        again, _ = self.build(removed, script, out="again.blend")
+        self.assertEqual(told(again), keyed)
 
     def test_what_cannot_be_built_is_said_in_one_line_and_nothing_is_saved(self):
         glb = character("quaternius_female_24k.glb")

@@ -356,6 +356,21 @@ def remove(armature):
     return record
 
 
+def keyed_controls(armature, bones):
+    """Names of the actions with keys on these bones, with how many channels each. They are the animator's work and
+    stay: building the spine again brings them back to life."""
+    data = armature.animation_data
+    actions = [data.action] if data and data.action else []
+    actions += [strip.action for track in (data.nla_tracks if data else ()) for strip in track.strips if strip.action]
+    starts = tuple('pose.bones["%s"].' % name for name in bones)
+    channels = {}
+    for action in actions:
+        count = sum(curve.data_path.startswith(starts) for curve in getattr(action, "fcurves", ()))
+        if count > 0:
+            channels[action.name] = count
+    return channels
+
+
 class RemoveBackbendEven(bpy.types.Operator):
     """Take away the spine that backbend built on this armature"""
 
@@ -398,6 +413,9 @@ def run(arguments):
         done, what = built[0], remove(built[0])
         print("removed the spine from '%s': %d bones, %d constraints" % (
             done.name, len(what["bones"]), len(what["constraints"])))
+        for action, channels in keyed_controls(done, what["bones"]).items():
+            print("keys on the controls stay in the action '%s': %d channels without a bone until the spine is built "
+                  "again" % (action, channels))
     else:
         done = find_armature(name)
         what = build(done)
