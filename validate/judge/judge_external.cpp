@@ -146,6 +146,9 @@ LimitSet external_limits(LimitSet limits) {
   limits.set("BB010", {25.0, LimitLayer::builtin, "rigs of your own", "backbend",
                        "no curve is known that the chain should follow: a joint is held against "
                        "its neighbours, as in baked clips"});
+  limits.set("BB014", {25.0, LimitLayer::builtin, "rigs of your own", "backbend",
+                       "no twist is known that the chain should carry, and rigs share it as they "
+                       "like; a joint that leaves its share of a sweep is in BB010"});
   return limits;
 }
 

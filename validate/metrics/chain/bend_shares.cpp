@@ -16,6 +16,7 @@ constexpr double kOutlier = 6.0;
 constexpr double kLeastTurnDeg = 10.0;
 constexpr double kCoupled = 0.45;
 constexpr double kOnTheLineDeg = 0.5;
+constexpr double kSmooth = 0.06;  // of the excess, off the chord
 // Lines are drawn through pairs of these many frames, and judged on so many.
 constexpr Index kDrawn = 32, kJudged = 240;
 
@@ -71,6 +72,17 @@ Line consensus(std::span<const double> x, std::span<const double> y) {
   return best->line;
 }
 
+/// How far a joint's turn leaves its chord from a tenth of the frames before to a tenth after, at
+/// most. Radians.
+double off_chord(std::span<const glm::dvec3> turn, Index joints, Index joint) {
+  const Index frames = turn.size() / joints, reach = std::max<Index>(1, frames / 10);
+  const auto at = [&](Index f) { return turn[f * joints + joint]; };
+  double most = 0.0;
+  for (Index f = reach; f + reach < frames; ++f)
+    most = std::max(most, glm::distance(at(f), 0.5 * (at(f - reach) + at(f + reach))));
+  return most;
+}
+
 }  // namespace
 
 std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
@@ -116,8 +128,11 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
       }
     }
     const double limit = kSmallestDeg + kOutlier * degrees(spread);
+    const double off = from_rest ? off_chord(turn, joints, k) : 0.0;
     for (Index f = 0; f < frames; ++f) {
-      const double deg = degrees(glm::length(excess[f]));
+      const double size = glm::length(excess[f]);
+      const bool smooth = from_rest && off < kSmooth * size && glm::length(offset) < 0.5 * size;
+      const double deg = smooth ? 0.0 : degrees(size);
       if (out[f].joint < 0 || deg - limit > out[f].deg - out[f].limit_deg)
         out[f] = {deg, limit, static_cast<int>(k), excess[f]};
     }

@@ -52,6 +52,48 @@ TEST(ShareExcess, AKinkIsFoundAtItsJointByItsSizeWhereverItBegins) {
       }
 }
 
+/// A sweep to a corner of three channels, each of whose turns every joint has its part of, one
+/// after the other: joint k of the chain is turned from rest by the product of part[k] of each.
+std::vector<glm::dvec3> corner(const glm::dvec3& end_deg, std::size_t frames) {
+  const double part[] = {0.0, 0.0, 0.24, 0.48, 0.68, 1.0};  // `even` on a MakeHuman spine
+  std::vector<glm::dvec3> out;
+  for (std::size_t f = 0; f < frames; ++f) {
+    const glm::dvec3 at = static_cast<double>(f) / static_cast<double>(frames - 1) * end_deg;
+    const auto turned = [&](double share) {
+      const auto about = [&](int axis) {
+        glm::dvec3 turn(0.0);
+        turn[axis] = radians_from(share * at[axis]);
+        return rotation(turn);
+      };
+      return about(0) * about(2) * about(1);
+    };
+    for (std::size_t k = 0; k < kJoints; ++k)
+      out.push_back(rotation_vector(glm::conjugate(turned(part[k])) * turned(part[k + 1])));
+  }
+  return out;
+}
+
+TEST(ShareExcess, NoRigIsBlamedForSharesThatAWidePoseBends) {
+  for (const std::size_t frames : {11u, 61u})
+    for (const glm::dvec3& end : {glm::dvec3(90, 60, 45), glm::dvec3(90, -60, -45),
+                                  glm::dvec3(-120, 60, 45), glm::dvec3(-60, 90, -45)})
+      EXPECT_LT(worst(corner(end, frames)).deg, worst(corner(end, frames)).limit_deg) << frames;
+}
+
+TEST(ShareExcess, AKinkInAWidePoseIsFound) {
+  for (const std::size_t frames : {11u, 61u})
+    for (const std::size_t from : {1u, 6u, 8u}) {  // tenths of the sweep
+      std::vector<glm::dvec3> turn = corner({90, 60, 45}, frames);
+      for (std::size_t f = from * (frames - 1) / 10; f < frames; ++f) {
+        glm::dvec3& at = turn[f * kJoints + 2];
+        at = rotation_vector(rotation(at) * rotation(glm::dvec3(radians_from(25.0), 0.0, 0.0)));
+      }
+      const ShareExcess found = worst(turn);
+      EXPECT_EQ(found.joint, 2) << from;
+      EXPECT_GT(found.deg, found.limit_deg) << from;
+    }
+}
+
 TEST(ShareExcess, PostureThatIsHeldIsNoKinkOfCapturedMotion) {
   std::vector<glm::dvec3> turn = sweep();
   for (std::size_t f = 0; f < kFrames; ++f) turn[f * kJoints + 3].x += radians_from(20.0);
