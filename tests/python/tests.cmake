@@ -5,11 +5,15 @@ if(NOT BACKBEND_PYTHON)
 endif()
 set(run ${PROJECT_SOURCE_DIR}/tests/cli/run.py)
 file(GLOB python_tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*_test.py)
-# An interpreter without sanitizers needs their library before all others.
+# An interpreter without sanitizers needs their library before all others, and that of C++ with it,
+# whose exceptions they look up once.
 set(preload "")
 if(BACKBEND_SANITIZE MATCHES "address")
-  execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=libasan.so
-    OUTPUT_VARIABLE preload OUTPUT_STRIP_TRAILING_WHITESPACE)
+  foreach(library libasan.so libstdc++.so)
+    execute_process(COMMAND ${CMAKE_CXX_COMPILER} -print-file-name=${library}
+      OUTPUT_VARIABLE found OUTPUT_STRIP_TRAILING_WHITESPACE)
+    string(APPEND preload "${found}:")
+  endforeach()
 elseif(BACKBEND_SANITIZE MATCHES "thread")
   return()
 endif()
