@@ -358,7 +358,7 @@ def remove(armature):
 
 def keyed_controls(armature, bones):
     """Names of the actions with keys on these bones, with how many channels each. They are the animator's work and
-    stay: building the spine again brings them back to life."""
+    stay, and turn the controls again when the spine is built again."""
     data = armature.animation_data
     actions = [data.action] if data and data.action else []
     actions += [strip.action for track in (data.nla_tracks if data else ()) for strip in track.strips if strip.action]

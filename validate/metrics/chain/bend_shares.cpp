@@ -16,7 +16,7 @@ constexpr double kOutlier = 6.0;
 constexpr double kLeastTurnDeg = 10.0;
 constexpr double kCoupled = 0.45;
 constexpr double kOnTheLineDeg = 0.5;
-constexpr double kSmooth = 0.06;  // of the excess, off the chord
+constexpr double kSmooth = 0.06;  // share of the excess that off_chord() may be
 // Lines are drawn through pairs of these many frames, and judged on so many.
 constexpr Index kDrawn = 32, kJudged = 240;
 

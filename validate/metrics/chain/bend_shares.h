@@ -27,11 +27,13 @@ struct ShareExcess {
 /// frames start from the rest pose (a sweep of controls), so an offset is excess, too; else it is
 /// posture.
 ///
-/// `from_rest`: in a wide pose of several channels a joint's share is no line, for the turns of
-/// joints below carry its axes along, and healthy joints end 9 degrees beside it. Such motion is
-/// smooth from pose to pose: from a tenth of the frames before to a tenth after, it leaves its chord
-/// by at most 0.04 of what it ends beside the line; a kink, wherever it begins, by 0.08 and more. A
-/// joint that is smooth so, and has no offset of half its excess, has none.
+/// In a wide pose of several channels a healthy joint leaves that line (`from_rest` only), for the
+/// joints below it turn its axes. But it does so smoothly: its turn leaves the chord, from a tenth
+/// of the frames before to a tenth after, by little of the excess. Of 60 rigs with random shares
+/// and orders of turning, 13 joints were over their limit in sweeps to a corner, with at most 0.026
+/// of the excess; 600 kinks and rolls of 10 to 25 degrees had 0.08 and more, but for some of those
+/// that grow over half of the sweep, of which 4 of 152 are below the 0.06 at which a joint is taken
+/// for healthy. An offset of half the excess or more is never taken so.
 ///
 /// The excess is the turn that is left when the share (slope x mean, for captured motion the
 /// offset, too) is taken off, from the side on which less is left over.

@@ -76,8 +76,10 @@ std::vector<glm::dvec3> corner(const glm::dvec3& end_deg, std::size_t frames) {
 TEST(ShareExcess, NoRigIsBlamedForSharesThatAWidePoseBends) {
   for (const std::size_t frames : {11u, 61u})
     for (const glm::dvec3& end : {glm::dvec3(90, 60, 45), glm::dvec3(90, -60, -45),
-                                  glm::dvec3(-120, 60, 45), glm::dvec3(-60, 90, -45)})
-      EXPECT_LT(worst(corner(end, frames)).deg, worst(corner(end, frames)).limit_deg) << frames;
+                                  glm::dvec3(-120, 60, 45), glm::dvec3(-60, 90, -45)}) {
+      const ShareExcess found = worst(corner(end, frames));
+      EXPECT_LT(found.deg, found.limit_deg) << frames;
+    }
 }
 
 TEST(ShareExcess, AKinkInAWidePoseIsFound) {
