@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "skin/character/printable.h"
@@ -56,6 +57,24 @@ struct Up {
   bool sure = true;
 };
 
+/// The lowest and the highest point of the body along a direction.
+std::pair<double, double> extent(const SkeletonShape& shape, const glm::dvec3& up) {
+  double floor = std::numeric_limits<double>::infinity(), top = -floor;
+  for (const glm::vec3& p : shape.rest) {
+    floor = std::min(floor, glm::dot(glm::dvec3(p), up));
+    top = std::max(top, glm::dot(glm::dvec3(p), up));
+  }
+  return {floor, top};
+}
+
+/// How high above the body's lowest point the legs end, as a share of its height.
+double legs_end_at(const SkeletonShape& shape, const Anatomy& anatomy, const glm::dvec3& up) {
+  const auto [floor, top] = extent(shape, up);
+  const double end = std::min(glm::dot(at(shape, anatomy.left_leg.back()), up),
+                              glm::dot(at(shape, anatomy.right_leg.back()), up));
+  return top > floor ? (end - floor) / (top - floor) : 0.0;
+}
+
 Up find_up(const SkeletonShape& shape, const Anatomy& anatomy) {
   constexpr glm::dvec3 kStandard(0.0, 1.0, 0.0);
   if (anatomy.left_leg.size() < 2 || anatomy.right_leg.size() < 2) return {};
@@ -72,9 +91,12 @@ Up find_up(const SkeletonShape& shape, const Anatomy& anatomy) {
   if (snapped(body) == kStandard) return {};
   const std::string lean =
       number_text(std::round(angle_deg(-down, kStandard)), 3) + " deg from the standard's +Y";
-  // Off every axis the legs alone prove nothing.
+  // Off every axis the legs alone prove nothing; nor do legs that a body would not stand on, as
+  // those of an animal whose feet hang elsewhere and whose tail reaches further.
   const bool oblique = (up.x != 0.0) + (up.y != 0.0) + (up.z != 0.0) > 1;
-  if (oblique && angle_deg(-down, body) > kSameDirection)
+  constexpr double kStandsOn = 0.35;  // knees, of a skeleton without feet, are at 0.28
+  const bool off_the_floor = legs_end_at(shape, anatomy, up) > kStandsOn;
+  if (off_the_floor || (oblique && angle_deg(-down, body) > kSameDirection))
     return {kStandard, "the standard's; the legs lean " + lean, angle_deg(-down, kStandard) < 60.0};
   return {up, "away from the feet, " + lean, false};
 }
@@ -121,11 +143,7 @@ glm::dvec3 across(const SkeletonShape& shape, const Anatomy& anatomy, const glm:
 /// From the ankles to the middle of the soles, in the level plane; zero without legs.
 glm::dvec3 sole_direction(const Character& character, const SkeletonShape& shape,
                           const Anatomy& anatomy, const glm::dvec3& up) {
-  double floor = std::numeric_limits<double>::infinity(), top = -floor;
-  for (const glm::vec3& p : shape.rest) {
-    floor = std::min(floor, glm::dot(glm::dvec3(p), up));
-    top = std::max(top, glm::dot(glm::dvec3(p), up));
-  }
+  const auto [floor, top] = extent(shape, up);
   // Ankles stand at about 4 % of a human's height: below that there is foot alone.
   const double sole_height = floor + 0.035 * (top - floor);
   glm::dvec3 sum(0.0);

@@ -405,6 +405,37 @@ TEST(Anatomy, KnowsSomeoneWhoSitsFromSomeoneWhoLies) {
   EXPECT_EQ(find_anatomy(character).up, glm::dvec3(0, 1, 0));
 }
 
+TEST(Anatomy, KnowsAnAnimalWhoseFeetHangElsewhereFromAFigureThatStandsUpright) {
+  // Its hind legs end at the hocks, behind the hips, as those of a figure along +Z would below
+  // them; but its tail reaches further that way, and nobody stands on that.
+  Character character;
+  character.file_name = "rat.glb";
+  const auto add = [&](const char* name, int parent, double x, double y, double z) {
+    const int node = add_node(character, name, parent, {x, y, z});
+    stick_vertex(character, node);
+    return node;
+  };
+  const int root = add("root", -1, 0.0, 0.0, 0.0);
+  const int hips = add("hips", root, 0.0, 1.0, -0.5);
+  const int back = add("spine", hips, 0.0, 1.05, 0.0);
+  const int chest = add("chest", back, 0.0, 1.05, 0.5);
+  const int neck = add("neck", chest, 0.0, 1.1, 0.8);
+  add("head", neck, 0.0, 1.1, 1.0);
+  for (int k = 1, parent = hips; k < 5; ++k)
+    parent = add(("tail" + std::to_string(k)).c_str(), parent, 0.0, 1.0 - 0.2 * k, -0.5 - 0.5 * k);
+  for (const double side : {0.1, -0.1}) {
+    const std::string end = side > 0.0 ? ".L" : ".R";
+    const int thigh = add(("thigh" + end).c_str(), hips, side, 0.9, -0.5);
+    add(("shin" + end).c_str(), thigh, side, 0.6, -1.1);
+    const int arm = add(("upper_arm" + end).c_str(), chest, side, 0.9, 0.5);
+    add(("forearm" + end).c_str(), arm, side, 0.4, 0.5);
+    add(("foot" + end).c_str(), root, side, 0.0, -1.1);
+  }
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(anatomy.up, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
+}
+
 TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
   Character character = stick_figure();
   for (Node& node : character.nodes)
