@@ -69,7 +69,9 @@ class JointMeasures {
       if (const int base = spine_above(character, anatomy, root); base >= 0)
         for (Index w = 0; w < watched.size(); ++w)
           if (watched[w].node == root && watched[w].base == base) arms_.push_back(w);
-    for (Index w = 1; w < anatomy.spine.size(); ++w) spine_.push_back(w);
+    // The one that carries the others moves where the body goes.
+    for (Index w = 1; w < anatomy.spine.size(); ++w)
+      if (!carries_all(watched[w].node)) spine_.push_back(w);
     calmest_ = calmest_frame();
     if (body.fit() != ClipFit::points) moving_joints_ = count_moving_joints();
   }
@@ -133,7 +135,7 @@ class JointMeasures {
     };
     for (Index i = 0; i < range.count; ++i) report(i, 0.0, spine_.empty() ? 0 : spine_.front());
     const std::vector<std::vector<double>> arm = arm_slides(range);
-    const double wide = kSlide * anatomy_.spine_length;
+    const double wide = (arms_are_still ? kSlide : kKeyedSlide) * anatomy_.spine_length;
     const auto slides = [&](const std::vector<double>& way) {
       return *std::max_element(way.begin(), way.end()) > wide;
     };
@@ -175,8 +177,18 @@ class JointMeasures {
   }
 
  private:
+  bool carries_all(int node) const {
+    return std::ranges::all_of(anatomy_.spine, [&](int other) {
+      while (other >= 0 && other != node)
+        other = character_.nodes[static_cast<Index>(other)].parent;
+      return other >= 0;
+    });
+  }
+
   // What a float file rounds a joint's place by, and what nobody sees; shares of the spine.
   static constexpr double kSamePlace = 0.001, kSlide = 0.02, kMoves = 0.005;
+  // Where nothing says that the arms were left alone: an animator slides a shoulder blade so far.
+  static constexpr double kKeyedSlide = 0.03;
 
   /// The frame whose controls are nearest to rest; the first where none is recorded.
   Index calmest_frame() const {
