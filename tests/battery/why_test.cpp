@@ -11,6 +11,7 @@
 #include "tests/battery/weight_faults.h"
 #include "tests/battery/why_cases.h"
 #include "tests/skin/body_figure.h"
+#include "validate/verdicts/checks.h"
 
 namespace backbend::battery {
 namespace {
@@ -107,6 +108,39 @@ TEST(Why, TellsVerticesThatWereMovedAndRenumberedFromChangedWeights) {
   const VersionPair pair(version("a", figure()), version("b", moved));
   EXPECT_EQ(pair.changed(), bit(Ingredient::mesh));
   EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
+}
+
+TEST(Why, BooksAValueAtItsLimitToWhatMadeItAndNotToAHair) {
+  const char* rig = "curve:basis=linear";
+  skin::Character hair = figure();
+  for (glm::vec3& p : hair.bind_position)
+    if (p.y > 1.05f && p.y < 1.25f) p.z += 1e-4f;
+  const Failures plain = failures_of(version("a", figure(), rig), {}),
+                 other = failures_of(version("b", hair, rig), {});
+  int tried = 0;
+  for (const auto& [key, finding] : plain) {
+    if (find_check(finding.code)->subject != Subject::mesh || !other.contains(key)) continue;
+    const Finding& changed = other.at(key);
+    if (finding.value == changed.value || finding.limit != changed.limit) continue;
+    // The limit lies between the two values: the hair decides whether the check fails.
+    const bool hair_is_worse = excess(*find_check(finding.code), changed.value, finding.limit) >
+                               excess(*find_check(finding.code), finding.value, finding.limit);
+    const double single = find_check(finding.code)->limit;
+    WhySettings settings;
+    settings.limits[finding.code] = 0.5 * (finding.value + changed.value) * single / finding.limit;
+    const skin::Character &less = hair_is_worse ? figure() : hair,
+                          &more = hair_is_worse ? hair : figure();
+    if (failures_of(version("a", less, rig), settings).contains(key)) continue;
+    Progress none(Progress::Style::none);
+    const WhyPair found =
+        why(VersionPair(version("a", less), version("b", more, rig)), settings, none);
+    for (const WhyFinding& each : found.findings) {
+      if (each.key != key) continue;
+      EXPECT_EQ(each.ingredients, bit(Ingredient::options)) << key;
+      ++tried;
+    }
+  }
+  EXPECT_GT(tried, 0);
 }
 
 TEST(Why, NamesTheOptionAndLeavesTheOthersOut) {

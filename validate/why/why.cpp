@@ -23,6 +23,9 @@ using Index = std::size_t;
 
 // A value that differs by less reads the same in a report.
 constexpr double kWorse = 1.001;
+// A finding that a mixture has to this share of the limit is known: what the others add may be a
+// hair that a split vertex makes.
+constexpr double kNear = 0.8;
 
 std::string key_of(const Finding& finding) {
   return finding.code + (finding.sweep.empty() ? "" : " " + finding.sweep);
@@ -45,9 +48,39 @@ std::vector<std::string> worse_in(const Failures& before, const Failures& after)
   return keys;
 }
 
-}  // namespace
+/// What a version fails, and of the findings that are asked for what it nearly fails.
+struct Judged {
+  Failures failures, near;
+};
 
-Failures failures_of(const Version& version, const WhySettings& settings, const std::string& only) {
+double badness_in(const Judged& measured, const std::string& key) {
+  return std::max(badness_in(measured.failures, key), badness_in(measured.near, key));
+}
+
+/// A limit on the good side by kNear, of what is lost where a share is to be kept; its inverse
+/// where `back`.
+double near_limit(const Check& check, double limit, bool back) {
+  const double factor = back ? 1.0 / kNear : kNear;
+  return check.sense == Sense::at_least ? 1.0 - (1.0 - limit) * factor : limit * factor;
+}
+
+/// Findings of metrics that pass by less than kNear.
+std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& context) {
+  LimitSet nearer = context.limits;
+  for (const Metric& metric : metric_table())
+    nearer.set(metric.code,
+               {near_limit(metric.check(), nearer.of(metric.code).value, false),
+                LimitLayer::character, "why", "why", "so near that it is known in a mixture"});
+  std::vector<Finding> findings =
+      judge_rig(rig, {context.stage, nearer, context.envelope, context.character});
+  std::erase_if(findings, [](const Finding& each) { return metric_of(each.code) == nullptr; });
+  for (Finding& each : findings) each.limit = near_limit(*find_check(each.code), each.limit, true);
+  return findings;
+}
+
+/// `only`: as failures_of(). `asked`: the findings whose near misses are told.
+Judged measure(const Version& version, const WhySettings& settings, const std::string& only,
+                 const std::set<std::string>& asked) {
   const std::vector<skin::SidecarControl> controls =
       version.sidecar ? version.sidecar->controls : std::vector<skin::SidecarControl>();
   const Stage stage(version.character, version.hints, settings.chain, controls);
@@ -87,21 +120,38 @@ Failures failures_of(const Version& version, const WhySettings& settings, const 
   const JudgeContext context{stage, limits, envelope, version.label};
   std::vector<Finding> findings = judge_rig(rig, context);
   book_owners(stage, body, rig, true, findings);
+  Judged out;
+  // What is booked to skeleton or pose is neither a failure nor nearly one.
+  std::set<std::string> wanted = asked;
+  for (const Finding& finding : findings) wanted.erase(key_of(finding));
+  if (!wanted.empty()) {
+    std::vector<Finding> near = near_findings(rig, context);
+    std::erase_if(near, [&](const Finding& each) { return !wanted.contains(key_of(each)); });
+    book_owners(stage, body, rig, true, near);
+    for (Finding& finding : near)
+      if (finding.verdict == Verdict::fail && std::isfinite(finding.value))
+        add_failure(std::move(finding), out.near);
+  }
   if (only.empty() || sweep.empty()) {
     const WeightHygiene weights = examine_weights(stage.character(), stage.character().influences);
     for (Finding& finding : judge_input(rig, context, weights, true).findings)
       findings.push_back(std::move(finding));
   }
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
-  Failures out;
   for (Finding& finding : findings) {
     if (finding.verdict != Verdict::fail) continue;
     if (!find_check(finding.code) || !std::isfinite(finding.value)) continue;
     if (is_external(version.rig.spec) && finding.owner == Owner::solver) finding.owner = Owner::rig;
     places.name({}, finding);
-    add_failure(std::move(finding), out);
+    add_failure(std::move(finding), out.failures);
   }
   return out;
+}
+
+}  // namespace
+
+Failures failures_of(const Version& version, const WhySettings& settings) {
+  return measure(version, settings, {}, {}).failures;
 }
 
 void add_failure(Finding finding, Failures& failures) {
@@ -117,14 +167,17 @@ class Mixer {
   Mixer(const VersionPair& pair, const WhySettings& settings, Progress& progress, WhyPair& out)
       : pair_(pair), settings_(settings), progress_(progress), out_(out) {}
 
+  /// Whose near misses are told in the mixtures that are measured from now on.
+  void ask_for(std::set<std::string> keys) { asked_ = std::move(keys); }
+
   /// Nullptr: the mixture cannot be measured.
-  const Failures* of(IngredientSet set) {
+  const Judged* of(IngredientSet set) {
     const auto known = measured_.find(set);
     if (known != measured_.end()) return known->second ? &*known->second : nullptr;
     poll_interrupt();
-    std::optional<Failures> failures;
+    std::optional<Judged> found;
     try {
-      failures = failures_of(pair_.mixed(set), settings_);
+      found = measure(pair_.mixed(set), settings_, {}, asked_);
       ++out_.measured;
     } catch (const skin::CharacterError& error) {
       note(set, error.what());
@@ -132,11 +185,11 @@ class Mixer {
       note(set, error.what());
     }
     progress_.step();
-    auto& kept = measured_[set] = std::move(failures);
+    auto& kept = measured_[set] = std::move(found);
     return kept ? &*kept : nullptr;
   }
 
-  void take(IngredientSet set, Failures failures) { measured_[set] = std::move(failures); }
+  void take(IngredientSet set, Judged found) { measured_[set] = std::move(found); }
 
   /// How bad one finding is in a mixture of parts; nothing where that cannot be measured.
   std::optional<double> bad_in_parts(IngredientSet set, const VersionPair::Parts& parts,
@@ -149,14 +202,14 @@ class Mixer {
     if (const auto known = in_parts_.find(name); known != in_parts_.end())
       return known->second ? std::optional(badness_in(*known->second, key)) : std::nullopt;
     poll_interrupt();
-    std::optional<Failures> failures;
+    std::optional<Judged> found;
     try {
-      failures = failures_of(pair_.mixed(set, parts), settings_, key);
+      found = measure(pair_.mixed(set, parts), settings_, key, asked_);
       ++out_.measured;
     } catch (const skin::CharacterError&) {  // then the part is kept
     } catch (const solver::RigError&) {
     }
-    const auto& kept = in_parts_[name] = std::move(failures);
+    const auto& kept = in_parts_[name] = std::move(found);
     return kept ? std::optional(badness_in(*kept, key)) : std::nullopt;
   }
 
@@ -172,8 +225,9 @@ class Mixer {
   const WhySettings& settings_;
   Progress& progress_;
   WhyPair& out_;
-  std::map<IngredientSet, std::optional<Failures>> measured_;
-  std::map<std::string, std::optional<Failures>> in_parts_;
+  std::set<std::string> asked_;
+  std::map<IngredientSet, std::optional<Judged>> measured_;
+  std::map<std::string, std::optional<Judged>> in_parts_;
 };
 
 /// Sets of these ingredients, those of fewer first, never empty.
@@ -230,12 +284,16 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
   progress.start("versions", 2);
   Mixer mixer(pair, settings, progress, out);
   // The two themselves must be measurable: what keeps them from it is thrown.
-  mixer.take(0, failures_of(pair.before(), settings));
+  const Judged changed = measure(pair.after(), settings, {}, {});
   progress.step();
-  mixer.take(out.changed, failures_of(pair.after(), settings));
+  std::set<std::string> keys;
+  for (const auto& [key, finding] : changed.failures) keys.insert(key);
+  mixer.take(0, measure(pair.before(), settings, {}, keys));
+  mixer.take(out.changed, changed);
+  mixer.ask_for(std::move(keys));
   progress.step();
   out.measured = 2;
-  const Failures before = *mixer.of(0), after = *mixer.of(out.changed);
+  const Failures before = mixer.of(0)->failures, &after = changed.failures;
   progress.finish();
   take_program(before, after, recorded, out);
   if (pair.changed() == 0) return out;
@@ -248,19 +306,20 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
     WhyFinding why;
     why.key = key;
     why.finding = after.at(key);
-    const double old_bad = badness_in(before, key), new_bad = badness(why.finding);
+    const double new_bad = badness(why.finding);
     if (const auto found = before.find(key); found != before.end()) why.was = found->second.value;
-    // Half of what it got worse by; of a new one half of what it is beyond its limit.
-    const double from = std::max(old_bad, 1.0);
+    // Half of what it got worse by.
+    const double from = std::max(badness_in(*mixer.of(0), key), kNear);
     const double half = from + 0.5 * (new_bad - from);
     const auto makes = [&](double bad) { return bad > 0.0 && bad >= half; };
     for (const IngredientSet set : subsets(pair.changed())) {
-      const Failures* with = mixer.of(set);
+      const Judged* with = mixer.of(set);
       if (with == nullptr || !makes(badness_in(*with, key))) continue;
-      const Failures* without = mixer.of(pair.changed() & ~set);
+      const Judged* without = mixer.of(pair.changed() & ~set);
       if (without == nullptr || makes(badness_in(*without, key))) continue;
       why.ingredients = set;
-      if (const auto found = without->find(key); found != without->end())
+      const Failures& failing = without->failures;
+      if (const auto found = failing.find(key); found != failing.end())
         why.without = found->second.value;
       break;
     }

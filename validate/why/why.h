@@ -23,10 +23,8 @@ struct WhySettings {
 /// What `check` says of a version without pictures: the worst failing finding of each check in each
 /// sweep, by `BB011 extension`.
 using Failures = std::map<std::string, Finding>;
-/// `only`: the key of the one finding that is asked for; then only its sweep is measured. Throws
-/// skin::CharacterError, solver::RigError where the version cannot be measured; Interrupted.
-Failures failures_of(const Version& version, const WhySettings& settings,
-                     const std::string& only = {});
+/// Throws skin::CharacterError, solver::RigError where the version cannot be measured; Interrupted.
+Failures failures_of(const Version& version, const WhySettings& settings);
 
 /// Keeps the worst of each key.
 void add_failure(Finding finding, Failures& failures);
@@ -64,10 +62,11 @@ struct WhyPair {
 };
 
 /// Swaps ingredients between two versions, one at a time, then in pairs and so on, and measures
-/// every mixture that is needed. Exact: a set is named only where the earlier version with it fails
-/// at least half as much worse as the later does, and the later version without it does not; and no
-/// smaller set does both. Weights and options are then taken apart: parts that are not needed are
-/// put back one by one.
+/// every mixture that is needed. Exact: a set is named only where the earlier version with it is
+/// worse by at least half as much as the later is, and the later version without it is not; and no
+/// smaller set does both. What reaches 0.8 of a limit counts with its value, so that a value at the
+/// limit is booked to what made it and not to the hair that carried it over. Weights and options
+/// are then taken apart: parts that are not needed are put back one by one.
 ///
 /// With recorded failures, what they say counts as what the versions have. What this program, asked
 /// of the same inputs, does not see change is made by the program that measured one of the runs.
