@@ -338,6 +338,25 @@ class InBlender(ExportTest, CommandTest):
                 self.assert_near(graph, rig.poses(poses), solver_poses(graph, poses, self.folder))
                 self.assertLessEqual(largest_gain(rig.poses, poses), MOST_GAIN)
 
+    def test_judged_live_the_built_rig_passes(self):
+        glb = self.folder / "hero.glb"
+        self.assert_runs("body", "-o", glb, "--vertices", "1500")
+        built, _ = self.build(self.import_character(glb), self.export("blender", glb))
+        # As docs/export.md has it.
+        turns = {"extension": ("rx", -1), "side": ("rz", -1), "twist": ("ry", 1)}
+        channels = {name: [{"control": "even_top", "channel": channel, "per_degree": sign}]
+                    for name, (channel, sign) in turns.items()}
+        mapping = self.write("map.json", json.dumps({"channels": channels}))
+        self.assert_runs("check", glb, "--rig", f"blender:{built}", "--map", mapping, "--quick", "-o", "run", timeout=600)
+        report = json.loads((self.folder / "run/report.json").read_text())
+        (rig,) = report["rigs"]
+        self.assertEqual(rig["verdict"], "pass")
+        self.assertEqual(rig["search"]["with_jumps"], 0)
+        # Beside it stand our own, of which `even` is what it is.
+        beside = {each["system"]: {h["channel"]: h["clean_to_deg"] for h in each["headroom"]} for each in rig["beside"]}
+        self.assertEqual(list(beside), ["even", "matrix_blend", "spline_ik"])
+        self.assertEqual({h["channel"]: h["clean_to_deg"] for h in rig["headroom"]}, beside["even"])
+
     def test_spines_of_one_and_twenty_joints_and_armatures_that_lie_elsewhere(self):
         for joints in (1, 20):
             glb = self.column(joints)

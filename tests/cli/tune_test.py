@@ -88,11 +88,20 @@ class Tune(CommandTest):
 
     def test_findings_of_the_solver_name_the_command_and_it_runs(self):
         report = json.loads(self.backbend("check", "hero.glb", "--rig", "curve", "--quick", "--json", "-o", "run").stdout)
-        ours = {f["repair"] for f in report["findings"] if f["owner"] == "SOLVER" and f["verdict"] == "fail"}
-        self.assertEqual(ours, {"backbend tune curve --for hero.glb -o curve_tuned.toml"})
-        told = self.assert_runs(*ours.pop().split()[1:], "--dry-run")
+        ours = [f["cures"] for f in report["findings"] if f["owner"] == "SOLVER" and f["verdict"] == "fail"]
+        self.assertEqual({cures[0]["command"] for cures in ours}, {"backbend tune curve --for hero.glb -o curve_tuned.toml"})
+        told = self.assert_runs(*ours[0][0]["command"].split()[1:], "--dry-run")
         self.assertIn("arms", told.stdout)
         self.assertFalse((self.folder / "curve_tuned.toml").exists())
+        # What `even` passes in the same pose is cured by taking it, with the headroom that it has here.
+        native = [cure for cures in ours for cure in cures if "export" in cure["command"]]
+        self.assertTrue(native)
+        beside = report["rigs"][0]["beside"][0]
+        self.assertEqual(beside["system"], "even")
+        extension = next(h for h in beside["headroom"] if h["channel"] == "extension")
+        self.assertIn(f"extension {extension['clean_to_deg']:.0f}+", native[0]["gives"])
+        self.assert_runs(*native[0]["command"].split()[1:])
+        self.assertEqual(len(list(self.folder.glob("*_even.py"))), 1)
 
     def test_it_stops_when_asked_and_leaves_nothing(self):
         before = contents(self.folder)

@@ -203,7 +203,8 @@ void add_findings(Report& r) {
   drift.image = {true, false, "three-quarter", "arm_centroid_px", 0.3, 0.5, 0, ""};
   Finding wrapper = finding("BB030", "curve", "spread", "twist", 60, 0.71, 0.75, "of rest area");
   wrapper.owner = Owner::weights;
-  wrapper.repair = "backbend repair human.glb -o human_fixed.glb";
+  wrapper.cures = {
+      {"backbend repair human.glb -o human_fixed.glb", "clean weights give 0.91 in this pose"}};
   wrapper.slice = 41;
   wrapper.joint = "spine01";
   wrapper.between = {"spine02", "spine01"};
@@ -287,6 +288,8 @@ Report sample_report() {
     r.rigs.push_back(rig_result("three_bone", mapping, Role::reference, {22, 24, 20, 48}));
   }
   r.rigs[1].verdict = Verdict::stress;
+  r.rigs[0].beside = {{"even", r.rigs[0].headroom}};
+  r.rigs[0].beside[0].headroom[0].clean_to_deg = r.rigs[0].headroom[0].tested_to_deg;
   add_findings(r);
   add_trends(r);
   r.canaries = {
@@ -356,6 +359,10 @@ Report sample_report_named(const std::string& name) {
     rig.character = rig.rig = rig.system = rig.mapping = name;
     rig.options = {{name, name}};
     rig.summary = {{name, 1.0}};
+    for (RigHeadroom& each : rig.beside) {
+      each.system = name;
+      for (Headroom& h : each.headroom) h.channel = name;
+    }
     for (Headroom& h : rig.headroom) h.channel = name;
     for (Coverage& c : rig.coverage) c.code = name;
     for (SweepSeries& s : rig.sweeps) {
@@ -374,7 +381,7 @@ Report sample_report_named(const std::string& name) {
     f.pictures = {name, name, name, name, name, name, name};
     f.between = {name, name};
     f.part = name;
-    f.repair = name;
+    f.cures = {{name, name}};
     f.artist = {{name, name}};
   }
   for (CalibrationRow& c : r.calibration)

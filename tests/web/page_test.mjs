@@ -500,6 +500,7 @@ test("a finding of the weights shows the command that repairs them, and no other
   const repair = page.locator("#case .reproduce", { hasText: "Repair" });
   assert.equal(await repair.locator("pre").innerText(), "backbend repair human.glb -o human_fixed.glb");
   assert.equal(await repair.getByRole("button", { name: "copy repair command" }).count(), 1);
+  assert.equal(await repair.locator(".gives").innerText(), "Measured: clean weights give 0.91 in this pose.");
   await shot(page, "finding-repair");
   await done(page);
   const other = await night({ hash: "#finding/BB020~human~curve~chest~extension~58~clavicle.L" });

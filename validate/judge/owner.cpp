@@ -103,16 +103,6 @@ std::string verdict_text(const Check& check, double value, double limit) {
   return number_text(value, 3) + (judge(check, value, limit) == Verdict::pass ? " (passes)" : "");
 }
 
-/// Where the same spine under `even` passes what is the rig's fault: how to take that rig.
-std::string offer_even(const RigRecord& rig, const Check& check, const Finding& finding,
-                       double ideal) {
-  const bool is_rigs = finding.owner == Owner::solver || finding.owner == Owner::rig;
-  if (!is_rigs || rig.plan.spec.system == "even" ||
-      judge(check, ideal, finding.limit) != Verdict::pass)
-    return {};
-  return "; backbend export even builds it in Blender or Maya";
-}
-
 constexpr int kMostSpineJoints = 33;  // a human's vertebrae; nobody would build more
 
 /// `5 joints cannot carry this pose within the limit: about 9 would`
@@ -197,8 +187,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       if (!std::isfinite(ideal)) continue;  // asked of pairs of poses, not of one
       finding.geometry["ideal"] = ideal;
       finding.detail += "; the rig " + rig_text(IdealBend(each.pose).spec) + " gives " +
-                        verdict_text(check, ideal, finding.limit) + " in the same pose" +
-                        offer_even(rig, check, finding, ideal);
+                        verdict_text(check, ideal, finding.limit) + " in the same pose";
       book_rest_shape(check, ideal, finding);
       continue;
     }
@@ -245,7 +234,6 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       finding.detail += "; the torso is of pieces that no edges join, which go their own ways";
     if (booking.owner == Owner::skeleton)
       finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
-    finding.detail += offer_even(rig, check, finding, ideal);
     if (booking.owner == Owner::pose) {
       finding.detail += "; too thick to bend this far, no fault of the rig";
     }

@@ -77,6 +77,18 @@ std::vector<const Finding*> Digest::worst(std::size_t count) const {
   return out;
 }
 
+std::string clean_text(const Headroom& h) {
+  if (!h.measured || !std::isfinite(h.clean_to_deg)) return "?";
+  return fixed(h.clean_to_deg, 0) + (h.clean_to_deg >= h.tested_to_deg ? "+" : "");
+}
+
+std::string headroom_text(const std::vector<Headroom>& headroom) {
+  std::string text;
+  for (const Headroom& each : headroom)
+    text += (text.empty() ? "" : ", ") + each.channel + " " + clean_text(each);
+  return text;
+}
+
 std::string place_text(const Finding& finding) {
   std::string text;
   const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };

@@ -48,6 +48,10 @@ std::string quantity_text(const Finding& finding, double value, int digits = 3);
 /// `63 deg (limit 25)`; `not measured` where there is no value. A value beyond its limit never
 /// reads as equal to it.
 std::string value_text(const Finding& finding);
+/// `97`: degrees that a channel is clean to; `120+` where nothing beyond was tested; `?`.
+std::string clean_text(const Headroom& headroom);
+/// `extension 120+, flexion 90+, side 45+, twist 62`
+std::string headroom_text(const std::vector<Headroom>& headroom);
 /// The check's name in the table, or `candy wrapper` where slices collapse in a twist alone.
 std::string finding_name(const Finding& finding, const Digest& digest);
 /// Where the bend comes from under a mapping: `all on the chest control`; empty for none.

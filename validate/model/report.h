@@ -24,6 +24,12 @@ struct Headroom {
   bool covered() const { return measured && tested_to_deg >= needs_deg - 1e-9; }
 };
 
+/// How far one of our systems is clean on a character.
+struct RigHeadroom {
+  std::string system;
+  std::vector<Headroom> headroom;
+};
+
 /// The poses on the way from rest to the corners of the envelope: extension or flexion, side and
 /// twist together.
 struct Corners {
@@ -67,6 +73,7 @@ struct RigResult {
   std::map<std::string, std::string> options;
   Verdict verdict = Verdict::not_measured;
   std::vector<Headroom> headroom;
+  std::vector<RigHeadroom> beside;  // of systems of ours on this character
   Corners corners;
   CompoundSearch search;
   std::vector<SweepSeries> sweeps;

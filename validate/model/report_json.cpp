@@ -64,19 +64,25 @@ json value(const Coverage& c) {
 }
 
 json value(const RigResult& r) {
-  return {{"character", r.character},
-          {"rig", r.rig},
-          {"system", r.system},
-          {"mapping", r.mapping},
-          {"role", role_word(r.role)},
-          {"options", r.options},
-          {"verdict", verdict_word(r.verdict)},
-          {"headroom", list(r.headroom, [](const auto& h) { return value(h); })},
-          {"corners", value(r.corners)},
-          {"search", value(r.search)},
-          {"sweeps", list(r.sweeps, [](const auto& s) { return value(s); })},
-          {"coverage", list(r.coverage, [](const auto& c) { return value(c); })},
-          {"summary", r.summary}};
+  json out = {{"character", r.character},
+              {"rig", r.rig},
+              {"system", r.system},
+              {"mapping", r.mapping},
+              {"role", role_word(r.role)},
+              {"options", r.options},
+              {"verdict", verdict_word(r.verdict)},
+              {"headroom", list(r.headroom, [](const auto& h) { return value(h); })},
+              {"corners", value(r.corners)},
+              {"search", value(r.search)},
+              {"sweeps", list(r.sweeps, [](const auto& s) { return value(s); })},
+              {"coverage", list(r.coverage, [](const auto& c) { return value(c); })},
+              {"summary", r.summary}};
+  if (!r.beside.empty())
+    out["beside"] = list(r.beside, [](const RigHeadroom& each) {
+      return json{{"system", each.system},
+                  {"headroom", list(each.headroom, [](const auto& h) { return value(h); })}};
+    });
+  return out;
 }
 
 json value(const CharacterFacts& c) {
@@ -149,7 +155,10 @@ json value(const Finding& f) {
               {"image", value(f.image)},
               {"pictures", value(f.pictures)},
               {"reproduce", f.reproduce}};
-  if (!f.repair.empty()) out["repair"] = f.repair;
+  if (!f.cures.empty())
+    out["cures"] = list(f.cures, [](const Cure& each) {
+      return json{{"command", each.command}, {"gives", each.gives}};
+    });
   if (!f.artist.empty()) out["artist"] = f.artist;
   return out;
 }

@@ -137,6 +137,12 @@ Headroom headroom(Place p) {
   return h;
 }
 
+RigHeadroom rig_headroom(Place p) {
+  RigHeadroom r{p.at("system").text(), p.at("headroom").list(headroom)};
+  p.done();
+  return r;
+}
+
 Corners corners(Place p) {
   Corners c;
   c.poses = p.at("poses").count();
@@ -211,6 +217,8 @@ RigResult rig(Place p) {
   r.options = p.at("options").map(text);
   r.verdict = p.at("verdict").word(verdict_from_word);
   r.headroom = p.at("headroom").list(headroom);
+  r.beside =
+      p.optional("beside", r.beside, [](const Place& each) { return each.list(rig_headroom); });
   r.corners = p.optional("corners", r.corners, corners);
   r.search = p.optional("search", r.search, search);
   r.sweeps = p.at("sweeps").list(sweep);
@@ -294,6 +302,12 @@ void when(Place& p, Finding& f) {
   f.time_s = time.number();
 }
 
+Cure cure(Place p) {
+  Cure c{p.at("command").text(), p.at("gives").text()};
+  p.done();
+  return c;
+}
+
 Finding finding(Place p) {
   Finding f;
   f.code = p.at("code").text();
@@ -329,7 +343,9 @@ Finding finding(Place p) {
   f.image = image(p.at("image"));
   f.pictures = pictures(p.at("pictures"));
   f.reproduce = p.at("reproduce").text();
-  f.repair = p.optional("repair", std::string(), text);
+  f.cures = p.optional("cures", f.cures, [](const Place& each) { return each.list(cure); });
+  // Reports of earlier versions name one command.
+  if (p.has("repair")) f.cures.push_back({p.at("repair").text(), ""});
   f.artist = p.optional("artist", f.artist, [](const Place& each) { return each.map(text); });
   p.done();
   return f;

@@ -4,11 +4,24 @@
 
 #include "solver/rig/option_range.h"
 #include "validate/files/output_folder.h"
+#include "validate/model/digest.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/text/shell_word.h"
 #include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
+namespace {
+
+std::string with_clean_weights(const Finding& finding) {
+  const auto clean = finding.geometry.find("proxy_weights");
+  if (clean == finding.geometry.end()) return {};
+  const bool passes =
+      judge(*find_check(finding.code), clean->second, finding.limit) == Verdict::pass;
+  return "clean weights give " + quantity_text(finding, clean->second) + " in this pose, which " +
+         (passes ? "passes" : "does not pass either");
+}
+
+}  // namespace
 
 void offer_repair(const std::filesystem::path& file, const std::string& character,
                   const std::string& words, DrivenChain chain, std::vector<Finding>& findings) {
@@ -16,8 +29,9 @@ void offer_repair(const std::filesystem::path& file, const std::string& characte
   if ((kind != ".glb" && kind != ".gltf") || chain == DrivenChain::neck) return;
   for (Finding& finding : findings)
     if (finding.character == character && is_of_weights(finding))
-      finding.repair =
-          "backbend repair " + words + " -o " + shell_word(file.stem().string() + "_fixed.glb");
+      finding.cures.push_back(
+          {"backbend repair " + words + " -o " + shell_word(file.stem().string() + "_fixed.glb"),
+           with_clean_weights(finding)});
 }
 
 void offer_tune(const RigRecord& rig, const solver::RestChain& rest, DrivenChain chain,
@@ -37,7 +51,25 @@ void offer_tune(const RigRecord& rig, const solver::RestChain& rest, DrivenChain
                               (chain == DrivenChain::neck ? " --chain neck" : "") + " -o " +
                               shell_word(file_word(plan.name) + "_tuned.toml");
   for (Finding& finding : findings)
-    if (is_ours(finding)) finding.repair = command;
+    if (is_ours(finding)) finding.cures.push_back({command, ""});
+}
+
+void offer_even(const RigRecord& rig, DrivenChain chain, const std::string& words,
+                const std::vector<Headroom>& of_even, std::vector<Finding>& findings) {
+  if (chain == DrivenChain::neck || of_even.empty()) return;
+  for (Finding& finding : findings) {
+    if (finding.verdict != Verdict::fail || finding.rig != rig.plan.name) continue;
+    if (finding.owner != Owner::solver && finding.owner != Owner::rig) continue;
+    const auto ideal = finding.geometry.find("ideal");
+    const bool cured =
+        ideal != finding.geometry.end()
+            ? judge(*find_check(finding.code), ideal->second, finding.limit) == Verdict::pass
+            : finding.code == "BB001" || finding.code == "BB002";  // `even` turns with its controls
+    if (!cured) continue;
+    finding.cures.push_back({"backbend export even --to blender --for " + words + " -o " +
+                                 shell_word(file_word(finding.character) + "_even.py"),
+                             "even is clean on this character to " + headroom_text(of_even)});
+  }
 }
 
 }  // namespace backbend::validate

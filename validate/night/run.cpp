@@ -28,6 +28,7 @@
 #include "validate/measure/measure_job.h"
 #include "validate/model/digest.h"
 #include "validate/model/report_json.h"
+#include "validate/night/beside.h"
 #include "validate/night/image_pass.h"
 #include "validate/night/offer.h"
 #include "validate/report/csv.h"
@@ -452,6 +453,28 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   });
   for (std::size_t i = 0; i < records.size(); ++i)
     if (is_external(records[i].plan.spec)) judge(i);
+  std::map<std::pair<std::string, solver::Mapping>, std::vector<Headroom>> known;
+  const auto headroom_in_run = [&](const std::string& system, solver::Mapping mapping) {
+    const auto [place, is_new] = known.try_emplace({system, mapping});
+    if (!is_new) return place->second;
+    for (std::size_t i = 0; i < records.size(); ++i)
+      if (records[i].plan.spec.system == system && records[i].plan.spec.options.empty() &&
+          records[i].mapping == mapping)
+        return place->second = headroom_of(records[i], own_context, findings[i]);
+    try {
+      place->second = headroom_under(system, body, mapping, sweeps, judges_weights, own_context);
+    } catch (const solver::RigError&) {  // this chain has no such system
+    }
+    return place->second;
+  };
+  std::vector<std::vector<RigHeadroom>> beside(records.size());
+  for (std::size_t i = 0; i < records.size(); ++i)
+    for (const std::string& system : systems_beside(records[i].plan)) {
+      const auto headroom = headroom_in_run(system, records[i].mapping);
+      if (headroom.empty()) continue;
+      beside[i].push_back({system, headroom});
+      if (system == "even") offer_even(records[i], request.chain, run.words, headroom, findings[i]);
+    }
   if (request.image_pass) pictures.look(records, findings, progress);
   for (std::size_t i = 0; i < records.size(); ++i) {
     const JudgeContext& context = context_of(records[i]);
@@ -463,6 +486,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     if (std::string note = resolution_note(records[i]); !note.empty())
       report.characters.back().notes.push_back(std::move(note));
     report.rigs.push_back(result_of(records[i], context, findings[i]));
+    report.rigs.back().beside = std::move(beside[i]);
     take_external(external[i], report.rigs.back());
     for (const Coverage& each : deformers[i].coverage) report.rigs.back().coverage.push_back(each);
     cut_headroom(records[i], deformers[i].findings, report.rigs.back().headroom);
@@ -922,8 +946,9 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     if (!report.findings.front().reproduce.empty())
       report.next.push_back(report.findings.front().reproduce);
     const auto repairable = std::ranges::find_if(
-        report.findings, [](const Finding& each) { return !each.repair.empty(); });
-    if (repairable != report.findings.end()) report.next.push_back(repairable->repair);
+        report.findings, [](const Finding& each) { return !each.cures.empty(); });
+    if (repairable != report.findings.end())
+      report.next.push_back(repairable->cures.front().command);
   }
   if (request.baseline) {
     const Digest digest(report);

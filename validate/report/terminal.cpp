@@ -83,12 +83,6 @@ void Page::paragraph(std::size_t indent, const std::string& text, Ink ink_of) {
 
 std::string count_of(int n, const std::string& what) { return std::to_string(n) + ' ' + what; }
 
-/// `97`, or `120+` where nothing beyond was tested, or `?`.
-std::string clean_text(const Headroom& h) {
-  if (!h.measured || !std::isfinite(h.clean_to_deg)) return "?";
-  return fixed(h.clean_to_deg, 0) + (h.clean_to_deg >= h.tested_to_deg ? "+" : "");
-}
-
 bool falls_short(const Headroom& h) { return !h.measured || !(h.clean_to_deg >= h.needs_deg); }
 
 /// Clean as far as it was measured, which is not as far as it has to be.
@@ -137,6 +131,10 @@ void headroom_table(Page& page, const RigResult& rig) {
     page.line(row, note, falls_short(h) ? Ink::red : Ink::plain,
               falls_short(h) ? Ink::red : Ink::green);
   }
+  for (const RigHeadroom& other : rig.beside)
+    page.line("  " + padded("here, " + visible(other.system), kName) + " " +
+                  headroom_text(other.headroom),
+              "", Ink::dim);
   const Corners& c = rig.corners;
   if (!c.needed && c.poses == 0) return;
   const auto right = [](const std::string& text, std::size_t width) {

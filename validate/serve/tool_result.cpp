@@ -21,7 +21,7 @@ void cut(json& list) {
 void shorten_finding(json& finding) {
   keep_only(finding, {"artist", "between",         "character", "code",    "control_deg", "detail",
                       "frame",  "inside_envelope", "limit",     "mapping", "owner",       "place",
-                      "pose",   "repair",          "reproduce", "rig",     "sweep",       "time",
+                      "pose",   "cures",           "reproduce", "rig",     "sweep",       "time",
                       "unit",   "value",           "verdict"});
 }
 

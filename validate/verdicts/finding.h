@@ -42,6 +42,12 @@ struct FindingPictures {
   std::string heat_of{};                   // what the heat shows: `mesh kink, deg`
 };
 
+/// A command line that may cure a finding. It measures again by itself.
+struct Cure {
+  std::string command;
+  std::string gives;  // what was measured that speaks for it, one line; empty: nothing was
+};
+
 /// One thing that was measured and judged, with its place and how to see it again.
 struct Finding {
   std::string code;  // BB001 ...: a row of the table of checks
@@ -69,7 +75,7 @@ struct Finding {
   ImageWitness image;
   FindingPictures pictures;
   std::string reproduce;  // command line that shows it again
-  std::string repair;     // command line that may cure it; empty: none does
+  std::vector<Cure> cures;
   /// Program (`maya`, `blender`) -> the line of Python that puts the artist's own rig into the
   /// pose; empty where no sidecar says which control does what.
   std::map<std::string, std::string> artist;

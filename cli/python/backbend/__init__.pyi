@@ -210,6 +210,10 @@ class Headroom(Record):
     headroom_deg: float | None
     measured: bool
 
+class SystemHeadroom(Record):
+    system: str
+    headroom: list[Headroom]
+
 class Corners(Record):
     poses: int
     clean: int
@@ -252,6 +256,7 @@ class RigResult(Record):
     options: dict[str, str]
     verdict: Literal["pass", "fail", "waived", "stress", "not_measured", "not_applicable"]
     headroom: list[Headroom]
+    beside: list[SystemHeadroom]
     corners: Corners
     search: Search
     sweeps: list[SweepValues]
@@ -277,6 +282,10 @@ class CharacterFacts(Record):
     envelope_reason: str
     notes: list[str]
 
+class Cure(Record):
+    command: str
+    gives: str
+
 class Finding(Record):
     code: str
     character: str
@@ -300,7 +309,7 @@ class Finding(Record):
     image: Literal["not_measured"] | Record
     pictures: Record
     reproduce: str
-    repair: str
+    cures: list[Cure]
     artist: dict[str, str]
 
 class Canary(Record):

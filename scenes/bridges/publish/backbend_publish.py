@@ -222,7 +222,8 @@ def line_of(finding, name, remedy):
     place = finding["place"]
     where = [" - ".join(place["between"]) if "between" in place else place.get("joint", ""), place.get("side", ""),
              place.get("mesh_part", "")]
-    do = ("run " + finding["repair"]) if finding.get("repair") else remedy
+    cures = finding.get("cures")
+    do = "run " + cures[0]["command"] if cures else remedy
     text = "%s %s, %s%s%s. %s: %s" % (finding["code"], name, finding["pose"] or finding["sweep"] or "at rest", measured,
                                       "".join(", " + each for each in where if each), finding["owner"], do)
     return " ".join(text.split())  # one line, whatever names hold

@@ -54,6 +54,8 @@ function headroomTiles() {
   const several = new Set(rigs.map((rig) => rig.character)).size > 1;
   const severalRigs = new Set(rigs.map((rig) => rig.rig)).size > 1;
   const who = ({ rig }) => visible([several && rig.character, severalRigs && rig.rig, rig.mapping].filter(Boolean).join(" "));
+  const rowOf = (label, h, kind = "") => el("div", { class: "row" + kind }, el("span", { class: "who" }, label), bullet(h),
+    el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(h)), !kind && [", required ", number(h.needs_deg)]));
   const tile = ([channel, rows]) => {
     const order = (h) => h.measured && h.headroom_deg != null ? h.headroom_deg : -Infinity;
     rows.sort((a, b) => order(a.h) - order(b.h));
@@ -68,8 +70,10 @@ function headroomTiles() {
         : el("p", { class: "room" }, h.measured ? signed(h.headroom_deg) + "°" : "not measured",
           falls(h) && el("span", { class: "falls" }, h.measured ? " short" : "")),
       headroomSpark(rows[0].rig, channel),
-      shown.map((row) => el("div", { class: "row" }, el("span", { class: "who" }, who(row)), bullet(row.h),
-        el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(row.h)), ", required ", number(row.h.needs_deg)))),
+      shown.map((row) => [rowOf(who(row), row.h), ...(row.rig.beside ?? []).map((other) => {
+        const h = other.headroom.find((one) => one.channel === channel);
+        return h && rowOf(visible(other.system), h, " beside");
+      })]),
       rows.length > 3 && el("a", { href: "#rigs" }, plural(rows.length - 3, "more row")));
   };
   const cornered = rigs.filter((rig) => rig.corners && (rig.corners.needed || rig.corners.poses > 0));

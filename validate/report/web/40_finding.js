@@ -46,13 +46,17 @@ function scaleBar(finding) {
 
 const solidAt = (finding) => meshViews.findIndex((m) => report.findings[m.finding] === finding);
 
-/** The command that may cure the finding: of the weights, or of the options of our rig. */
-function cure(finding) {
-  const [title, means] = finding.owner === "SOLVER"
-    ? ["Tune", "Searches this rig's options for more headroom at little change of shape, measures each choice, and shows a few. Add --dry-run to see what would be varied."]
-    : ["Repair", "Changes these weights, measures all poses again, keeps only what makes no check worse, and says what is left. Add --dry-run to look first."];
+const cureWords = new Map([
+  ["repair", ["Repair", "Changes these weights, measures all poses again, keeps only what makes no check worse, and says what is left. Add --dry-run to look first."]],
+  ["tune", ["Tune", "Searches this rig's options for more headroom at little change of shape, measures each choice, and shows a few. Add --dry-run to see what would be varied."]],
+  ["export", ["Export", "Writes the spine even as a native rig on these joints, for Blender; --to maya and --to json are the others."]],
+]);
+/** A command that may cure the finding, and what was measured that speaks for it. */
+function cureOf(cure) {
+  const [title, means] = cureWords.get(cure.command.split(" ")[1]) ?? ["Cure", ""];
   return el("div", { class: "reproduce" }, el("h3", {}, title), el("p", { class: "soft" }, means),
-    el("pre", {}, visible(finding.repair)), copyButton(finding.repair, "copy " + title.toLowerCase() + " command"));
+    cure.gives && el("p", { class: "gives" }, "Measured: ", name(cure.gives), "."),
+    el("pre", {}, visible(cure.command)), copyButton(cure.command, "copy " + title.toLowerCase() + " command"));
 }
 
 function factsOf(finding) {
@@ -73,7 +77,7 @@ function factsOf(finding) {
         Object.entries(finding.geometry).map(([key, value]) => el("tr", {}, el("th", { scope: "row" }, name(key)), el("td", { class: "num" }, number(value, 8))))))),
       check && row("check", name(check.measures), check.limit != null && "; default limit " + quantity(check.limit, check.unit), check.reason && ["; ", name(check.reason)])),
     finding.reproduce && el("div", { class: "reproduce" }, el("h3", {}, "See it again"), el("pre", {}, visible(finding.reproduce)), copyButton(finding.reproduce, "copy command")),
-    finding.repair && cure(finding),
+    ...(finding.cures ?? []).map(cureOf),
     ...Object.entries(finding.artist ?? {}).map(([program, line]) => el("div", { class: "reproduce" }, el("h3", {}, "Your rig in this pose: ", name(program)),
       el("pre", {}, visible(line)), copyButton(line, "copy line for " + visible(program)))),
     mayApprove(finding) && tick(finding),
