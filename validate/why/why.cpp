@@ -48,13 +48,16 @@ std::vector<std::string> worse_in(const Failures& before, const Failures& after)
   return keys;
 }
 
-/// What a version fails, and of the findings that are asked for what it nearly fails.
+/// What a version fails, and of the findings that are asked for what it nearly fails and what is
+/// booked to the skeleton or the pose.
 struct Judged {
-  Failures failures, near;
+  Failures failures, near, advisory;
 };
 
-double badness_in(const Judged& measured, const std::string& key) {
-  return std::max(badness_in(measured.failures, key), badness_in(measured.near, key));
+/// `advisory`: whoever it is booked to.
+double badness_in(const Judged& judged, const std::string& key, bool advisory = false) {
+  return std::max({badness_in(judged.failures, key), badness_in(judged.near, key),
+                   advisory ? badness_in(judged.advisory, key) : 0.0});
 }
 
 /// A limit on the good side by kNear, of what is lost where a share is to be kept; its inverse
@@ -80,7 +83,7 @@ std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& con
 
 /// `only`: as failures_of(). `asked`: the findings whose near misses are told.
 Judged measure(const Version& version, const WhySettings& settings, const std::string& only,
-                 const std::set<std::string>& asked) {
+               const std::set<std::string>& asked) {
   const std::vector<skin::SidecarControl> controls =
       version.sidecar ? version.sidecar->controls : std::vector<skin::SidecarControl>();
   const Stage stage(version.character, version.hints, settings.chain, controls);
@@ -121,16 +124,17 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   std::vector<Finding> findings = judge_rig(rig, context);
   book_owners(stage, body, rig, true, findings);
   Judged out;
-  // What is booked to skeleton or pose is neither a failure nor nearly one.
   std::set<std::string> wanted = asked;
   for (const Finding& finding : findings) wanted.erase(key_of(finding));
   if (!wanted.empty()) {
     std::vector<Finding> near = near_findings(rig, context);
     std::erase_if(near, [&](const Finding& each) { return !wanted.contains(key_of(each)); });
     book_owners(stage, body, rig, true, near);
-    for (Finding& finding : near)
-      if (finding.verdict == Verdict::fail && std::isfinite(finding.value))
-        add_failure(std::move(finding), out.near);
+    for (Finding& finding : near) {
+      if (!std::isfinite(finding.value)) continue;
+      Failures& into = finding.verdict == Verdict::fail ? out.near : out.advisory;
+      add_failure(std::move(finding), into);
+    }
   }
   if (only.empty() || sweep.empty()) {
     const WeightHygiene weights = examine_weights(stage.character(), stage.character().influences);
@@ -139,8 +143,12 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   }
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
   for (Finding& finding : findings) {
-    if (finding.verdict != Verdict::fail) continue;
     if (!find_check(finding.code) || !std::isfinite(finding.value)) continue;
+    if (finding.verdict != Verdict::fail) {
+      if (finding.inside_envelope && asked.contains(key_of(finding)))
+        add_failure(std::move(finding), out.advisory);
+      continue;
+    }
     if (is_external(version.rig.spec) && finding.owner == Owner::solver) finding.owner = Owner::rig;
     places.name({}, finding);
     add_failure(std::move(finding), out.failures);
@@ -193,14 +201,17 @@ class Mixer {
 
   /// How bad one finding is in a mixture of parts; nothing where that cannot be measured.
   std::optional<double> bad_in_parts(IngredientSet set, const VersionPair::Parts& parts,
-                                     const std::string& key) {
+                                     const std::string& key, bool advisory) {
     // Findings of one sweep share its measurement.
     std::string name = std::to_string(set) + "|" + key.substr(std::min<Index>(5, key.size()));
     for (const auto* names : {&parts.weights, &parts.options})
       if (*names)
         for (const std::string& each : **names) name += "|" + each;
+    const auto bad = [&](const std::optional<Judged>& judged) {
+      return judged ? std::optional(badness_in(*judged, key, advisory)) : std::nullopt;
+    };
     if (const auto known = in_parts_.find(name); known != in_parts_.end())
-      return known->second ? std::optional(badness_in(*known->second, key)) : std::nullopt;
+      return bad(known->second);
     poll_interrupt();
     std::optional<Judged> found;
     try {
@@ -209,8 +220,7 @@ class Mixer {
     } catch (const skin::CharacterError&) {  // then the part is kept
     } catch (const solver::RigError&) {
     }
-    const auto& kept = in_parts_[name] = std::move(found);
-    return kept ? std::optional(badness_in(*kept, key)) : std::nullopt;
+    return bad(in_parts_[name] = std::move(found));
   }
 
  private:
@@ -306,27 +316,34 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
     WhyFinding why;
     why.key = key;
     why.finding = after.at(key);
-    const double new_bad = badness(why.finding);
     if (const auto found = before.find(key); found != before.end()) why.was = found->second.value;
-    // Half of what it got worse by.
-    const double from = std::max(badness_in(*mixer.of(0), key), kNear);
-    const double half = from + 0.5 * (new_bad - from);
-    const auto makes = [&](double bad) { return bad > 0.0 && bad >= half; };
-    for (const IngredientSet set : subsets(pair.changed())) {
-      const Judged* with = mixer.of(set);
-      if (with == nullptr || !makes(badness_in(*with, key))) continue;
-      const Judged* without = mixer.of(pair.changed() & ~set);
-      if (without == nullptr || makes(badness_in(*without, key))) continue;
-      why.ingredients = set;
-      const Failures& failing = without->failures;
-      if (const auto found = failing.find(key); found != failing.end())
+    const auto makes = [&](double bad, bool advisory) {
+      // Half of what it got worse by.
+      const double from = std::max(badness_in(*mixer.of(0), key, advisory), kNear);
+      return bad > 0.0 && bad >= from + 0.5 * (badness(why.finding) - from);
+    };
+    const auto smallest = [&](bool advisory) -> IngredientSet {
+      for (const IngredientSet set : subsets(pair.changed())) {
+        const Judged* with = mixer.of(set);
+        if (with == nullptr || !makes(badness_in(*with, key, advisory), advisory)) continue;
+        const Judged* without = mixer.of(pair.changed() & ~set);
+        if (without != nullptr && !makes(badness_in(*without, key, advisory), advisory)) return set;
+      }
+      return 0;
+    };
+    // Of fewer ingredients that make the value, the others only change whom it is booked to: a
+    // vertex that was split can do that.
+    const IngredientSet failing = smallest(false), by_value = smallest(true);
+    const bool advisory = by_value != 0 && (failing == 0 || (by_value & ~failing) == 0);
+    why.ingredients = advisory ? by_value : failing;
+    if (const Judged* without = mixer.of(pair.changed() & ~why.ingredients);
+        why.ingredients != 0 && without != nullptr)
+      if (const auto found = without->failures.find(key); found != without->failures.end())
         why.without = found->second.value;
-      break;
-    }
     VersionPair::Parts parts;
     const auto still = [&](const VersionPair::Parts& tried) {
-      const auto bad = mixer.bad_in_parts(why.ingredients, tried, key);
-      return bad && makes(*bad);
+      const auto bad = mixer.bad_in_parts(why.ingredients, tried, key, advisory);
+      return bad && makes(*bad, advisory);
     };
     if (why.ingredients & bit(Ingredient::options)) {
       parts.options = why.options = needed(pair.changed_options(), [&](const auto& fewer) {
