@@ -55,7 +55,7 @@ function headroomTiles() {
   const severalRigs = new Set(rigs.map((rig) => rig.rig)).size > 1;
   const who = ({ rig }) => visible([several && rig.character, severalRigs && rig.rig, rig.mapping].filter(Boolean).join(" "));
   const rowOf = (label, h, kind = "") => el("div", { class: "row" + kind }, el("span", { class: "who" }, label), bullet(h),
-    el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(h)), !kind && [", required ", number(h.needs_deg)]));
+    el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(h)), ", required ", number(h.needs_deg)));
   const tile = ([channel, rows]) => {
     const order = (h) => h.measured && h.headroom_deg != null ? h.headroom_deg : -Infinity;
     rows.sort((a, b) => order(a.h) - order(b.h));
