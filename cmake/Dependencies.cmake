@@ -11,6 +11,7 @@ find_package(Imath REQUIRED CONFIG)
 find_package(OpenEXR REQUIRED CONFIG)
 find_package(OpenImageIO REQUIRED CONFIG)
 find_package(assimp REQUIRED CONFIG)
+find_package(draco REQUIRED CONFIG)
 find_package(SQLite3 REQUIRED)
 find_package(Eigen3 3.4 REQUIRED CONFIG NO_MODULE)
 # Its CMake package is in other places on Debian 12 and 13; the C interface needs no more.

@@ -2,7 +2,7 @@
 # distribution's packages, or where there are none what each library's own CMake file says.
 set(backbend_libraries "")
 foreach(entry
-    "assimp libassimp-dev ${assimp_VERSION}" "CLI11 libcli11-dev ${CLI11_VERSION}"
+    "assimp libassimp-dev ${assimp_VERSION}" "CLI11 libcli11-dev ${CLI11_VERSION}" "draco libdraco-dev ${draco_VERSION}"
     "eigen libeigen3-dev ${Eigen3_VERSION}" "embree libembree-dev ${embree_VERSION}" "glm libglm-dev ${glm_VERSION}" "imath libimath-dev ${Imath_VERSION}"
     "nlopt libnlopt-dev " "nlohmann-json nlohmann-json3-dev ${nlohmann_json_VERSION}" "openexr libopenexr-dev ${OpenEXR_VERSION}"
     "openimageio libopenimageio-dev ${OpenImageIO_VERSION}" "tbb libtbb-dev ${TBB_VERSION}"

@@ -1,6 +1,7 @@
-// backbend-import KIND < FILE > GLB: reads one FBX, Collada or BVH file with Assimp and writes it
-// as binary glTF. Run by backbend for one file at a time, so that a crash, a leak or an endless
-// loop ends with this process. Its exit code is 0, or 3 with one line on standard error.
+// backbend-import KIND < FILE > GLB: reads one FBX, Collada or BVH file with Assimp, or a binary
+// glTF that Draco compressed, and writes it as plain binary glTF. Run by backbend for one file at a
+// time, so that a crash, a leak or an endless loop ends with this process. Its exit code is 0, or 3
+// with one line on standard error.
 #include <assimp/BaseImporter.h>
 #include <assimp/config.h>
 #include <assimp/importerdesc.h>
@@ -19,6 +20,7 @@
 #include <sstream>
 #include <string>
 
+#include "cli/import/draco_glb.h"
 #include "cli/import/scene_glb.h"
 #include "skin/character/character.h"
 #include "skin/gltf/asset_folder.h"
@@ -100,6 +102,10 @@ bool write_output(const std::vector<std::uint8_t>& bytes) {
 int run(const std::string& kind) {
   const std::string bytes = read_input();
   limit_resources(bytes.size());
+  if (kind == "draco")
+    return write_output(decompress_draco({bytes.begin(), bytes.end()}))
+               ? 0
+               : complain("cannot be passed on");
   Assimp::Importer importer;
   keep_only(importer, kind);
   // Joints as the animator has them, without Assimp's helper nodes and made-up stick figures.
@@ -118,7 +124,7 @@ int run(const std::string& kind) {
 
 int main(int argument_count, char** arguments) {
   using namespace backbend::import;
-  if (argument_count != 2) return complain("usage: backbend-import fbx|dae|bvh < FILE > GLB");
+  if (argument_count != 2) return complain("usage: backbend-import fbx|dae|bvh|draco < FILE > GLB");
   try {
     return run(arguments[1]);
   } catch (const backbend::skin::CharacterError& error) {

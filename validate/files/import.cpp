@@ -1,7 +1,10 @@
 #include "validate/files/import.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
+#include <fstream>
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "render/image/own_file.h"
@@ -15,6 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
+constexpr const char* kDraco = "KHR_draco_mesh_compression";
+
 std::string kind_of(const fs::path& file) {
   std::string ending = file.extension().string();
   if (!ending.empty()) ending.erase(0, 1);
@@ -27,30 +32,53 @@ fs::path import_program() {
   fs::path file = render::libexec_file("backbend-import");
   std::error_code error;
   if (fs::is_regular_file(file, error)) return file;
-  throw ReadError("cannot find backbend-import, which reads FBX, Collada and BVH: expected " +
-                  file.string());
+  throw ReadError(
+      "cannot find backbend-import, which reads FBX, Collada, BVH and Draco: expected " +
+      file.string());
+}
+
+/// Whether a .glb can be read only with its meshes decompressed by Draco. False for what is no
+/// glTF: its reader says why.
+bool needs_draco(const fs::path& file) {
+  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;  // "glTF", "JSON"
+  constexpr std::uint32_t kMostJson = 1u << 28;
+  std::array<std::uint32_t, 5> head{};  // magic, version, length; length and kind of the chunk
+  std::ifstream in(file, std::ios::binary);
+  if (!in.read(reinterpret_cast<char*>(head.data()), sizeof head) || head[0] != kMagic ||
+      head[4] != kJson || head[3] > std::min(head[2], kMostJson))
+    return false;
+  std::string text(head[3], ' ');
+  if (!in.read(text.data(), static_cast<std::streamsize>(text.size())) ||
+      text.find(kDraco) == std::string::npos)
+    return false;
+  const auto root = nlohmann::json::parse(text, nullptr, false);
+  if (!root.is_object()) return false;
+  const auto required = root.find("extensionsRequired");
+  return required != root.end() && required->is_array() &&
+         std::ranges::find(*required, nlohmann::json(kDraco)) != required->end();
 }
 
 /// Why the child came back without a file, for a person who has only the file.
-std::string cause_of(const FilteredChild& child) {
-  const std::string other = "; export it as glTF, or export it again";
+std::string cause_of(const FilteredChild& child, const std::string& library) {
+  const std::string other = library == "Draco" ? "; export it without compression"
+                                               : "; export it as glTF, or export it again";
   if (child.too_long || child.exit_code == 128 + SIGPROF || child.exit_code == 128 + SIGXCPU)
     return "takes too long to read for its size" + other;
   if (child.too_much) return "needs too much memory for its size" + other;
   if (child.exit_code > 128)
-    return "Assimp crashed reading it (signal " + std::to_string(child.exit_code - 128) +
-           "): the file is broken, or of a kind that Assimp does not know" + other;
+    return library + " crashed reading it (signal " + std::to_string(child.exit_code - 128) +
+           "): the file is broken, or of a kind that " + library + " does not know" + other;
   std::string said = child.complaint;
   while (!said.empty() && said.back() == '\n') said.pop_back();
-  if (said.empty()) return "Assimp cannot read it" + other;
-  return "Assimp cannot read it: " + skin::printable(said);
+  if (said.empty()) return library + " cannot read it" + other;
+  return library + " cannot read it: " + skin::printable(said);
 }
 
 }  // namespace
 
 bool is_imported(const fs::path& file) {
   const std::string kind = kind_of(file);
-  return kind == "fbx" || kind == "dae" || kind == "bvh";
+  return kind == "fbx" || kind == "dae" || kind == "bvh" || (kind == "glb" && needs_draco(file));
 }
 
 skin::GltfDocument import_document(const fs::path& file) {
@@ -60,10 +88,11 @@ skin::GltfDocument import_document(const fs::path& file) {
   // The program limits its own memory and processor time; this stops one that merely waits.
   const double seconds = 60.0 + 1e-5 * static_cast<double>(size);
   const std::size_t most = std::min(skin::kMaxFileBytes, (std::size_t{64} << 20) + 16 * size);
-  FilteredChild child =
-      filter_child({import_program().string(), kind_of(file)}, converted.source, most, seconds);
+  const bool draco = kind_of(file) == "glb";
+  FilteredChild child = filter_child({import_program().string(), draco ? "draco" : kind_of(file)},
+                                     converted.source, most, seconds);
   if (child.exit_code != 0 || child.output.empty())
-    throw skin::CharacterError(file.string() + ": " + cause_of(child));
+    throw skin::CharacterError(file.string() + ": " + cause_of(child, draco ? "Draco" : "Assimp"));
   converted.gltf = std::move(child.output);
   return skin::load_gltf(converted);
 }

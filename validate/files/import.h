@@ -5,11 +5,11 @@
 
 namespace backbend::validate {
 
-/// Whether a file's ending is that of a format which Assimp reads for us: .fbx, .dae, .bvh, in
-/// whatever case.
+/// Whether a file is of a format that another program reads for us: .fbx, .dae and .bvh, in
+/// whatever case, by Assimp; a .glb whose meshes Draco compressed.
 bool is_imported(const std::filesystem::path& file);
 
-/// An FBX, Collada or BVH file as glTF with everything in it: skeleton, skinned meshes, materials,
+/// Such a file as plain glTF with everything in it: skeleton, skinned meshes, materials,
 /// animations. FBX comes out +Y up in metres; the others keep what their files say.
 ///
 /// Read by a process of its own (`backbend-import`), so that a crash, a hang or excessive memory

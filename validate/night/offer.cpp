@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "solver/rig/option_range.h"
+#include "validate/files/import.h"
 #include "validate/files/output_folder.h"
 #include "validate/model/digest.h"
 #include "validate/sweeps/external_spec.h"
@@ -26,7 +27,8 @@ std::string with_clean_weights(const Finding& finding) {
 void offer_repair(const std::filesystem::path& file, const std::string& character,
                   const std::string& words, DrivenChain chain, std::vector<Finding>& findings) {
   const std::string kind = file.extension().string();
-  if ((kind != ".glb" && kind != ".gltf") || chain == DrivenChain::neck) return;
+  if ((kind != ".glb" && kind != ".gltf") || is_imported(file) || chain == DrivenChain::neck)
+    return;
   for (Finding& finding : findings)
     if (finding.character == character && is_of_weights(finding))
       finding.cures.push_back(

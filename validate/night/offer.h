@@ -11,9 +11,9 @@ namespace backbend::validate {
 // Findings name the commands that may cure them, and what was measured that speaks for each. Those
 // commands measure again.
 
-/// Failures of the weights name `repair`, with what clean weights give in the pose. Only glTF can
-/// be repaired, and only with the spine for the driven chain. `words` is the character as commands
-/// name it.
+/// Failures of the weights name `repair`, with what clean weights give in the pose. Only glTF that
+/// is not compressed can be repaired, and only with the spine for the driven chain. `words` is the
+/// character as commands name it.
 void offer_repair(const std::filesystem::path& file, const std::string& character,
                   const std::string& words, DrivenChain chain, std::vector<Finding>& findings);
 

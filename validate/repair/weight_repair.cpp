@@ -407,8 +407,8 @@ WeightRepair repair_weights(const std::filesystem::path& file, const skin::Anato
   if (is_imported(file))
     throw skin::CharacterError(
         file.string() +
-        ": only glTF (.glb, .gltf) can be repaired; other formats lose the numbers of their "
-        "vertices on the way here: export the character as glTF");
+        ": only glTF (.glb, .gltf) without compression can be repaired; other formats lose the "
+        "numbers of their vertices on the way here: export the character so");
   if (file.extension() == ".toml")
     throw skin::CharacterError(file.string() +
                                ": a body description has no weights; make the body first "

@@ -14,8 +14,11 @@
 #include <fstream>
 
 #include "skin/anatomy/anatomy.h"
+#include "skin/body/body.h"
 #include "skin/deform/skinning.h"
+#include "skin/gltf/glb_writer.h"
 #include "skin/gltf/gltf_reader.h"
+#include "tests/skin/body_figure.h"
 #include "tests/source_folder.h"
 #include "tests/validate/import_fixture.h"
 #include "validate/files/child_process.h"
@@ -55,6 +58,17 @@ class Import : public ::testing::Test {
 
   fs::path folder_;
 };
+
+/// The figure's body as .glb, plain or compressed.
+std::string body_glb(bool with_draco) {
+  std::vector<std::uint8_t> bytes = skin::encode_glb(skin::make_body(skin::figure()));
+  if (with_draco) {
+    const FilteredChild packed = filter_child({BACKBEND_DRACO_PACK}, bytes, 1u << 26, 60.0);
+    EXPECT_EQ(packed.exit_code, 0) << packed.complaint;
+    bytes = packed.output;
+  }
+  return {bytes.begin(), bytes.end()};
+}
 
 bool warned(const skin::Character& character, const std::string& code) {
   for (const skin::Warning& warning : character.warnings)
@@ -120,6 +134,36 @@ TEST_F(Import, TakesEndingsInWhateverCase) {
   EXPECT_FALSE(is_imported("hero.glb"));
   EXPECT_FALSE(is_imported("fbx"));
   expect_the_tower(load_character(write("TOWER.FBX", tower_fbx())));
+}
+
+TEST_F(Import, ReadsMeshesThatDracoCompressed) {
+  const fs::path file = write("packed.glb", body_glb(true));
+  EXPECT_TRUE(is_imported(file));
+  const skin::Character expected = load_character(write("plain.glb", body_glb(false))),
+                        found = load_character(file);
+  ASSERT_EQ(found.vertex_count(), expected.vertex_count());
+  EXPECT_EQ(found.bind_position, expected.bind_position);
+  EXPECT_EQ(found.triangles, expected.triangles);
+  for (std::size_t v = 0; v < expected.vertex_count(); ++v) {
+    ASSERT_EQ(found.influences[v].joint, expected.influences[v].joint) << v;
+    ASSERT_EQ(found.influences[v].weight, expected.influences[v].weight) << v;
+  }
+}
+
+TEST_F(Import, RefusesDracoDataThatAreCutOrSaySomethingElseInOneLine) {
+  std::string cut = body_glb(true), other = cut;
+  const auto draco = cut.find("DRACO");
+  ASSERT_NE(draco, std::string::npos);
+  for (std::size_t i = draco; i < draco + 60; ++i) cut[i] = 0;
+  const auto count = other.find("\"count\":");
+  ASSERT_NE(count, std::string::npos);
+  other[count + 8] = other[count + 8] == '9' ? '8' : '9';
+  for (const auto& [name, bytes] : {std::pair("cut.glb", cut), std::pair("other.glb", other)}) {
+    const fs::path file = write(name, bytes);
+    const std::string said = refusal(file);
+    EXPECT_TRUE(is_one_line_about(said, file)) << said;
+    EXPECT_NE(said.find("Draco"), std::string::npos) << said;
+  }
 }
 
 TEST_F(Import, NormalisesTheWeightsThatFbxLeavesAsTheyAreAndSaysSo) {
