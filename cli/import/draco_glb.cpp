@@ -96,7 +96,7 @@ class Decompressor {
     draco::DecoderBuffer buffer;
     buffer.Init(reinterpret_cast<const char*>(binary_.data()) + begin, size);
     auto mesh = draco::Decoder().DecodeMeshFromBuffer(&buffer);
-    if (!mesh.ok()) throw CharacterError("Draco: " + mesh.status().error_msg_string());
+    if (!mesh.ok()) throw CharacterError(mesh.status().error_msg_string());
     return std::move(mesh).value();
   }
 
