@@ -42,6 +42,9 @@ fs::path import_program() {
 bool needs_draco(const fs::path& file) {
   constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;  // "glTF", "JSON"
   constexpr std::uint32_t kMostJson = 1u << 28;
+  // A pipe would be waited for.
+  std::error_code error;
+  if (!fs::is_regular_file(file, error)) return false;
   std::array<std::uint32_t, 5> head{};  // magic, version, length; length and kind of the chunk
   std::ifstream in(file, std::ios::binary);
   if (!in.read(reinterpret_cast<char*>(head.data()), sizeof head) || head[0] != kMagic ||
