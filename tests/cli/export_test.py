@@ -347,7 +347,7 @@ class InBlender(ExportTest, CommandTest):
         channels = {name: [{"control": "even_top", "channel": channel, "per_degree": sign}]
                     for name, (channel, sign) in turns.items()}
         mapping = self.write("map.json", json.dumps({"channels": channels}))
-        self.assert_runs("check", glb, "--rig", f"blender:{built}", "--map", mapping, "--quick", "-o", "run", timeout=600)
+        self.assert_runs("check", glb, "--rig", f"blender:{built}", "--map", mapping, "--quick", "-o", "run", timeout_s=600)
         report = json.loads((self.folder / "run/report.json").read_text())
         (rig,) = report["rigs"]
         self.assertEqual(rig["verdict"], "pass")
