@@ -56,7 +56,7 @@ struct WeightFaults {
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
   /// (a middle joint: one side of the other's), over places with a mirror image: a place there, or
   /// the surface within 0.01. Asked of spine, clavicles and upper arms, where 95 % of the places
-  /// and all joints with weight have an image; where fewer places have a place there, of 0.35 and
+  /// and all joints with weight have an image; where fewer places have a place there, of 0.42 and
   /// more.
   WeightAnswer asymmetry;
   /// Joints of the spine up to the chest whose middles of weight do not stand in the chain's order:
