@@ -139,33 +139,30 @@ class JointMeasures {
     const auto slides = [&](const std::vector<double>& way) {
       return *std::max_element(way.begin(), way.end()) > wide;
     };
+    const auto report_pops = [&](Index joint, int base) {
+      std::vector<glm::dvec3> path;
+      for (Index i = 0; i < range.count; ++i)
+        path.push_back(place(range.first + i, watched_[joint].node, base));
+      const std::vector<double> pops = path_pops(path, time);
+      for (Index i = 0; i < range.count; ++i) report(i, pops[i], joint);
+    };
     // Several joints that move on their parents were moved by somebody (a shrug, a cartoon's
     // stretched neck), unless the controls say otherwise: then only pops count.
     const bool made = !arms_are_still && moving_joints_ > 1;
     for (Index a = 0; a < arms_.size(); ++a) {
       if (!made && slides(arm[a])) {
         for (Index i = 0; i < range.count; ++i) report(i, arm[a][i], arms_[a]);
-        continue;
+      } else {
+        report_pops(arms_[a], watched_[arms_[a]].base);
       }
-      std::vector<glm::dvec3> path;
-      for (Index i = 0; i < range.count; ++i)
-        path.push_back(place(range.first + i, watched_[arms_[a]].node, watched_[arms_[a]].base));
-      const std::vector<double> pops = path_pops(path, time);
-      for (Index i = 0; i < range.count; ++i) report(i, pops[i], arms_[a]);
-    }
-    if (made) {
-      for (const Index k : spine_) {
-        std::vector<glm::dvec3> path;
-        for (Index i = 0; i < range.count; ++i)
-          path.push_back(place(range.first + i, watched_[k].node, parent(k)));
-        const std::vector<double> pops = path_pops(path, time);
-        for (Index i = 0; i < range.count; ++i) report(i, pops[i], k);
-      }
-      return;
     }
     const std::vector<std::vector<double>> spine = spine_slides(range);
-    for (Index i = 0; i < range.count; ++i)
-      for (Index k = 0; k < spine_.size(); ++k) {
+    for (Index k = 0; k < spine_.size(); ++k) {
+      if (made || (!arms_are_still && !slides(spine[k]))) {
+        report_pops(spine_[k], parent(spine_[k]));
+        continue;
+      }
+      for (Index i = 0; i < range.count; ++i) {
         std::vector<double> others;
         for (Index j = 0; j < spine_.size(); ++j)
           if (j != k) others.push_back(spine[j][i]);
@@ -174,6 +171,7 @@ class JointMeasures {
         constexpr double kAlone = 3.0;
         if (spine[k][i] > kAlone * upper_median(others)) report(i, spine[k][i], spine_[k]);
       }
+    }
   }
 
  private:
@@ -187,7 +185,7 @@ class JointMeasures {
 
   // What a float file rounds a joint's place by, and what nobody sees; shares of the spine.
   static constexpr double kSamePlace = 0.001, kSlide = 0.02, kMoves = 0.005;
-  // Where nothing says that the arms were left alone: an animator slides a shoulder blade so far.
+  // Where no control says that the body was left alone: an animator slides a neck so far.
   static constexpr double kKeyedSlide = 0.03;
 
   /// The frame whose controls are nearest to rest; the first where none is recorded.

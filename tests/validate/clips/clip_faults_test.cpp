@@ -409,6 +409,54 @@ TEST(ClipFaults, AJointThatSlidesSlowlyIsFoundByItsWay) {
     }
 }
 
+TEST(ClipFaults, AnAnimatorMaySlideAJointALittleWhereNoControlSaysOtherwise) {
+  for (const bool with_controls : {true, false}) {
+    const Motion motion = sweep_motion(with_controls);
+    for (const char* name : {"LeftShoulder", "neck"})
+      for (const double percent : {2.5, 3.5}) {
+        skin::Clip slid = motion.clip;
+        const double way = 0.01 * percent * motion.anatomy.spine_length;
+        for (Index f = 10; f < slid.frame_count(); ++f)
+          plant(slid, motion.joint(name), f, glm::dquat(1, 0, 0, 0),
+                glm::dvec3(0, 0, way * std::min(1.0, (static_cast<double>(f) - 10.0) / 40.0)));
+        bool found = false;
+        for (const Finding& each : failing(motion.findings(slid))) found |= each.code == "BB021";
+        EXPECT_EQ(found, with_controls || percent > 3.0)
+            << motion.name << " " << name << " " << percent << list(motion.findings(slid));
+      }
+  }
+}
+
+TEST(ClipFaults, WhatCarriesTheBodyMayTravel) {
+  // A skeleton that is built from the chest: where it goes, the body goes.
+  Motion motion = sweep_motion(false);
+  skin::Clip& clip = motion.clip;
+  for (Index f = 10; f < clip.frame_count(); ++f)
+    for (Index j = 0; j < clip.joint_count(); ++j)
+      clip.world[f * clip.joint_count() + j][3] += glm::dvec4(0, f == 30 ? 0.4 : 0.1, 0.5, 0);
+  const auto has_slide = [&] {
+    for (const Finding& each : failing(motion.findings(clip)))
+      if (each.code == "BB021") return true;
+    return false;
+  };
+  EXPECT_FALSE(has_slide()) << "built from the hips";
+  std::vector<skin::Node>& nodes = motion.character.nodes;
+  const std::vector<int>& spine = motion.anatomy.spine;
+  for (Index k = 0; k < motion.anatomy.chest_index; ++k) {
+    nodes[static_cast<Index>(spine[k])].parent = spine[k + 1];
+    clip.parent[motion.joint(nodes[static_cast<Index>(spine[k])].name)] =
+        static_cast<int>(motion.joint(nodes[static_cast<Index>(spine[k + 1])].name));
+  }
+  const int chest = spine[motion.anatomy.chest_index];
+  nodes.push_back(nodes[static_cast<Index>(chest)]);
+  nodes.back().name = "root";
+  nodes.back().world_from_node = glm::dmat4(1.0);
+  nodes.back().parent = -1;
+  nodes[static_cast<Index>(chest)].parent = static_cast<int>(nodes.size()) - 1;
+  clip.parent[motion.joint(nodes[static_cast<Index>(chest)].name)] = -1;
+  EXPECT_FALSE(has_slide()) << "built from the chest";
+}
+
 /// The sweep as if its control stood for a channel, by `factor` of the angle that it turns.
 skin::Clip as_channel(const Motion& motion, const char* channel, double factor,
                       double offset_deg = 0.0) {
