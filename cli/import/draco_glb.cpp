@@ -17,8 +17,6 @@ using skin::CharacterError;
 using skin::Json;
 using Bytes = std::vector<std::uint8_t>;
 
-constexpr const char* kExtension = "KHR_draco_mesh_compression";
-
 std::size_t components_of(const Json& accessor) {
   static const std::map<std::string, std::size_t> known = {
       {"SCALAR", 1}, {"VEC2", 2}, {"VEC3", 3}, {"VEC4", 4}};
@@ -57,13 +55,14 @@ class Decompressor {
   Bytes run() {
     for (Json& mesh : document_.json.at("meshes"))
       for (Json& primitive : mesh.at("primitives"))
-        if (primitive.contains("extensions") && primitive["extensions"].contains(kExtension))
+        if (primitive.contains("extensions") &&
+            primitive["extensions"].contains(skin::kDracoExtension))
           decompress(primitive);
     for (const char* list : {"extensionsRequired", "extensionsUsed"}) {
       if (!document_.json.contains(list)) continue;
       Json others = Json::array();
       for (const Json& each : document_.json[list])
-        if (each != kExtension) others.push_back(each);
+        if (each != skin::kDracoExtension) others.push_back(each);
       if (others.empty())
         document_.json.erase(list);
       else
@@ -74,7 +73,7 @@ class Decompressor {
 
  private:
   void decompress(Json& primitive) {
-    const Json compressed = primitive["extensions"][kExtension];
+    const Json compressed = primitive["extensions"][skin::kDracoExtension];
     const std::unique_ptr<draco::Mesh> mesh = decode(compressed.at("bufferView"));
     for (const auto& [name, id] : compressed.at("attributes").items()) {
       const auto accessor = primitive.at("attributes").at(name).get<std::size_t>();
@@ -84,7 +83,7 @@ class Decompressor {
       take_attribute(*mesh, *attribute, accessor);
     }
     if (primitive.contains("indices")) take_triangles(*mesh, primitive["indices"]);
-    primitive["extensions"].erase(kExtension);
+    primitive["extensions"].erase(skin::kDracoExtension);
   }
 
   std::unique_ptr<draco::Mesh> decode(std::size_t view) {

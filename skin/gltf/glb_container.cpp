@@ -1,5 +1,7 @@
 #include "skin/gltf/glb_container.h"
 
+#include <array>
+#include <fstream>
 #include <span>
 #include <string_view>
 
@@ -79,6 +81,29 @@ void check_nesting(const std::string& file, std::string_view text) {
 }
 
 }  // namespace
+
+std::string peek_glb_json(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) return {};
+  const std::uintmax_t size = std::filesystem::file_size(file, error);
+  std::ifstream in(file, std::ios::binary);
+  std::array<char, 20> bytes{};  // magic, version, length; length and kind of the first chunk
+  if (error || !in.read(bytes.data(), bytes.size())) return {};
+  const std::span<const std::uint8_t> head(reinterpret_cast<const std::uint8_t*>(bytes.data()),
+                                           bytes.size());
+  const std::uint32_t length = little_endian_u32(head, 12);
+  if (little_endian_u32(head, 0) != kGlbMagic || little_endian_u32(head, 16) != kChunkJson ||
+      length > size)
+    return {};
+  std::string text(length, ' ');
+  if (!in.read(text.data(), static_cast<std::streamsize>(text.size()))) return {};
+  try {
+    check_nesting("", text);
+  } catch (const CharacterError&) {
+    return {};
+  }
+  return text;
+}
 
 GltfContainer open_gltf_container(const std::string& file, const std::vector<std::uint8_t>& bytes) {
   GltfContainer out = split(file, bytes);

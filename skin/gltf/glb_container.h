@@ -1,5 +1,6 @@
 #pragma once
 #include <cstdint>
+#include <filesystem>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,12 @@ struct GltfContainer {
   std::string json_text;
   std::optional<std::vector<std::uint8_t>> binary;
 };
+
+inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+
+/// The JSON text of a .glb, without reading what comes after it; empty for what is not a whole one
+/// or nests too deep, of which its reader complains. Waits for no pipe.
+std::string peek_glb_json(const std::filesystem::path& file);
 
 /// Splits a GLB into its chunks; bytes that do not start as a GLB are JSON text as they stand.
 /// Refuses text whose brackets nest deeper than any real file's, before a parser sees it. Throws

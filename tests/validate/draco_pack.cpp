@@ -88,11 +88,11 @@ std::vector<std::uint8_t> with_draco(const std::vector<std::uint8_t>& glb) {
       draco::EncoderBuffer compressed;
       const draco::Status status = encoder.EncodeMeshToBuffer(to, &compressed);
       if (!status.ok()) throw std::runtime_error(status.error_msg_string());
-      primitive["extensions"]["KHR_draco_mesh_compression"] = {
+      primitive["extensions"][skin::kDracoExtension] = {
           {"bufferView", out.add_view(compressed.data(), compressed.size(), 0)},
           {"attributes", attributes}};
     }
-  out.json["extensionsUsed"] = out.json["extensionsRequired"] = {"KHR_draco_mesh_compression"};
+  out.json["extensionsUsed"] = out.json["extensionsRequired"] = {skin::kDracoExtension};
   return out.finish();
 }
 

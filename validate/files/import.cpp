@@ -1,15 +1,14 @@
 #include "validate/files/import.h"
 
 #include <algorithm>
-#include <array>
 #include <csignal>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
 
 #include "render/image/own_file.h"
 #include "skin/character/printable.h"
 #include "skin/gltf/asset_folder.h"
+#include "skin/gltf/glb_container.h"
 #include "validate/files/child_process.h"
 #include "validate/files/output_folder.h"
 
@@ -17,8 +16,6 @@ namespace backbend::validate {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr const char* kDraco = "KHR_draco_mesh_compression";
 
 std::string kind_of(const fs::path& file) {
   std::string ending = file.extension().string();
@@ -40,25 +37,13 @@ fs::path import_program() {
 /// Whether a .glb can be read only with its meshes decompressed by Draco. False for what is no
 /// glTF: its reader says why.
 bool needs_draco(const fs::path& file) {
-  constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A;  // "glTF", "JSON"
-  constexpr std::uint32_t kMostJson = 1u << 28;
-  // A pipe would be waited for.
-  std::error_code error;
-  if (!fs::is_regular_file(file, error)) return false;
-  std::array<std::uint32_t, 5> head{};  // magic, version, length; length and kind of the chunk
-  std::ifstream in(file, std::ios::binary);
-  if (!in.read(reinterpret_cast<char*>(head.data()), sizeof head) || head[0] != kMagic ||
-      head[4] != kJson || head[3] > std::min(head[2], kMostJson))
-    return false;
-  std::string text(head[3], ' ');
-  if (!in.read(text.data(), static_cast<std::streamsize>(text.size())) ||
-      text.find(kDraco) == std::string::npos)
-    return false;
+  const std::string text = skin::peek_glb_json(file);
+  if (text.find(skin::kDracoExtension) == std::string::npos) return false;
   const auto root = nlohmann::json::parse(text, nullptr, false);
   if (!root.is_object()) return false;
   const auto required = root.find("extensionsRequired");
   return required != root.end() && required->is_array() &&
-         std::ranges::find(*required, nlohmann::json(kDraco)) != required->end();
+         std::ranges::find(*required, nlohmann::json(skin::kDracoExtension)) != required->end();
 }
 
 /// Why the child came back without a file, for a person who has only the file.
