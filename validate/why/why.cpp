@@ -81,7 +81,8 @@ std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& con
   return findings;
 }
 
-/// `only`: as failures_of(). `asked`: the findings whose near misses are told.
+/// `only`: the key of the one finding that is asked for; then only its sweep is measured. `asked`:
+/// the findings of which is told what is not a failure, too. Throws as failures_of() does.
 Judged measure(const Version& version, const WhySettings& settings, const std::string& only,
                const std::set<std::string>& asked) {
   const std::vector<skin::SidecarControl> controls =
@@ -125,13 +126,14 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   book_owners(stage, body, rig, true, findings);
   Judged out;
   std::set<std::string> wanted = asked;
-  for (const Finding& finding : findings) wanted.erase(key_of(finding));
+  for (const Finding& finding : findings)
+    if (finding.inside_envelope) wanted.erase(key_of(finding));
   if (!wanted.empty()) {
     std::vector<Finding> near = near_findings(rig, context);
     std::erase_if(near, [&](const Finding& each) { return !wanted.contains(key_of(each)); });
     book_owners(stage, body, rig, true, near);
     for (Finding& finding : near) {
-      if (!std::isfinite(finding.value)) continue;
+      if (!finding.inside_envelope || !std::isfinite(finding.value)) continue;
       Failures& into = finding.verdict == Verdict::fail ? out.near : out.advisory;
       add_failure(std::move(finding), into);
     }
@@ -175,7 +177,7 @@ class Mixer {
   Mixer(const VersionPair& pair, const WhySettings& settings, Progress& progress, WhyPair& out)
       : pair_(pair), settings_(settings), progress_(progress), out_(out) {}
 
-  /// Whose near misses are told in the mixtures that are measured from now on.
+  /// Of which findings mixtures tell what is not a failure, too, from now on.
   void ask_for(std::set<std::string> keys) { asked_ = std::move(keys); }
 
   /// Nullptr: the mixture cannot be measured.
