@@ -1,6 +1,7 @@
 #include "validate/night/run.h"
 
 #include <algorithm>
+#include <map>
 
 #include "skin/anatomy/import_checks.h"
 #include "validate/calibrate/calibrate.h"

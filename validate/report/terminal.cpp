@@ -132,9 +132,9 @@ void headroom_table(Page& page, const RigResult& rig) {
               falls_short(h) ? Ink::red : Ink::green);
   }
   for (const RigHeadroom& other : rig.beside)
-    page.line("  " + padded("here, " + visible(other.system), kName) + " " +
-                  headroom_text(other.headroom),
-              "", Ink::dim);
+    page.line(
+        "  " + padded(visible(other.system), kName) + " here: " + headroom_text(other.headroom), "",
+        Ink::dim);
   const Corners& c = rig.corners;
   if (!c.needed && c.poses == 0) return;
   const auto right = [](const std::string& text, std::size_t width) {

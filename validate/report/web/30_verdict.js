@@ -54,7 +54,7 @@ function headroomTiles() {
   const several = new Set(rigs.map((rig) => rig.character)).size > 1;
   const severalRigs = new Set(rigs.map((rig) => rig.rig)).size > 1;
   const who = ({ rig }) => visible([several && rig.character, severalRigs && rig.rig, rig.mapping].filter(Boolean).join(" "));
-  const rowOf = (label, h, kind = "") => el("div", { class: "row" + kind }, el("span", { class: "who" }, label), bullet(h),
+  const rowOf = (label, h, kind = "") => el("div", { class: "row" + kind }, el("span", { class: "who", title: label }, label), bullet(h),
     el("span", { class: "num" }, "clean to ", el("b", {}, cleanText(h)), ", required ", number(h.needs_deg)));
   const tile = ([channel, rows]) => {
     const order = (h) => h.measured && h.headroom_deg != null ? h.headroom_deg : -Infinity;
