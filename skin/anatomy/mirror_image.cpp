@@ -1,5 +1,7 @@
 #include "skin/anatomy/mirror_image.h"
 
+#include <algorithm>
+#include <cmath>
 #include <map>
 #include <string>
 #include <tuple>
@@ -36,6 +38,19 @@ Mirror mirror_of(const Character& character, const Anatomy& anatomy) {
   const double cosine = length > 0.0 ? glm::dot(across, anatomy.left) / length : 0.0;
   if (cosine > kTurnedMost && cosine < kAsTheAxis) mirror.left = across / length;
   return mirror;
+}
+
+glm::dmat3 body_axes(const Anatomy& anatomy, const Mirror& mirror) {
+  return {mirror.left, anatomy.up, glm::cross(mirror.left, anatomy.up)};
+}
+
+bool spine_is_in_the_middle(const Character& character, const Anatomy& anatomy,
+                            const Mirror& mirror) {
+  constexpr double kOff = 0.02;
+  return std::ranges::all_of(anatomy.spine, [&](int node) {
+    const glm::dvec3 place = origin(character.nodes[static_cast<Index>(node)].world_from_node);
+    return std::abs(glm::dot(place - mirror.middle, mirror.left)) <= kOff * anatomy.spine_length;
+  });
 }
 
 std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror) {

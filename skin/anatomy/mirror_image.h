@@ -1,5 +1,6 @@
 #pragma once
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <vector>
 
@@ -20,6 +21,12 @@ struct Mirror {
 /// across it lies the way from the right limbs' roots to the left ones', where that is more than 2
 /// degrees off the anatomy's left.
 Mirror mirror_of(const Character& character, const Anatomy& anatomy);
+
+/// The body's left, up and forward as columns, unit length, left as the mirror has it.
+glm::dmat3 body_axes(const Anatomy& anatomy, const Mirror& mirror);
+/// Whether every joint of the spine is within 2 % of the spine's length of the middle plane.
+bool spine_is_in_the_middle(const Character& character, const Anatomy& anatomy,
+                            const Mirror& mirror);
 
 /// The node on the other side of each node; itself in the middle, and where there is none. Names
 /// decide, and where they tell no pair, places.

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "skin/anatomy/mirror_image.h"
 #include "skin/character/matrix_facts.h"
 #include "validate/clips/clip_frames.h"
 #include "validate/metrics/chain/chain_corner.h"
@@ -327,8 +328,26 @@ std::vector<int> joints_with_shares(const skin::Character& character,
   return out;
 }
 
-std::vector<ShareExcess> shares_of(const ClipBody& body, const skin::Anatomy& anatomy,
-                                   const ClipRecord& record, const ClipSweepRecord& sweep) {
+/// Whether arms and legs stay as they are at rest throughout a sweep: an animator poses them, too,
+/// and who tries a spine does not.
+bool limbs_rest(const skin::Character& character, const skin::Anatomy& anatomy,
+                const ClipBody& body, const skin::ClipSweep& range) {
+  constexpr double kAtRestDeg = 0.5;
+  for (const auto* limb :
+       {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg, &anatomy.right_leg})
+    for (const int joint : *limb) {
+      const int parent = character.nodes[static_cast<Index>(joint)].parent;
+      if (parent < 0) continue;
+      for (Index f = range.first; f < range.first + range.count; ++f)
+        if (!(degrees(angle_between(body.turn(f, parent), body.turn(f, joint))) <= kAtRestDeg))
+          return false;
+    }
+  return true;
+}
+
+std::vector<ShareExcess> shares_of(const skin::Character& character, const ClipBody& body,
+                                   const skin::Anatomy& anatomy, const ClipRecord& record,
+                                   const ClipSweepRecord& sweep) {
   const skin::ClipSweep& range = sweep.range;
   std::vector<glm::dvec3> turn;
   for (Index f = range.first; f < range.first + range.count; ++f)
@@ -338,8 +357,12 @@ std::vector<ShareExcess> shares_of(const ClipBody& body, const skin::Anatomy& an
           rotation_vector(glm::conjugate(body.turn(f, joint.base)) * body.turn(f, joint.node)));
     }
   // Without controls, how the joints share the motion is up to the animator.
-  return joint_excess(turn, record.share_joint.size(), {anatomy.left, anatomy.up, anatomy.forward},
-                      !sweep.control.empty());
+  const bool of_controls = !sweep.control.empty();
+  const bool of_rig = of_controls || limbs_rest(character, anatomy, body, range);
+  const skin::Mirror mirror = skin::mirror_of(character, anatomy);
+  return joint_excess(turn, record.share_joint.size(), skin::body_axes(anatomy, mirror),
+                      of_rig && skin::spine_is_in_the_middle(character, anatomy, mirror),
+                      of_controls);
 }
 
 /// Degrees that any joint of the chain turns by for each degree of control; a pose has the larger
@@ -558,7 +581,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
       joints.measure_drift(range, sweep.poses);
     }
     if (record.has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
-    sweep.shares = shares_of(body, anatomy, record, sweep);
+    sweep.shares = shares_of(character, body, anatomy, record, sweep);
     sweep.response = control_response(clip, range, anatomy, character, body);
     sweep.rest_lead = rest_lead(anatomy, body, range);
     sweep.travel = control_travel(clip, range);

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 
+#include "skin/anatomy/mirror_image.h"
 #include "validate/live/external_rig.h"
 #include "validate/metrics/chain/bend_shares.h"
 #include "validate/metrics/chain/chain.h"
@@ -111,8 +112,11 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
       turn.push_back(rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]));
   }
   const skin::Anatomy& anatomy = context.stage.anatomy();
+  const skin::Character& body = context.stage.character();
+  const skin::Mirror mirror = skin::mirror_of(body, anatomy);
   const std::vector<ShareExcess> shares =
-      joint_excess(turn, joints, {anatomy.left, anatomy.up, anatomy.forward}, true);
+      joint_excess(turn, joints, skin::body_axes(anatomy, mirror),
+                   skin::spine_is_in_the_middle(body, anatomy, mirror), true);
   const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
   Index worst = 0, poses = 0;
   for (Index i = 0; i < shares.size(); ++i) {

@@ -15,6 +15,12 @@ constexpr double kSmallestDeg = 7.0;
 constexpr double kOutlier = 6.0;
 constexpr double kLeastTurnDeg = 10.0;
 constexpr double kCoupled = 0.45;
+// A clip that stays near one posture shows no proportions: of the widest frame's turns it must go
+// through so much.
+constexpr double kLeastRange = 0.5;
+// One control drives a motion that starts at rest and keeps its proportions to so much.
+constexpr double kFromRest = 0.9, kProportionalDeg = 1.0;
+constexpr double kInPlane = 0.1;  // share of the whole turn that may lie out of the plane
 constexpr double kOnTheLineDeg = 0.5;
 constexpr double kSmooth = 0.06;  // share of the excess that off_chord() may be
 // Lines are drawn through pairs of these many frames, and judged on so many.
@@ -83,6 +89,69 @@ double off_chord(std::span<const glm::dvec3> turn, Index joints, Index joint) {
   return most;
 }
 
+/// Motion against one in which all joints keep the proportions of the widest frame.
+struct Proportion {
+  std::vector<glm::dvec3> sum;    // of all joints' turns in each frame
+  Index widest = 0;               // the frame whose turns are widest
+  std::vector<double> along;      // how far along the widest frame's turns each frame is
+  double range = 0.0;             // what of those turns the motion goes through
+  std::vector<double> apart_deg;  // of each joint: how far it is mostly from the proportion
+
+  Proportion(std::span<const glm::dvec3> turn, Index joints) {
+    const Index frames = turn.size() / joints;
+    const auto product = [&](Index f, Index g) {
+      double out = 0.0;
+      for (Index k = 0; k < joints; ++k)
+        out += glm::dot(turn[f * joints + k], turn[g * joints + k]);
+      return out;
+    };
+    double most = 0.0;
+    for (Index f = 0; f < frames; ++f) {
+      sum.emplace_back(0.0);
+      for (Index k = 0; k < joints; ++k) sum.back() += turn[f * joints + k];
+      const double size = product(f, f);
+      if (size > most) {
+        most = size;
+        widest = f;
+      }
+    }
+    for (Index f = 0; f < frames; ++f)
+      along.push_back(most > 0.0 ? product(f, widest) / most : 0.0);
+    const auto [low, high] = std::minmax_element(along.begin(), along.end());
+    range = *high - *low;
+    for (Index k = 0; k < joints; ++k) {
+      std::vector<double> distance;
+      for (Index f = 0; f < frames; ++f)
+        distance.push_back(
+            glm::distance(turn[f * joints + k], along[f] * turn[widest * joints + k]));
+      apart_deg.push_back(degrees(median(distance)));
+    }
+  }
+
+  bool is_of_one_control() const {
+    return range >= kFromRest &&
+           *std::max_element(apart_deg.begin(), apart_deg.end()) < kProportionalDeg;
+  }
+};
+
+void keep_worse(ShareExcess& worst, const ShareExcess& other) {
+  // Of equal ones, up to rounding, the first.
+  constexpr double kSameDeg = 1e-9;
+  if (worst.joint < 0 || other.deg - other.limit_deg > worst.deg - worst.limit_deg + kSameDeg)
+    worst = other;
+}
+
+/// Which parts of a turn (about left, up, forward: 1 each) no rig that is alike on both sides gives
+/// a joint beyond what all joints turn, in a motion whose joints together turn by `sum`. Along a
+/// curved spine side bend and twist bring each other; but no joint twists back in a plain twist.
+glm::dvec3 forbidden_by_symmetry(const glm::dvec3& sum) {
+  const double little = kInPlane * glm::length(sum);
+  if (std::hypot(sum.y, sum.z) <= little) return {0, 1, 1};
+  if (std::hypot(sum.x, sum.z) <= little) return {1, 1, 0};
+  if (std::abs(sum.x) <= little) return {1, 0, 0};
+  return glm::dvec3(0.0);
+}
+
 }  // namespace
 
 std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
@@ -132,62 +201,50 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
     for (Index f = 0; f < frames; ++f) {
       const double size = glm::length(excess[f]);
       const bool smooth = from_rest && off < kSmooth * size && glm::length(offset) < 0.5 * size;
-      const double deg = smooth ? 0.0 : degrees(size);
-      if (out[f].joint < 0 || deg - limit > out[f].deg - out[f].limit_deg)
-        out[f] = {deg, limit, static_cast<int>(k), excess[f]};
+      keep_worse(out[f], {smooth ? 0.0 : degrees(size), limit, static_cast<int>(k), excess[f]});
     }
   }
   return out;
 }
 
 std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::size_t joints,
-                                       const glm::dmat3& axes) {
-  const Index frames = joints == 0 ? 0 : turn.size() / joints;
-  std::vector<ShareExcess> out(frames);
-  if (joints < 3 || frames < 5) return out;
+                                       const glm::dmat3& axes, bool mirrored) {
+  std::vector<ShareExcess> out(joints == 0 ? 0 : turn.size() / joints);
+  if (joints < 3 || out.size() < 5) return out;
   const glm::dmat3 to_body = glm::transpose(axes);
-  std::vector<glm::dvec3> local(turn.size()), sum(frames, glm::dvec3(0.0));
-  std::vector<double> size(frames, 0.0);  // squared, over all joints
-  for (Index f = 0; f < frames; ++f)
+  std::vector<glm::dvec3> local;
+  for (const glm::dvec3& each : turn) local.push_back(to_body * each);
+  const Proportion motion(local, joints);
+  if (motion.range < kLeastRange) return out;
+  const glm::dvec3& whole = motion.sum[motion.widest];
+  const glm::dvec3 forbidden =
+      mirrored && motion.is_of_one_control() ? forbidden_by_symmetry(whole) : glm::dvec3(0.0);
+  const double coupled = kCoupled * degrees(glm::length(whole));
+  for (Index f = 0; f < out.size(); ++f) {
+    const glm::dvec3& sum = motion.sum[f];
+    if (degrees(glm::length(sum)) < kLeastTurnDeg) continue;
     for (Index k = 0; k < joints; ++k) {
-      const glm::dvec3 here = to_body * turn[f * joints + k];
-      local[f * joints + k] = here;
-      sum[f] += here;
-      size[f] += glm::dot(here, here);
-    }
-  const auto widest = static_cast<Index>(std::max_element(size.begin(), size.end()) - size.begin());
-  if (!(size[widest] > 0.0)) return out;
-  // How far along the widest frame's proportions each frame is.
-  std::vector<double> along(frames, 0.0);
-  for (Index f = 0; f < frames; ++f)
-    for (Index k = 0; k < joints; ++k)
-      along[f] += glm::dot(local[f * joints + k], local[widest * joints + k]) / size[widest];
-  const double coupled = kCoupled * degrees(glm::length(sum[widest]));
-  for (Index k = 0; k < joints; ++k) {
-    std::vector<double> distance(frames);
-    for (Index f = 0; f < frames; ++f)
-      distance[f] = glm::distance(local[f * joints + k], along[f] * local[widest * joints + k]);
-    const double limit = std::max(kSmallestDeg, coupled) + kOutlier * degrees(median(distance));
-    for (Index f = 0; f < frames; ++f) {
-      if (degrees(glm::length(sum[f])) < kLeastTurnDeg) continue;
+      const double spread_deg = kOutlier * motion.apart_deg[k];
       const glm::dvec3 here = local[f * joints + k];
       const glm::dvec3 within =
-          glm::clamp(here, glm::min(sum[f], glm::dvec3(0.0)), glm::max(sum[f], glm::dvec3(0.0)));
-      const double deg = degrees(glm::length(here - within));
-      if (out[f].joint < 0 || deg - limit > out[f].deg - out[f].limit_deg)
-        out[f] = {deg, limit, static_cast<int>(k), axes * (here - within), true};
+          glm::clamp(here, glm::min(sum, glm::dvec3(0.0)), glm::max(sum, glm::dvec3(0.0)));
+      const auto reading = [&](const glm::dvec3& excess, double limit) {
+        return ShareExcess{degrees(glm::length(excess)), limit + spread_deg, static_cast<int>(k),
+                           axes * excess, true};
+      };
+      keep_worse(out[f], reading(here - within, std::max(kSmallestDeg, coupled)));
+      keep_worse(out[f], reading(forbidden * (here - within), kSmallestDeg));
     }
   }
   return out;
 }
 
 std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
-                                      const glm::dmat3& axes, bool of_controls) {
-  std::vector<ShareExcess> out = counter_turns(turn, joints, axes);
+                                      const glm::dmat3& axes, bool mirrored, bool of_controls) {
+  std::vector<ShareExcess> out = counter_turns(turn, joints, axes, mirrored);
   if (!of_controls) return out;
   const std::vector<ShareExcess> shares = share_excess(turn, joints, true);
-  for (Index f = 0; f < out.size(); ++f)
-    if (shares[f].deg - shares[f].limit_deg >= out[f].deg - out[f].limit_deg) out[f] = shares[f];
+  for (Index f = 0; f < out.size(); ++f) keep_worse(out[f], shares[f]);
   return out;
 }
 

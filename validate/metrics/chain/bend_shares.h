@@ -57,13 +57,20 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
 /// for along a curved rest pose one axis brings another with it (splines reach 0.44); and six times
 /// the median distance of the joint's frames from motion in which all joints keep one proportion
 /// (captured spines do not, and nobody can tell a kink there). Frames in which the joints together
-/// turn by less than 10 degrees are zeros, as are fewer than three joints or five frames.
+/// turn by less than 10 degrees are zeros, as are fewer than three joints or five frames, and all
+/// frames of a motion that stays near one posture.
+///
+/// `mirrored`: the spine lies in the body's middle plane, and the motion is a rig's (controls
+/// drive it, or nothing but the spine moves). Where such a motion starts at rest and keeps its
+/// proportions, one control drives it; by symmetry a bend in the middle plane then gives no joint
+/// roll or side bend, and side bend and twist no bend in the plane but one that grows with their
+/// square. What a joint has of these is held to 7 degrees and six times the median alone.
 std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::size_t joints,
-                                       const glm::dmat3& axes);
+                                       const glm::dmat3& axes, bool mirrored);
 
 /// counter_turns() and, where the motion is a sweep of controls, share_excess(), too: each frame's
 /// joint that is further over its limit.
 std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
-                                      const glm::dmat3& axes, bool of_controls);
+                                      const glm::dmat3& axes, bool mirrored, bool of_controls);
 
 }  // namespace backbend::validate

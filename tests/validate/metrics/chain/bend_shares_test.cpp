@@ -117,8 +117,9 @@ TEST(ShareExcess, TwoJointsAndFourFramesTellNothing) {
 
 const glm::dmat3 kAxes(1.0);  // left, up, forward
 
-ShareExcess worst_counter(const std::vector<glm::dvec3>& turn, const glm::dmat3& axes = kAxes) {
-  const std::vector<ShareExcess> all = counter_turns(turn, kJoints, axes);
+ShareExcess worst_counter(const std::vector<glm::dvec3>& turn, const glm::dmat3& axes = kAxes,
+                          bool mirrored = false) {
+  const std::vector<ShareExcess> all = counter_turns(turn, kJoints, axes, mirrored);
   return *std::max_element(all.begin(), all.end(), [](const ShareExcess& a, const ShareExcess& b) {
     return a.deg - a.limit_deg < b.deg - b.limit_deg;
   });
@@ -170,9 +171,73 @@ TEST(CounterTurns, AreTheSameForABodyThatStandsTurned) {
 
 TEST(CounterTurns, OneAxisThatBringsAnotherWithItIsNoKink) {
   // 0.4 of the bend, as splines along a curved spine have it.
-  const ShareExcess last = counter_turns(taken_back(0.4 * 24.0, {0, 1, 0}), kJoints, kAxes).back();
+  const ShareExcess last =
+      counter_turns(taken_back(0.4 * 24.0, {0, 1, 0}), kJoints, kAxes, false).back();
   EXPECT_NEAR(last.deg, 9.6, 1e-6);
   EXPECT_NEAR(last.limit_deg, 10.8, 1e-6);
+}
+
+TEST(CounterTurns, ASmallRollInABendIsFoundWhereBothSidesAreAlike) {
+  // Too small beside a bend of 24 degrees for a spine of which nothing is known.
+  const std::vector<glm::dvec3> turn = taken_back(10.0, {0, 1, 0});
+  const ShareExcess unknown = worst_counter(turn);
+  EXPECT_LE(unknown.deg, unknown.limit_deg);
+  const ShareExcess found = worst_counter(turn, kAxes, true);
+  EXPECT_NEAR(found.deg, 10.0, 1e-6);
+  EXPECT_GT(found.deg, found.limit_deg);
+}
+
+/// A twist of `deg`, of which joint 2 turns `bend_deg` about left and joint 3 turns it back: in
+/// proportion to the twist or, with `power` 2, to its square.
+std::vector<glm::dvec3> twisted(double deg, double bend_deg, int power) {
+  std::vector<glm::dvec3> turn;
+  for (std::size_t f = 0; f < kFrames; ++f) {
+    const double t = static_cast<double>(f) / (kFrames - 1);
+    for (std::size_t k = 0; k < kJoints; ++k) {
+      const double bend = k == 2 ? 1.0 : k == 3 ? -1.0 : 0.0;
+      turn.emplace_back(radians_from(bend * bend_deg * std::pow(t, power)),
+                        radians_from(deg * t / kJoints), 0.0);
+    }
+  }
+  return turn;
+}
+
+TEST(CounterTurns, ABendThatGrowsWithATwistIsFoundWhereBothSidesAreAlike) {
+  const ShareExcess found = worst_counter(twisted(30.0, 10.0, 1), kAxes, true);
+  EXPECT_NEAR(found.deg, 10.0, 1e-6);
+  EXPECT_GT(found.deg, found.limit_deg);
+  // A twist of a bent spine bends it by its square, to either side alike.
+  const ShareExcess square = worst_counter(twisted(30.0, 10.0, 2), kAxes, true);
+  EXPECT_LE(square.deg, square.limit_deg);
+  const ShareExcess unknown = worst_counter(twisted(30.0, 10.0, 1));
+  EXPECT_LE(unknown.deg, unknown.limit_deg);
+}
+
+TEST(CounterTurns, SymmetrySaysNothingOfACompoundTurnOrOfMotionInNoProportion) {
+  std::vector<glm::dvec3> compound = taken_back(10.0, {0, 1, 0});
+  std::vector<glm::dvec3> uneven = compound;
+  for (std::size_t f = 0; f < kFrames; ++f)
+    for (std::size_t k = 0; k < kJoints; ++k) {
+      const double t = static_cast<double>(f) / (kFrames - 1);
+      compound[f * kJoints + k].z += radians_from(2.0 * t);
+      // One joint leads, another follows.
+      if (k == 0 || k == 4) uneven[f * kJoints + k].x *= k == 0 ? 2.0 - t : t;
+      if (k == 1) uneven[f * kJoints + k].x += radians_from(4.0 * std::sin(9.0 * t));
+    }
+  for (const auto& turn : {compound, uneven}) {
+    const ShareExcess found = worst_counter(turn, kAxes, true);
+    EXPECT_LE(found.deg, found.limit_deg);
+  }
+}
+
+TEST(CounterTurns, AMotionThatStaysNearOnePostureTellsNothing) {
+  std::vector<glm::dvec3> turn = taken_back(30.0, {0, 1, 0});
+  EXPECT_GT(worst_counter(turn).deg, 25.0);
+  const std::vector<glm::dvec3> widest(turn.end() - kJoints, turn.end());
+  for (std::size_t f = 0; f < kFrames; ++f)
+    for (std::size_t k = 0; k < kJoints; ++k)
+      turn[f * kJoints + k] = (0.6 + 0.4 * static_cast<double>(f) / (kFrames - 1)) * widest[k];
+  EXPECT_EQ(worst_counter(turn).deg, 0.0);
 }
 
 TEST(CounterTurns, JointsThatKeepNoProportionRaiseTheLimit) {
@@ -181,7 +246,7 @@ TEST(CounterTurns, JointsThatKeepNoProportionRaiseTheLimit) {
     const double wander = radians_from(6.0 * std::sin(0.7 * static_cast<double>(f)));
     for (std::size_t k = 0; k < kJoints; ++k) turn[f * kJoints + k].x += wander * (k % 2 ? 1 : -1);
   }
-  const ShareExcess last = counter_turns(turn, kJoints, kAxes).back();
+  const ShareExcess last = counter_turns(turn, kJoints, kAxes, false).back();
   EXPECT_GT(last.deg, 14.0);
   EXPECT_LT(last.deg, last.limit_deg);
 }
@@ -190,8 +255,8 @@ TEST(CounterTurns, ABodyThatHardlyTurnsAndTwoJointsTellNothing) {
   std::vector<glm::dvec3> turn = taken_back(15.0, {0, 1, 0});
   for (glm::dvec3& each : turn) each.x = 0.0;  // all joints together turn by nothing
   EXPECT_EQ(worst_counter(turn).deg, 0.0);
-  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 2, kAxes).front().deg, 0.0);
-  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 5, kAxes).front().deg, 0.0);
+  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 2, kAxes, false).front().deg, 0.0);
+  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 5, kAxes, false).front().deg, 0.0);
 }
 
 }  // namespace
