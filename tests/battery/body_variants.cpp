@@ -46,16 +46,20 @@ void renew_surface(Character& body) {
   body.place.resize(body.vertex_count());
   std::iota(body.place.begin(), body.place.end(), 0u);
   body.place_count = static_cast<std::uint32_t>(body.vertex_count());
-  std::vector<glm::dvec3> sum(body.vertex_count(), glm::dvec3(0.0));
+  renew_normals(body);
+}
+
+void renew_normals(Character& body) {
+  std::vector<glm::dvec3> sum(body.place_count, glm::dvec3(0.0));
   for (const glm::uvec3& t : body.triangles) {
     const glm::dvec3 a(body.bind_position[t.x]), b(body.bind_position[t.y]),
         c(body.bind_position[t.z]);
-    for (int k = 0; k < 3; ++k) sum[t[k]] += glm::cross(b - a, c - a);
+    for (int k = 0; k < 3; ++k) sum[body.place[t[k]]] += glm::cross(b - a, c - a);
   }
   body.bind_normal.clear();
-  for (const glm::dvec3& n : sum) {
-    const double length = glm::length(n);
-    body.bind_normal.emplace_back(length > 0.0 ? n / length : glm::dvec3(0, 1, 0));
+  for (const std::uint32_t place : body.place) {
+    const double length = glm::length(sum[place]);
+    body.bind_normal.emplace_back(length > 0.0 ? sum[place] / length : glm::dvec3(0, 1, 0));
   }
 }
 
@@ -259,7 +263,7 @@ void change_bind_space(Character& body, const glm::dmat4& bind_from_world) {
   for (skin::SkinJoint& joint : body.joints) joint.joint_from_mesh = joint.joint_from_mesh * back;
   for (glm::vec3& p : body.bind_position)
     p = glm::vec3(bind_from_world * glm::dvec4(glm::dvec3(p), 1.0));
-  renew_surface(body);
+  renew_normals(body);
 }
 
 void shuffle_vertices(Character& body, validate::Draw& draw) {

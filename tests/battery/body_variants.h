@@ -26,9 +26,10 @@ skin::Character welded(const skin::Character& character);
 std::vector<std::uint8_t> encoded(const skin::Character& body,
                                   const skin::GlbAnimation* animation = nullptr);
 
-/// Area-weighted normals of the bind mesh, one a vertex, and a place for each: after any change to
-/// the vertices.
+/// A place for each vertex, and renew_normals(): after any change to the vertices.
 void renew_surface(skin::Character& body);
+/// Area-weighted normals of the bind mesh, one a place: after vertices were moved.
+void renew_normals(skin::Character& body);
 /// The vertices that share an edge with each vertex, ascending.
 std::vector<std::vector<std::uint32_t>> neighbours(const skin::Character& body);
 

@@ -8,6 +8,7 @@
 // --vertices N  bodies are decimated to so many: a case measures a body ten times and more [3000]
 // --characters DIR   [BACKBEND_CHARACTERS, else beside the project]
 // --verbose     each case, not only the wrong ones
+// --only N      only case N
 //
 // A case is right where no finding is booked to an ingredient that was not spoiled or to none, and,
 // where two were spoiled, each that one of them alone makes and the other does not is booked to
@@ -17,6 +18,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <optional>
 
 #include "tests/battery/body_variants.h"
 #include "tests/battery/why_cases.h"
@@ -36,6 +38,7 @@ struct Options {
   std::uint64_t seed = 1;
   fs::path characters = characters_folder();
   bool verbose = false;
+  std::optional<Index> only;
 };
 
 std::string words(IngredientSet set) {
@@ -104,6 +107,7 @@ int run(const Options& options) {
   Row all;
   Index silent = 0, refused = 0;
   for (Index n = 0; all.cases < options.cases && n < 4 * options.cases; ++n) {
+    if (options.only && n != *options.only) continue;
     Draw draw(options.seed, n);
     const Body& body = bodies[n % bodies.size()];
     const auto drawn = draw_why_case(body.character, body.hints, n % 3 == 2, draw);
@@ -127,6 +131,13 @@ int run(const Options& options) {
                     wrong.empty() ? "right" : "WRONG", n, body.name.c_str(), drawn->what.c_str(),
                     found.findings.size(), found.measured, wrong.empty() ? "" : ": ",
                     wrong.c_str());
+      if (options.only)
+        for (const WhyFinding& each : found.findings)
+          std::printf("  %s %s of %s at vertex %d, was %s: %s; %s\n", each.key.c_str(),
+                      number_text(each.finding.value).c_str(),
+                      number_text(each.finding.limit).c_str(), each.finding.vertex,
+                      each.was ? number_text(*each.was).c_str() : "none",
+                      words(each.ingredients).c_str(), each.finding.detail.c_str());
     } catch (const std::runtime_error& error) {
       ++refused;
       if (options.verbose)
@@ -162,6 +173,8 @@ int main(int argc, char** argv) {
       options.vertices = std::strtoull(value, nullptr, 10);
     else if (value && word == "--seed")
       options.seed = std::strtoull(value, nullptr, 10);
+    else if (value && word == "--only")
+      options.only = std::strtoull(value, nullptr, 10);
     else if (value && word == "--characters")
       options.characters = value;
     else

@@ -116,7 +116,7 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
   const skin::Mirror mirror = skin::mirror_of(body, anatomy);
   const std::vector<ShareExcess> shares =
       joint_excess(turn, joints, skin::body_axes(anatomy, mirror),
-                   skin::spine_is_in_the_middle(body, anatomy, mirror), true);
+                   {true, skin::spine_is_in_the_middle(body, anatomy, mirror)});
   const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
   Index worst = 0, poses = 0;
   for (Index i = 0; i < shares.size(); ++i) {

@@ -67,16 +67,21 @@ double near_limit(const Check& check, double limit, bool back) {
   return check.sense == Sense::at_least ? 1.0 - (1.0 - limit) * factor : limit * factor;
 }
 
-/// Findings of metrics that pass by less than kNear.
-std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& context) {
+/// What passes by less than kNear. `weights`: nullptr where the input is not asked.
+std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& context,
+                                   const WeightHygiene* weights) {
   LimitSet nearer = context.limits;
-  for (const Metric& metric : metric_table())
-    nearer.set(metric.code,
-               {near_limit(metric.check(), nearer.of(metric.code).value, false),
-                LimitLayer::character, "why", "why", "so near that it is known in a mixture"});
-  std::vector<Finding> findings =
-      judge_rig(rig, {context.stage, nearer, context.envelope, context.character});
+  for (const Check& check : all_checks())
+    if (metric_of(check.code) || (check.subject == Subject::input && check.decides))
+      nearer.set(check.code,
+                 {near_limit(check, nearer.of(check.code).value, false), LimitLayer::character,
+                  "why", "why", "so near that it is known in a mixture"});
+  const JudgeContext near{context.stage, nearer, context.envelope, context.character};
+  std::vector<Finding> findings = judge_rig(rig, near);
   std::erase_if(findings, [](const Finding& each) { return metric_of(each.code) == nullptr; });
+  if (weights != nullptr)
+    for (Finding& finding : judge_input(rig, near, *weights, true).findings)
+      findings.push_back(std::move(finding));
   for (Finding& each : findings) each.limit = near_limit(*find_check(each.code), each.limit, true);
   return findings;
 }
@@ -124,12 +129,18 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   const JudgeContext context{stage, limits, envelope, version.label};
   std::vector<Finding> findings = judge_rig(rig, context);
   book_owners(stage, body, rig, true, findings);
+  std::optional<WeightHygiene> weights;
+  if (only.empty() || sweep.empty()) {
+    weights = examine_weights(stage.character(), stage.character().influences);
+    for (Finding& finding : judge_input(rig, context, *weights, true).findings)
+      findings.push_back(std::move(finding));
+  }
   Judged out;
   std::set<std::string> wanted = asked;
   for (const Finding& finding : findings)
     if (finding.inside_envelope) wanted.erase(key_of(finding));
   if (!wanted.empty()) {
-    std::vector<Finding> near = near_findings(rig, context);
+    std::vector<Finding> near = near_findings(rig, context, weights ? &*weights : nullptr);
     std::erase_if(near, [&](const Finding& each) { return !wanted.contains(key_of(each)); });
     book_owners(stage, body, rig, true, near);
     for (Finding& finding : near) {
@@ -137,11 +148,6 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
       Failures& into = finding.verdict == Verdict::fail ? out.near : out.advisory;
       add_failure(std::move(finding), into);
     }
-  }
-  if (only.empty() || sweep.empty()) {
-    const WeightHygiene weights = examine_weights(stage.character(), stage.character().influences);
-    for (Finding& finding : judge_input(rig, context, weights, true).findings)
-      findings.push_back(std::move(finding));
   }
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
   for (Finding& finding : findings) {

@@ -128,10 +128,10 @@ struct Proportion {
     }
   }
 
-  bool is_of_one_control() const {
-    return range >= kFromRest &&
-           *std::max_element(apart_deg.begin(), apart_deg.end()) < kProportionalDeg;
+  bool is_proportional() const {
+    return *std::max_element(apart_deg.begin(), apart_deg.end()) < kProportionalDeg;
   }
+  bool is_of_one_control() const { return range >= kFromRest && is_proportional(); }
 };
 
 void keep_worse(ShareExcess& worst, const ShareExcess& other) {
@@ -208,17 +208,18 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
 }
 
 std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::size_t joints,
-                                       const glm::dmat3& axes, bool mirrored) {
+                                       const glm::dmat3& axes, const MotionFacts& facts) {
   std::vector<ShareExcess> out(joints == 0 ? 0 : turn.size() / joints);
   if (joints < 3 || out.size() < 5) return out;
   const glm::dmat3 to_body = glm::transpose(axes);
   std::vector<glm::dvec3> local;
   for (const glm::dvec3& each : turn) local.push_back(to_body * each);
   const Proportion motion(local, joints);
-  if (motion.range < kLeastRange) return out;
+  if (motion.range < kLeastRange || (!facts.of_controls && !motion.is_proportional())) return out;
   const glm::dvec3& whole = motion.sum[motion.widest];
-  const glm::dvec3 forbidden =
-      mirrored && motion.is_of_one_control() ? forbidden_by_symmetry(whole) : glm::dvec3(0.0);
+  const glm::dvec3 forbidden = facts.mirrored_rig && motion.is_of_one_control()
+                                   ? forbidden_by_symmetry(whole)
+                                   : glm::dvec3(0.0);
   const double coupled = kCoupled * degrees(glm::length(whole));
   for (Index f = 0; f < out.size(); ++f) {
     const glm::dvec3& sum = motion.sum[f];
@@ -240,9 +241,9 @@ std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::si
 }
 
 std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
-                                      const glm::dmat3& axes, bool mirrored, bool of_controls) {
-  std::vector<ShareExcess> out = counter_turns(turn, joints, axes, mirrored);
-  if (!of_controls) return out;
+                                      const glm::dmat3& axes, const MotionFacts& facts) {
+  std::vector<ShareExcess> out = counter_turns(turn, joints, axes, facts);
+  if (!facts.of_controls) return out;
   const std::vector<ShareExcess> shares = share_excess(turn, joints, true);
   for (Index f = 0; f < out.size(); ++f) keep_worse(out[f], shares[f]);
   return out;

@@ -45,6 +45,13 @@ struct ShareExcess {
 std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
                                       bool from_rest);
 
+/// What is known of a motion.
+struct MotionFacts {
+  bool of_controls = false;   // a sweep of controls from rest
+  bool mirrored_rig = false;  // of a spine in the body's middle plane, by controls, or nothing but
+                              // the spine moves
+};
+
 /// Kinks and rolls that grow with the motion, so that share_excess() takes them for the joint's
 /// share: one joint turns about an axis about which the spine as a whole does not turn, or against
 /// it, or by more than all of it, and its neighbours turn back.
@@ -55,22 +62,23 @@ std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::siz
 ///
 /// The limit is 7 degrees or, where it is more, 0.45 of what all joints turn in the widest frame,
 /// for along a curved rest pose one axis brings another with it (splines reach 0.44); and six times
-/// the median distance of the joint's frames from motion in which all joints keep one proportion
-/// (captured spines do not, and nobody can tell a kink there). Frames in which the joints together
-/// turn by less than 10 degrees are zeros, as are fewer than three joints or five frames, and all
-/// frames of a motion that stays near one posture.
+/// the median distance of the joint's frames from motion in which all joints keep one proportion.
+/// Frames in which the joints together turn by less than 10 degrees are zeros, as are fewer than
+/// three joints or five frames, and all frames of a motion that stays near one posture.
 ///
-/// `mirrored`: the spine lies in the body's middle plane, and the motion is a rig's (controls
-/// drive it, or nothing but the spine moves). Where such a motion starts at rest and keeps its
-/// proportions, one control drives it; by symmetry a bend in the middle plane then gives no joint
-/// roll or side bend, and side bend and twist no bend in the plane but one that grows with their
-/// square. What a joint has of these is held to 7 degrees and six times the median alone.
+/// Without controls only motion in which all joints keep one proportion to a degree is asked: who
+/// poses a spine or captures one may turn any joint against the others.
+///
+/// Where a mirrored rig's motion starts at rest and keeps its proportions, one control drives it;
+/// by symmetry a bend in the middle plane then gives no joint roll or side bend, and side bend and
+/// twist no bend in the plane but one that grows with their square. What a joint has of these is
+/// held to 7 degrees and six times the median alone.
 std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::size_t joints,
-                                       const glm::dmat3& axes, bool mirrored);
+                                       const glm::dmat3& axes, const MotionFacts& facts);
 
 /// counter_turns() and, where the motion is a sweep of controls, share_excess(), too: each frame's
 /// joint that is further over its limit.
 std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
-                                      const glm::dmat3& axes, bool mirrored, bool of_controls);
+                                      const glm::dmat3& axes, const MotionFacts& facts);
 
 }  // namespace backbend::validate

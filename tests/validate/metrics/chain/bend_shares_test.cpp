@@ -118,8 +118,8 @@ TEST(ShareExcess, TwoJointsAndFourFramesTellNothing) {
 const glm::dmat3 kAxes(1.0);  // left, up, forward
 
 ShareExcess worst_counter(const std::vector<glm::dvec3>& turn, const glm::dmat3& axes = kAxes,
-                          bool mirrored = false) {
-  const std::vector<ShareExcess> all = counter_turns(turn, kJoints, axes, mirrored);
+                          const MotionFacts& facts = {}) {
+  const std::vector<ShareExcess> all = counter_turns(turn, kJoints, axes, facts);
   return *std::max_element(all.begin(), all.end(), [](const ShareExcess& a, const ShareExcess& b) {
     return a.deg - a.limit_deg < b.deg - b.limit_deg;
   });
@@ -172,7 +172,7 @@ TEST(CounterTurns, AreTheSameForABodyThatStandsTurned) {
 TEST(CounterTurns, OneAxisThatBringsAnotherWithItIsNoKink) {
   // 0.4 of the bend, as splines along a curved spine have it.
   const ShareExcess last =
-      counter_turns(taken_back(0.4 * 24.0, {0, 1, 0}), kJoints, kAxes, false).back();
+      counter_turns(taken_back(0.4 * 24.0, {0, 1, 0}), kJoints, kAxes, {}).back();
   EXPECT_NEAR(last.deg, 9.6, 1e-6);
   EXPECT_NEAR(last.limit_deg, 10.8, 1e-6);
 }
@@ -182,7 +182,7 @@ TEST(CounterTurns, ASmallRollInABendIsFoundWhereBothSidesAreAlike) {
   const std::vector<glm::dvec3> turn = taken_back(10.0, {0, 1, 0});
   const ShareExcess unknown = worst_counter(turn);
   EXPECT_LE(unknown.deg, unknown.limit_deg);
-  const ShareExcess found = worst_counter(turn, kAxes, true);
+  const ShareExcess found = worst_counter(turn, kAxes, {.mirrored_rig = true});
   EXPECT_NEAR(found.deg, 10.0, 1e-6);
   EXPECT_GT(found.deg, found.limit_deg);
 }
@@ -203,11 +203,11 @@ std::vector<glm::dvec3> twisted(double deg, double bend_deg, int power) {
 }
 
 TEST(CounterTurns, ABendThatGrowsWithATwistIsFoundWhereBothSidesAreAlike) {
-  const ShareExcess found = worst_counter(twisted(30.0, 10.0, 1), kAxes, true);
+  const ShareExcess found = worst_counter(twisted(30.0, 10.0, 1), kAxes, {.mirrored_rig = true});
   EXPECT_NEAR(found.deg, 10.0, 1e-6);
   EXPECT_GT(found.deg, found.limit_deg);
   // A twist of a bent spine bends it by its square, to either side alike.
-  const ShareExcess square = worst_counter(twisted(30.0, 10.0, 2), kAxes, true);
+  const ShareExcess square = worst_counter(twisted(30.0, 10.0, 2), kAxes, {.mirrored_rig = true});
   EXPECT_LE(square.deg, square.limit_deg);
   const ShareExcess unknown = worst_counter(twisted(30.0, 10.0, 1));
   EXPECT_LE(unknown.deg, unknown.limit_deg);
@@ -225,7 +225,7 @@ TEST(CounterTurns, SymmetrySaysNothingOfACompoundTurnOrOfMotionInNoProportion) {
       if (k == 1) uneven[f * kJoints + k].x += radians_from(4.0 * std::sin(9.0 * t));
     }
   for (const auto& turn : {compound, uneven}) {
-    const ShareExcess found = worst_counter(turn, kAxes, true);
+    const ShareExcess found = worst_counter(turn, kAxes, {.mirrored_rig = true});
     EXPECT_LE(found.deg, found.limit_deg);
   }
 }
@@ -246,17 +246,19 @@ TEST(CounterTurns, JointsThatKeepNoProportionRaiseTheLimit) {
     const double wander = radians_from(6.0 * std::sin(0.7 * static_cast<double>(f)));
     for (std::size_t k = 0; k < kJoints; ++k) turn[f * kJoints + k].x += wander * (k % 2 ? 1 : -1);
   }
-  const ShareExcess last = counter_turns(turn, kJoints, kAxes, false).back();
+  const ShareExcess last = counter_turns(turn, kJoints, kAxes, {.of_controls = true}).back();
   EXPECT_GT(last.deg, 14.0);
   EXPECT_LT(last.deg, last.limit_deg);
+  // Without controls it tells nothing at all.
+  EXPECT_EQ(worst_counter(turn).deg, 0.0);
 }
 
 TEST(CounterTurns, ABodyThatHardlyTurnsAndTwoJointsTellNothing) {
   std::vector<glm::dvec3> turn = taken_back(15.0, {0, 1, 0});
   for (glm::dvec3& each : turn) each.x = 0.0;  // all joints together turn by nothing
   EXPECT_EQ(worst_counter(turn).deg, 0.0);
-  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 2, kAxes, false).front().deg, 0.0);
-  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 5, kAxes, false).front().deg, 0.0);
+  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 2, kAxes, {}).front().deg, 0.0);
+  EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 5, kAxes, {}).front().deg, 0.0);
 }
 
 }  // namespace
