@@ -475,9 +475,26 @@ std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
                   : glm::conjugate(body.turn(f, anatomy.spine[k - 1])) *
                         body.turn(f, anatomy.spine[k]);
   };
-  for (Index k = 1; k < anatomy.spine.size(); ++k)
-    if (!(degrees(angle_between(turn(0, k), glm::dquat(1, 0, 0, 0))) <= kAtRestDeg)) return 0;
+  // All of the spine at rest in the first frame, or, in a cut, by one share of the way from there.
+  const auto leaves_rest = [&](Index lead) {
+    const glm::dquat rest(1, 0, 0, 0);
+    double widest = 0.0, share = 0.0;
+    for (Index k = 0; k < anatomy.spine.size(); ++k)
+      if (const double whole = angle_between(rest, turn(lead, k)); whole > widest) {
+        widest = whole;
+        share = angle_between(rest, turn(0, k)) / whole;
+      }
+    for (Index k = 1; k < anatomy.spine.size(); ++k) {
+      // Frame `lead` may be a part of a step into the motion, and several of the clip's joints may
+      // be one here.
+      const glm::dquat on_the_way = glm::slerp(rest, turn(lead, k), share);
+      const double step = angle_between(turn(lead, k), turn(lead + 1, k));
+      if (!(degrees(angle_between(turn(0, k), on_the_way) - step) <= kAtRestDeg)) return false;
+    }
+    return true;
+  };
   for (Index lead = 1; lead <= kLongest && lead + kLeastFrames < range.count; ++lead) {
+    if (!leaves_rest(lead)) continue;
     Index leave = 0;
     bool hips = false;
     for (Index k = 0; k < anatomy.spine.size(); ++k) {

@@ -55,8 +55,9 @@ std::vector<WatchedJoint> watched_joints(const skin::Character& character,
 
 /// How many of a sweep's first frames stand before the motion begins: many captures begin with the
 /// rest pose, and jump into the motion with the second frame (or, resampled, over a few steps of
-/// one width). 0 where not all of the spine stands at rest, or where not most of its joints, the
-/// hips among them, leave it in steps that are far wider than the next one.
+/// one width; a cut may begin on that way). 0 where not all of the spine stands at rest or by one
+/// share of the way from there, or where not most of its joints, the hips among them, leave it in
+/// steps that are far wider than the next one.
 std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
                       const skin::ClipSweep& range);
 

@@ -181,8 +181,8 @@ skin::Clip paced(skin::Clip clip, double times_as_fast) {
   return clip;
 }
 
-/// The clip as a player shows it so many times a second.
-skin::Clip resampled(const skin::Clip& clip, double rate) {
+/// The clip as a player shows it so many times a second, from so many seconds after its start.
+skin::Clip resampled(const skin::Clip& clip, double rate, double from = 0.0) {
   skin::Clip out = clip;
   out.time.clear();
   out.frame_number.clear();
@@ -190,7 +190,7 @@ skin::Clip resampled(const skin::Clip& clip, double rate) {
   const Index joints = clip.joint_count();
   Index k = 0;
   for (int i = 0;; ++i) {
-    const double t = clip.time.front() + i / rate;
+    const double t = clip.time.front() + from + i / rate;
     if (t > clip.time.back()) break;
     while (k + 2 < clip.frame_count() && clip.time[k + 1] <= t) ++k;
     const double u = (t - clip.time[k]) / (clip.time[k + 1] - clip.time[k]);
@@ -511,6 +511,10 @@ TEST(ClipFaults, CapturesHaveNoFindingHoweverTheyAreCutAndPlayed) {
     for (const double pace : {0.5, 1.5}) plays.emplace_back("paced", paced(motion.clip, pace));
     for (const double rate : {24.0, 30.0, 60.0})
       plays.emplace_back("resampled", resampled(motion.clip, rate));
+    // Captures leap from the rest pose into the motion: a cut that begins on the way.
+    const double step = motion.clip.time[1] - motion.clip.time[0];
+    for (const double from : {0.2, 0.6})
+      plays.emplace_back("from the leap", resampled(motion.clip, 1.0 / step, from * step));
     for (int i = 0; i < 4; ++i) {
       const Index count = 60 + draw.below(60),
                   first = draw.below(motion.clip.frame_count() - count);
