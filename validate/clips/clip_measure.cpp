@@ -467,7 +467,7 @@ std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
                       const skin::ClipSweep& range) {
   // A tenth of a degree: what exporters round. A lead is a leap: no body that starts from rest
   // halves the pace of most of its joints at once.
-  constexpr double kAtRestDeg = 0.1, kWider = 1.5, kLeastDeg = 1.0, kSameWidth = 0.03;
+  constexpr double kAtRestDeg = 0.1, kWider = 1.5, kLeap = 3.0, kLeastDeg = 1.0, kSameWidth = 0.03;
   constexpr Index kLongest = 8;
   const auto turn = [&](Index i, Index k) {
     const Index f = range.first + i;
@@ -495,7 +495,7 @@ std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
   };
   for (Index lead = 1; lead <= kLongest && lead + kLeastFrames < range.count; ++lead) {
     if (!leaves_rest(lead)) continue;
-    Index leave = 0;
+    Index leave = 0, leap = 0;
     bool hips = false;
     for (Index k = 0; k < anatomy.spine.size(); ++k) {
       const auto step = [&](Index i) { return angle_between(turn(i, k), turn(i + 1, k)); };
@@ -504,8 +504,11 @@ std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
         leaves = leaves && std::abs(step(i) - step(0)) <= kSameWidth * step(0);
       leave += leaves;
       hips = hips || (k == 0 && leaves);
+      leap += k > 0 && leaves && step(0) > kLeap * step(lead);
     }
     if (hips && 2 * leave > anatomy.spine.size()) return lead;
+    // Of a motion that was laid on a body whose hips are held.
+    if (leap > 2 && leap + 1 == anatomy.spine.size()) return lead;
   }
   return 0;
 }

@@ -57,7 +57,8 @@ std::vector<WatchedJoint> watched_joints(const skin::Character& character,
 /// rest pose, and jump into the motion with the second frame (or, resampled, over a few steps of
 /// one width; a cut may begin on that way). 0 where not all of the spine stands at rest or by one
 /// share of the way from there, or where not most of its joints, the hips among them, leave it in
-/// steps that are far wider than the next one.
+/// steps that are far wider than the next one (three times, of all joints above hips that are
+/// held).
 std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
                       const skin::ClipSweep& range);
 
