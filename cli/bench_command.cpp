@@ -9,6 +9,74 @@ namespace backbend::cli {
 
 using namespace backbend::validate;
 
+namespace {
+
+constexpr const char* kKinds[] = {"camera", "scattered", "shadow"};
+
+const char* name_of(render::TreeQuality quality) {
+  return quality == render::TreeQuality::high ? "high" : "medium";
+}
+
+double rate_of(const render::RayCost& cost, const render::RayRate& rate) {
+  return static_cast<double>(cost.rays[static_cast<std::size_t>(rate.kind)]) / rate.seconds;
+}
+
+nlohmann::ordered_json json_of(const render::RayCost& cost, const render::RayRate& rate) {
+  return {{"kind", kKinds[static_cast<std::size_t>(rate.kind)]},
+          {"tree", name_of(rate.quality)},
+          {"way", render::name_of(rate.way)},
+          {"coherent", rate.coherent},
+          {"rays_per_s", rate_of(cost, rate)}};
+}
+
+void print_json(const render::RayCost& cost) {
+  nlohmann::ordered_json rates = nlohmann::ordered_json::array(), best = rates;
+  for (const render::RayRate& rate : cost.rates) rates.push_back(json_of(cost, rate));
+  for (const render::RayRate& rate : cost.best) best.push_back(json_of(cost, rate));
+  const nlohmann::ordered_json told = {{"camera_rays", cost.rays[0]},
+                                       {"scattered_rays", cost.rays[1]},
+                                       {"shadow_rays", cost.rays[2]},
+                                       {"frame_s", cost.frame_s},
+                                       {"rays_s", cost.best_s()},
+                                       {"ratio", cost.ratio()},
+                                       {"rays_as_asked_s", cost.as_asked_s},
+                                       {"ratio_as_asked", cost.ratio_as_asked()},
+                                       {"best", best},
+                                       {"rates", rates}};
+  std::printf("%s\n", told.dump().c_str());
+}
+
+void print_table(const render::RayCost& cost) {
+  std::printf("M rays/s of Embree alone, one thread; `*` is the best for the kind\n");
+  std::printf("%-10s %-8s %-12s %10s %10s %10s\n", "told", "tree", "asked", kKinds[0], kKinds[1],
+              kKinds[2]);
+  const std::size_t ways = cost.rates.size() / 3;
+  for (std::size_t i = 0; i < ways; ++i) {
+    const render::RayRate& way = cost.rates[i];
+    std::printf("%-10s %-8s %-12s", way.coherent ? "coherent" : "incoherent", name_of(way.quality),
+                std::string(render::name_of(way.way)).c_str());
+    for (std::size_t kind = 0; kind < 3; ++kind) {
+      const render::RayRate& rate = cost.rates[kind * ways + i];
+      std::printf(" %9.2f%c", 1e-6 * rate_of(cost, rate),
+                  rate.seconds == cost.best[kind].seconds ? '*' : ' ');
+    }
+    std::printf("\n");
+  }
+  const double rays = 1e-6 * static_cast<double>(cost.all_rays());
+  const auto line = [&](const char* what, double seconds) {
+    std::printf("%-32s %8.3f s  %6.2f M rays/s  ratio %.3f\n", what, seconds, rays / seconds,
+                seconds / cost.frame_s);
+  };
+  std::printf("%.2f M rays: %.2f camera, %.2f scattered, %.2f shadow\n", rays,
+              1e-6 * static_cast<double>(cost.rays[0]), 1e-6 * static_cast<double>(cost.rays[1]),
+              1e-6 * static_cast<double>(cost.rays[2]));
+  line("frame", cost.frame_s);
+  line("rays alone, the best ways", cost.best_s());
+  line("rays alone, as the renderer asks", cost.as_asked_s);
+}
+
+}  // namespace
+
 void add_bench(const Registry& registry) {
   struct Options {
     RenderRequest request;
@@ -16,43 +84,26 @@ void add_bench(const Registry& registry) {
     int repeats = 5;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = registry.add(
-      "bench", "compare the renderer's ray rate with Embree alone",
-      [options, &common = registry.common] {
-        RenderRequest request = options->request;
-        request.rig = read_rig(options->rig);
-        request.chain = driven_chain("", request.rig, request.hints);
-        try {
-          request.pose = parse_pose(options->pose);
-        } catch (const solver::RigError& error) {
-          throw CLI::ValidationError(std::string("--") + error.what());
-        }
-        request.settings.width = request.settings.height = 256;
-        if (!options->resolution.empty()) {
-          std::tie(request.settings.width, request.settings.height) =
-              parse_resolution(options->resolution);
-        }
-        const render::RayCost cost = bench_rays(request, options->repeats);
-        const auto rays = static_cast<double>(cost.rays());
-        if (common.json) {
-          const nlohmann::ordered_json told = {
-              {"camera_rays", cost.camera_rays}, {"scattered_rays", cost.scattered_rays},
-              {"shadow_rays", cost.shadow_rays}, {"frame_s", cost.frame_s},
-              {"rays_s", cost.rays_s},           {"ratio", cost.ratio()}};
-          std::printf("%s\n", told.dump().c_str());
-        } else {
-          std::printf(
-              "%.2f M rays: %.2f camera, %.2f scattered, %.2f shadow\n"
-              "frame         %8.3f s  %6.2f M rays/s\n"
-              "rays alone    %8.3f s  %6.2f M rays/s\n"
-              "ratio         %8.3f\n",
-              rays * 1e-6, static_cast<double>(cost.camera_rays) * 1e-6,
-              static_cast<double>(cost.scattered_rays) * 1e-6,
-              static_cast<double>(cost.shadow_rays) * 1e-6, cost.frame_s,
-              rays * 1e-6 / cost.frame_s, cost.rays_s, rays * 1e-6 / cost.rays_s, cost.ratio());
-        }
-        return 0;
-      });
+  CLI::App* command = registry.add("bench", "compare the renderer's ray rate with Embree alone",
+                                   [options, &common = registry.common] {
+                                     RenderRequest request = options->request;
+                                     request.rig = read_rig(options->rig);
+                                     request.chain = driven_chain("", request.rig, request.hints);
+                                     try {
+                                       request.pose = parse_pose(options->pose);
+                                     } catch (const solver::RigError& error) {
+                                       throw CLI::ValidationError(std::string("--") + error.what());
+                                     }
+                                     request.settings.width = request.settings.height = 256;
+                                     if (!options->resolution.empty()) {
+                                       std::tie(request.settings.width, request.settings.height) =
+                                           parse_resolution(options->resolution);
+                                     }
+                                     const render::RayCost cost =
+                                         bench_rays(request, options->repeats);
+                                     common.json ? print_json(cost) : print_table(cost);
+                                     return 0;
+                                   });
   command->add_option("what", options->what, "rays: trace one frame's rays with Embree alone")
       ->required()
       ->check(CLI::IsMember({"rays"}));

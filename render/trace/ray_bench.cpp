@@ -34,29 +34,48 @@ RayCost measure_rays(const Scene& scene, const MeshTopology& mesh,
     scene.render(camera, settings);
   }
   RayCost cost;
-  for (const RayRecord::Batch& batch : record.batches) {
-    (batch.kind == RayRecord::Kind::camera      ? cost.camera_rays
-     : batch.kind == RayRecord::Kind::scattered ? cost.scattered_rays
-                                                : cost.shadow_rays) += batch.count;
+  const BareRayScene medium(mesh.triangle, position, TreeQuality::medium),
+      high(mesh.triangle, position, TreeQuality::high);
+  using Kind = RayRecord::Kind;
+  for (const Kind kind : {Kind::camera, Kind::scattered, Kind::shadow}) {
+    cost.rays[static_cast<std::size_t>(kind)] = record.ray_count(kind);
+    for (const TreeQuality quality : {TreeQuality::medium, TreeQuality::high})
+      for (const RayWay way : ray_ways())
+        for (const bool coherent : {true, false})
+          cost.rates.push_back({kind, quality, way, coherent, 0.0});
   }
-  const BareRayScene bare(mesh.triangle, position);
-  std::vector<double> frame_s, rays_s;
+  std::vector<double> frame_s;
+  std::vector<std::vector<double>> seconds(cost.rates.size());
   const FlushDenormals flush;
   for (int i = 0; i < std::max(repeats, 1); ++i) {
-    const double start = thread_seconds();
+    double start = thread_seconds();
     scene.render(camera, settings);
-    const double rendered = thread_seconds();
-    const std::size_t hits = bare.trace(record);
-    rays_s.push_back(thread_seconds() - rendered);
-    frame_s.push_back(rendered - start);
-    // Rounding at edges may differ between the two trees, by a ray in many thousands.
-    const std::size_t more = std::max(hits, record.hits), fewer = std::min(hits, record.hits);
-    if (more - fewer > record.ray_count() / 1000)
-      throw RenderError("bench: the bare device hits " + std::to_string(hits) +
-                        " times, the frame's rays " + std::to_string(record.hits));
+    frame_s.push_back(thread_seconds() - start);
+    for (std::size_t r = 0; r < cost.rates.size(); ++r) {
+      const RayRate& rate = cost.rates[r];
+      start = thread_seconds();
+      const std::size_t hits = (rate.quality == TreeQuality::high ? high : medium)
+                                   .trace(record, rate.kind, rate.way, rate.coherent);
+      seconds[r].push_back(thread_seconds() - start);
+      // Rounding at edges may differ between two trees, by a ray in many thousands.
+      const auto kind = static_cast<std::size_t>(rate.kind);
+      const std::size_t most = std::max(hits, record.hits[kind]),
+                        least = std::min(hits, record.hits[kind]);
+      if (most - least > cost.rays[kind] / 1000)
+        throw RenderError("bench: the bare device hits " + std::to_string(hits) +
+                          " times, the frame's rays " + std::to_string(record.hits[kind]));
+    }
   }
   cost.frame_s = median(frame_s);
-  cost.rays_s = median(rays_s);
+  for (std::size_t r = 0; r < cost.rates.size(); ++r) {
+    RayRate& rate = cost.rates[r];
+    rate.seconds = median(seconds[r]);
+    RayRate& best = cost.best[static_cast<std::size_t>(rate.kind)];
+    if (best.seconds == 0.0 || rate.seconds < best.seconds) best = rate;
+    const bool as_asked = rate.quality == TreeQuality::medium && rate.way == RayWay::packet &&
+                          rate.coherent == (rate.kind == Kind::camera);
+    if (as_asked) cost.as_asked_s += rate.seconds;
+  }
   return cost;
 }
 

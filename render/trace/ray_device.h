@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <span>
+#include <string_view>
 #include <vector>
 
 #include "render/image/lanes.h"
@@ -102,9 +103,9 @@ struct RayRecord {
   };
   std::vector<Batch> batches;
   std::vector<float> origin_x, origin_y, origin_z, direction_x, direction_y, direction_z, far;
-  std::size_t hits = 0;  // rays that met something
+  std::array<std::size_t, 3> hits{};  // rays of each kind that met something
 
-  std::size_t ray_count() const;
+  std::size_t ray_count(Kind kind) const;
 };
 
 /// Keeps every ray that this thread traces for as long as it lives.
@@ -116,14 +117,25 @@ class RecordRays {
   RecordRays& operator=(const RecordRays&) = delete;
 };
 
-/// The ray device with nothing around it, as a measure: a tree built once at MEDIUM quality that
-/// cannot be refitted, and the nearest hit that the device itself chooses.
+/// How the bare device is asked for rays: one by one, eight side by side, or as streams of 256.
+enum class RayWay { single, packet, stream };
+/// Embree 4 has no streams.
+std::span<const RayWay> ray_ways();
+std::string_view name_of(RayWay way);
+
+/// How much work goes into a bare tree.
+enum class TreeQuality { medium, high };
+
+/// The ray device with nothing around it, as a measure: a tree built once that cannot be refitted,
+/// and the nearest hit that the device itself chooses.
 class BareRayScene {
  public:
-  BareRayScene(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> position);
+  BareRayScene(std::span<const glm::uvec3> triangle, std::span<const glm::vec3> position,
+               TreeQuality quality);
   ~BareRayScene();
-  /// Traces all rays of a record and gives the number of those that met something.
-  std::size_t trace(const RayRecord& record) const;
+  /// Traces the rays of one kind of a record, `coherent` or not as far as the device is told, and
+  /// gives the number of those that met something.
+  std::size_t trace(const RayRecord& record, RayRecord::Kind kind, RayWay way, bool coherent) const;
 
  private:
   struct Impl;

@@ -261,3 +261,17 @@ class Review(CommandTest):
         self.assertGreater(told["shadow_rays"], 0)
         self.assertGreater(told["scattered_rays"], 0)
         self.assertAlmostEqual(told["ratio"], told["rays_s"] / told["frame_s"])
+        # Each kind is asked in every way, in both trees; the fastest counts.
+        for kind in ("camera", "scattered", "shadow"):
+            ways = [rate for rate in told["rates"] if rate["kind"] == kind]
+            self.assertEqual({way["tree"] for way in ways}, {"medium", "high"})
+            self.assertLessEqual({"one by one", "eight wide"}, {way["way"] for way in ways})
+            (best,) = [rate for rate in told["best"] if rate["kind"] == kind]
+            self.assertEqual(best["rays_per_s"], max(way["rays_per_s"] for way in ways))
+        self.assertLessEqual(told["rays_s"], told["rays_as_asked_s"])
+
+    def test_the_bench_shows_the_rate_of_every_way(self):
+        told = self.assert_runs("bench", "rays", HUMAN, "--res", "32x32", "--spp", "2", "--repeat", "1").stdout
+        self.assertRegex(told, r"(?m)^incoherent high +one by one( +[0-9.]+\*?){3}")
+        self.assertEqual(told.count("*"), 3 + 1, "a best way for each kind, and the line that explains the mark")
+        self.assertRegex(told, r"(?m)^rays alone, the best ways .* ratio [01]\.[0-9]+$")
