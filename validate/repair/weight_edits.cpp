@@ -571,6 +571,23 @@ std::vector<WeightEdit> WeightEdits::order(const std::vector<skin::WeightFault>&
   return out;
 }
 
+std::vector<WeightEdit> WeightEdits::borders(const std::vector<skin::WeightFault>& faults) {
+  parts_->proxy();
+  const auto& fraction = parts_->fractions_;
+  const std::vector<int>& spine = parts_->anatomy.spine;
+  std::vector<WeightEdit> out;
+  for (const skin::WeightFault& fault : faults) {
+    const auto k = static_cast<Index>(std::ranges::find(spine, fault.other) - spine.begin());
+    if (k == 0 || k >= fraction.size()) continue;
+    const double below = fraction[k] - fraction[k - 1],
+                 above = k + 1 < fraction.size() ? fraction[k + 1] - fraction[k] : below;
+    for (const double bones : {0.25, 0.5})
+      for (WeightEdit& edit : stretch(fraction[k] - bones * below, fraction[k] + bones * above))
+        out.push_back(std::move(edit));
+  }
+  return out;
+}
+
 std::vector<WeightEdit> WeightEdits::stretch(double from, double to) {
   parts_->proxy();
   const auto& fraction = parts_->fractions_;

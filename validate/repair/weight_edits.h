@@ -45,6 +45,8 @@ class WeightEdits {
   std::vector<WeightEdit> asymmetry(const std::vector<skin::WeightFault>& faults);
   /// Vertebrae out of order: swapped back, or the spine's share spread anew between them.
   std::vector<WeightEdit> order(const std::vector<skin::WeightFault>& faults);
+  /// Vertebrae that meet without a blend: the weights around where the upper one begins.
+  std::vector<WeightEdit> borders(const std::vector<skin::WeightFault>& faults);
   /// A stretch of the torso, arc fractions of the spine, whose weights bend it unevenly.
   std::vector<WeightEdit> stretch(double from, double to);
 

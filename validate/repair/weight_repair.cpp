@@ -178,7 +178,7 @@ class Repairer {
       bool better = false;
       for (const auto group :
            {&Repairer::unknown, &Repairer::other_side, &Repairer::far, &Repairer::seams,
-            &Repairer::asymmetry, &Repairer::order, &Repairer::slices})
+            &Repairer::asymmetry, &Repairer::order, &Repairer::borders, &Repairer::slices})
         better = (this->*group)() || better;
       if (!better) break;
     }
@@ -327,6 +327,11 @@ class Repairer {
   bool order() {
     const auto faults = failing(reading_.faults.order, "BB066");
     return !faults.empty() && take_best(edits().order(faults), {"BB066"});
+  }
+
+  bool borders() {
+    const auto faults = failing(reading_.faults.borders, "BB069");
+    return !faults.empty() && take_best(edits().borders(faults), {"BB069"});
   }
 
   /// What the mesh shows under the ideal bend, worst first, a stretch of the spine at a time.
