@@ -16,6 +16,38 @@ using Index = std::size_t;
 
 constexpr double kAsTheAxis = 0.9994;  // cosine of 2 degrees
 constexpr double kTurnedMost = 0.6;    // ... of 53, as far as a body turns from the nearest axis
+constexpr double kInTheMiddle = 0.1;   // of how far a limb reaches to its side
+
+/// Where each node stands to be told from its mirror image: its own place; of one in the middle all
+/// of whose joints lie on one side (a clavicle that starts at the spine), the mean of theirs.
+std::vector<glm::dvec3> places_of(const Character& character, const Mirror& mirror) {
+  struct Limb {
+    glm::dvec3 sum{0.0};
+    double count = 0.0, left = 0.0, right = 0.0;  // how far it reaches to either side
+  };
+  std::vector<Limb> limb(character.nodes.size());
+  std::vector<glm::dvec3> out;
+  for (const Node& node : character.nodes) out.push_back(origin(node.world_from_node));
+  for (Index n = 0; n < out.size(); ++n) {
+    const double aside = glm::dot(out[n] - mirror.middle, mirror.left);
+    for (int above = static_cast<int>(n); above >= 0;
+         above = character.nodes[static_cast<Index>(above)].parent) {
+      Limb& each = limb[static_cast<Index>(above)];
+      each.sum += out[n];
+      each.count += 1.0;
+      each.left = std::max(each.left, aside);
+      each.right = std::max(each.right, -aside);
+    }
+  }
+  for (Index n = 0; n < out.size(); ++n) {
+    const Limb& each = limb[n];
+    const double reach = std::max(each.left, each.right), back = std::min(each.left, each.right),
+                 own = std::abs(glm::dot(out[n] - mirror.middle, mirror.left));
+    if (own <= kInTheMiddle * reach && back <= kInTheMiddle * reach && reach > 0.0)
+      out[n] = each.sum / each.count;
+  }
+  return out;
+}
 
 }  // namespace
 
@@ -62,6 +94,7 @@ std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror
       by_name.emplace(
           std::tuple(facts[n].without_side, static_cast<int>(facts[n].part), facts[n].side),
           static_cast<int>(n));
+  const std::vector<glm::dvec3> place = places_of(character, mirror);
   std::vector<int> out(facts.size());
   for (Index n = 0; n < facts.size(); ++n) {
     out[n] = static_cast<int>(n);
@@ -75,14 +108,14 @@ std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror
       }
     }
     // No pair by name: the nearest joint to the mirrored place, itself where that is nearest.
-    const glm::dvec3 image = mirror(origin(character.nodes[n].world_from_node));
-    double nearest = glm::distance(image, origin(character.nodes[n].world_from_node));
+    const glm::dvec3 image = mirror(place[n]);
+    double nearest = glm::distance(image, place[n]);
     for (const SkinJoint& joint : character.joints) {
       const auto m = static_cast<Index>(joint.node);
       if (facts[m].side != Side::none &&
           (facts[m].side == facts[n].side || facts[n].side == Side::none))
         continue;
-      const double distance = glm::distance(image, origin(character.nodes[m].world_from_node));
+      const double distance = glm::distance(image, place[m]);
       if (distance < 0.5 * nearest) {
         nearest = distance;
         out[n] = joint.node;

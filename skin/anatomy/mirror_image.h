@@ -29,7 +29,8 @@ bool spine_is_in_the_middle(const Character& character, const Anatomy& anatomy,
                             const Mirror& mirror);
 
 /// The node on the other side of each node; itself in the middle, and where there is none. Names
-/// decide, and where they tell no pair, places.
+/// decide, and where they tell no pair, places: of a joint in the middle whose limb lies on one
+/// side (a clavicle that starts at the spine) the limb's.
 std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror);
 
 }  // namespace backbend::skin

@@ -53,6 +53,7 @@ constexpr double kOffBoneMost = 1.4;    // ... at most: what is further off is t
 constexpr double kLongBone = 0.6;       // of the torso's half width: else it has no rows of its own
 constexpr double kMirrored = 0.95;      // of the places, to speak of a symmetric body
 constexpr double kMirrorSlack = 0.002;  // between a place and its image
+constexpr double kSamePlace = 1e-5;     // between places where shells touch
 constexpr double kSurfaceSlack = 0.01;  // ... and the surface, where no place has one
 constexpr double kUnlikeSides = 0.42;   // of a joint's weight, between sides of other vertices
 constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint to be compared so
@@ -700,8 +701,15 @@ class FaultFinder {
       const glm::dvec3 at = mirror_(point_[p]);
       const Index nearest = cells.nearest(at);
       if (nearest == point_.size()) continue;
-      if (glm::distance(point_[nearest], at) <= kMirrorSlack * size_) {
-        out[p] = weights_[nearest];
+      if (const double off = glm::distance(point_[nearest], at); off <= kMirrorSlack * size_) {
+        // Where shells touch, several places lie there: this one's image is the one most like it.
+        double least = std::numeric_limits<double>::infinity();
+        cells.each_within(at, off + kSamePlace * size_, [&](Index q) {
+          const double unlike = difference(weights_[p], weights_[q], &image_).share;
+          if (unlike >= least) return;
+          least = unlike;
+          out[p] = weights_[q];
+        });
         ++images_by_place_;
         continue;
       }
@@ -1107,6 +1115,13 @@ class FaultFinder {
     return true;
   }
 
+  /// Whether a joint is the head or hangs from it.
+  bool on_head(int node) const {
+    while (node >= 0 && node != anatomy_.head)
+      node = character_.nodes[static_cast<Index>(node)].parent;
+    return node >= 0;
+  }
+
   void find_seams(WeightAnswer& out) {
     std::map<int, WeightFault> faults;
     // Of each place with several surfaces, the first vertex of each after the first surface's.
@@ -1127,6 +1142,8 @@ class FaultFinder {
         apart = difference(weights_of(character_, *joined), own, nullptr);
         if (apart.share < kCounts) continue;
       }
+      // No motion of the spine parts eyelids from eyes.
+      if (on_head(apart.most) && on_head(apart.least)) continue;
       add(faults, apart.most, apart.least, apart.share, 0.0, p);
     }
     take(faults, out);

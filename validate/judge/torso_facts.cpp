@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
+#include <numeric>
 #include <vector>
 
 #include "skin/anatomy/chain_arc.h"
@@ -24,31 +26,76 @@ double longest_bone(const Stage& stage) {
   return whole > 0.0 ? longest / whole : 0.0;
 }
 
+namespace {
+
+/// The torso's surface along the spine up to the chest.
+struct TorsoPlaces {
+  static constexpr double kElsewhere = -1.0;
+  double length = 0.0;        // of the spine
+  std::size_t bones = 0;      // of it
+  std::vector<double> along;  // of each vertex, an arc length; kElsewhere off the torso
+
+  explicit TorsoPlaces(const Stage& stage) {
+    const skin::Character& character = stage.character();
+    const skin::Anatomy& anatomy = stage.anatomy();
+    std::vector<bool> on_torso(character.nodes.size(), false);
+    std::vector<glm::dvec3> chain;
+    for (std::size_t k = 0; k <= anatomy.chest_index; ++k) {
+      const auto node = static_cast<std::size_t>(anatomy.spine[k]);
+      on_torso[node] = true;
+      chain.emplace_back(character.nodes[node].world_from_node[3]);
+    }
+    length = skin::arc_length(chain);
+    bones = chain.size() - 1;
+    along.assign(character.vertex_count(), kElsewhere);
+    for (std::size_t v = 0; v < along.size(); ++v) {
+      const skin::Influences& influences = character.influences[v];
+      double sum = 0.0;
+      for (std::size_t k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+        if (on_torso[static_cast<std::size_t>(character.joints[influences.joint[k]].node)])
+          sum += influences.weight[k];
+      if (sum > 0.5) along[v] = skin::nearest_arc(chain, stage.rest().position[v]);
+    }
+  }
+};
+
+/// Whether no surface of one piece reaches along most of the torso: plates that lie over each
+/// other.
+bool is_plated(const Stage& stage) {
+  constexpr double kMost = 0.6;
+  const skin::Character& character = stage.character();
+  const TorsoPlaces torso(stage);
+  std::vector<std::uint32_t> piece(character.place_count);  // by place
+  std::iota(piece.begin(), piece.end(), 0u);
+  const auto root = [&](std::uint32_t place) {
+    while (piece[place] != place) place = piece[place] = piece[piece[place]];
+    return place;
+  };
+  for (const glm::uvec3& t : character.triangles)
+    for (int i = 1; i < 3; ++i) piece[root(character.place[t[i]])] = root(character.place[t[0]]);
+  std::map<std::uint32_t, std::pair<double, double>> reach;
+  for (std::size_t v = 0; v < torso.along.size(); ++v) {
+    const double at = torso.along[v];
+    if (at == TorsoPlaces::kElsewhere) continue;
+    const auto known = reach.emplace(root(character.place[v]), std::pair(at, at)).first;
+    known->second = {std::min(known->second.first, at), std::max(known->second.second, at)};
+  }
+  return !reach.empty() && std::ranges::none_of(reach, [&](const auto& each) {
+    return each.second.second - each.second.first > kMost * torso.length;
+  });
+}
+
+}  // namespace
+
 double rows_per_bone(const Stage& stage) {
   const skin::Character& character = stage.character();
-  const skin::Anatomy& anatomy = stage.anatomy();
-  std::vector<bool> on_torso(character.nodes.size(), false);
-  std::vector<glm::dvec3> chain;
-  for (std::size_t k = 0; k <= anatomy.chest_index; ++k) {
-    const auto node = static_cast<std::size_t>(anatomy.spine[k]);
-    on_torso[node] = true;
-    chain.emplace_back(character.nodes[node].world_from_node[3]);
-  }
-  constexpr double kElsewhere = -1.0;
-  std::vector<double> along(character.vertex_count(), kElsewhere);
-  for (std::size_t v = 0; v < along.size(); ++v) {
-    const skin::Influences& influences = character.influences[v];
-    double sum = 0.0;
-    for (std::size_t k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
-      if (on_torso[static_cast<std::size_t>(character.joints[influences.joint[k]].node)])
-        sum += influences.weight[k];
-    if (sum > 0.5) along[v] = skin::nearest_arc(chain, stage.rest().position[v]);
-  }
+  const TorsoPlaces torso(stage);
+  const std::vector<double>& along = torso.along;
   std::vector<double> edges;
   for (const glm::uvec3& t : character.triangles)
     for (int i = 0; i < 3; ++i) {
       const std::size_t a = t[i], b = t[(i + 1) % 3];
-      if (along[a] == kElsewhere || along[b] == kElsewhere) continue;
+      if (along[a] == TorsoPlaces::kElsewhere || along[b] == TorsoPlaces::kElsewhere) continue;
       const double length =
           glm::distance(glm::dvec3(stage.rest().position[a]), glm::dvec3(stage.rest().position[b]));
       if (std::abs(along[a] - along[b]) > 0.7 * length) edges.push_back(length);
@@ -56,10 +103,11 @@ double rows_per_bone(const Stage& stage) {
   if (edges.empty()) return 0.0;
   const auto middle = edges.begin() + static_cast<std::ptrdiff_t>(edges.size() / 2);
   std::nth_element(edges.begin(), middle, edges.end());
-  return skin::arc_length(chain) / static_cast<double>(chain.size() - 1) / *middle;
+  return torso.length / static_cast<double>(torso.bones) / *middle;
 }
 
 bool torso_in_pieces(const Stage& stage) {
+  if (is_plated(stage)) return true;
   const skin::Character& character = stage.character();
   const skin::Anatomy& anatomy = stage.anatomy();
   // How far up the spine each node hangs: legs below everything, arms, neck and head above.

@@ -557,16 +557,18 @@ TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {
   EXPECT_EQ(worst(true), before);
 }
 
-/// The worst seam of a stick figure with two triangles more, one that follows a spine joint and one
-/// that follows the head. Corners are numbers of points that lie apart from all else.
-double seam_between(const glm::uvec3& of_spine, const glm::uvec3& of_head) {
+/// The worst seam of a stick figure with two triangles more, one that follows a spine joint (or
+/// `first`) and one that follows the head. Corners are numbers of points that lie apart from all
+/// else.
+double seam_between(const glm::uvec3& of_spine, const glm::uvec3& of_head,
+                    const char* first = "spine_1") {
   Character character = stick_figure();
+  add_node(character, "eyelid", stick_node(character, "head"), {0.0, 1.6, 0.1});
   const auto point = [](unsigned number) {
     return glm::vec3(number % 2 == 0 ? 0.0F : 0.1F, 1.2F + 0.05F * static_cast<float>(number / 2),
                      0.3F);
   };
-  for (const auto& [corners, joint] :
-       {std::pair(of_spine, "spine_1"), std::pair(of_head, "head")}) {
+  for (const auto& [corners, joint] : {std::pair(of_spine, first), std::pair(of_head, "head")}) {
     stick_vertex(character, stick_node(character, joint));
     for (int k = 0; k < 3; ++k)
       character.bind_position[character.triangles.back()[k]] = point(corners[k]);
@@ -586,6 +588,36 @@ TEST(Seams, AreWhereASurfaceGoesOnOverAnEdge) {
   EXPECT_EQ(seam_between({0, 1, 2}, {0, 2, 1}), 1.0) << "two sides of one sheet";
   EXPECT_EQ(seam_between({0, 1, 2}, {2, 3, 4}), 0.0) << "in a point";
   EXPECT_EQ(seam_between({0, 1, 2}, {1, 2, 0}), 0.0) << "one upon the other";
+}
+
+TEST(Seams, AreNoneBetweenJointsThatHangFromTheHead) {
+  EXPECT_EQ(seam_between({0, 1, 2}, {2, 1, 3}, "eyelid"), 0.0);
+  EXPECT_EQ(seam_between({0, 1, 2}, {2, 1, 3}, "neck"), 1.0);
+}
+
+TEST(Asymmetry, IsNoneWhereShellsTouchOnBothSides) {
+  // A sleeve's side lies on the torso's, and rounding decides which of the two stands further out.
+  Character figure = stick_figure();
+  const auto lay = [&](const char* joint, double x, double off) {
+    for (int row = 0; row < 40; ++row) {
+      stick_vertex(figure, stick_node(figure, joint));
+      for (int k = 0; k < 3; ++k)
+        figure.bind_position[figure.triangles.back()[k]] =
+            glm::vec3(x + off, 1.1 + 0.01 * row + 0.005 * (k % 2), 0.3 + 0.02 * k);
+    }
+  };
+  lay("spine_2", 0.15, 1e-6);
+  lay("clavicle.L", 0.15, 0.0);
+  lay("spine_2", -0.15, 0.0);
+  lay("clavicle.R", -0.15, -1e-6);
+  const Places places = weld(figure.bind_position);
+  figure.place = places.place;
+  figure.place_count = places.count;
+  figure.parts = {{"body", 0, 0, static_cast<std::uint32_t>(figure.triangles.size()), 0,
+                   static_cast<std::uint32_t>(figure.vertex_count())}};
+  const WeightFaults faults = find_weight_faults(figure, find_anatomy(figure));
+  EXPECT_EQ(faults.asymmetry.not_applicable, "");
+  EXPECT_LE(faults.asymmetry.worst(), 0.01);
 }
 
 TEST(PlantedOnUnlikeSides, HalfATorsoOneVertebraUpIsFoundThoughNoVertexHasAMirrorImage) {

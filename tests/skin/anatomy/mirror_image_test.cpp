@@ -1,0 +1,50 @@
+#include "skin/anatomy/mirror_image.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/skin/stick_figure.h"
+
+namespace backbend::skin {
+namespace {
+
+TEST(MirroredNodes, ArePairedWhereLimbsStartInTheMiddleUnderNamesWithoutSides) {
+  // As Blender numbers bones: both clavicles start at the spine, and no name tells a side.
+  Character figure = stick_figure();
+  const int chest = stick_node(figure, "spine_2");
+  const glm::dvec3 at(figure.nodes[static_cast<std::size_t>(chest)].world_from_node[3]);
+  const int one = add_node(figure, "Bone.004", chest, at);
+  const int one_out = add_node(figure, "Bone.005", one, at + glm::dvec3(0.2, 0.1, 0.0));
+  const int two = add_node(figure, "Bone.008", chest, at);
+  const int two_out = add_node(figure, "Bone.009", two, at + glm::dvec3(-0.2, 0.1, 0.0));
+  for (const int node : {one, one_out, two, two_out}) stick_vertex(figure, node);
+  const std::vector<int> image =
+      mirrored_nodes(figure, mirror_of(figure, find_anatomy(stick_figure())));
+  const auto of = [&](int node) { return image[static_cast<std::size_t>(node)]; };
+  EXPECT_EQ(of(one), two);
+  EXPECT_EQ(of(two), one);
+  EXPECT_EQ(of(one_out), two_out);
+  EXPECT_EQ(of(two_out), one_out);
+  for (const char* name : {"hips", "spine_1", "spine_2", "neck", "head"})
+    EXPECT_EQ(of(stick_node(figure, name)), stick_node(figure, name)) << name;
+  EXPECT_EQ(of(stick_node(figure, "clavicle.L")), stick_node(figure, "clavicle.R"));
+}
+
+TEST(SpineIsInTheMiddle, UnlessAJointIsFarOff) {
+  Character figure = stick_figure(3);
+  const Anatomy anatomy = find_anatomy(figure);
+  const Mirror mirror = mirror_of(figure, anatomy);
+  EXPECT_TRUE(spine_is_in_the_middle(figure, anatomy, mirror));
+  auto& place =
+      figure.nodes[static_cast<std::size_t>(stick_node(figure, "spine_2"))].world_from_node[3];
+  place.x += 0.015 * anatomy.spine_length;
+  EXPECT_TRUE(spine_is_in_the_middle(figure, anatomy, mirror));
+  place.x += 0.01 * anatomy.spine_length;
+  EXPECT_FALSE(spine_is_in_the_middle(figure, anatomy, mirror));
+  const glm::dmat3 axes = body_axes(anatomy, mirror);
+  EXPECT_NEAR(glm::distance(axes[0], glm::dvec3(1, 0, 0)), 0.0, 1e-9);
+  EXPECT_NEAR(glm::distance(axes[1], glm::dvec3(0, 1, 0)), 0.0, 1e-9);
+  EXPECT_NEAR(glm::distance(axes[2], glm::dvec3(0, 0, 1)), 0.0, 1e-9);
+}
+
+}  // namespace
+}  // namespace backbend::skin
