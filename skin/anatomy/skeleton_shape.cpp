@@ -19,6 +19,32 @@ constexpr double kMirrorAngle = 0.94;  // cosine: their ends lie across one worl
 constexpr double kApart = 0.02;        // ... and this much of the size apart
 constexpr std::size_t kMostSiblings = 256;
 
+/// What hangs from each node. Nodes that only stand between a joint and the one it hangs from,
+/// where it stands (exporters undo a bone's scale there), are passed over.
+void find_children(const Character& character, SkeletonShape& shape) {
+  const std::size_t count = character.nodes.size();
+  std::vector<int> children(count, 0), only(count, -1);
+  for (std::size_t n = 0; n < count; ++n)
+    if (const int parent = character.nodes[n].parent; parent >= 0) {
+      ++children[static_cast<std::size_t>(parent)];
+      only[static_cast<std::size_t>(parent)] = static_cast<int>(n);
+    }
+  const auto is_passed = [&](std::size_t n) {
+    return !shape.is_joint[n] && character.nodes[n].parent >= 0 && children[n] == 1 &&
+           shape.is_joint[static_cast<std::size_t>(only[n])] &&
+           glm::distance(shape.position[n], shape.position[static_cast<std::size_t>(only[n])]) <=
+               1e-6 * shape.size;
+  };
+  for (std::size_t n = 0; n < count; ++n) {
+    if (is_passed(n)) continue;
+    int parent = character.nodes[n].parent;
+    if (parent >= 0 && is_passed(static_cast<std::size_t>(parent)))
+      parent = character.nodes[static_cast<std::size_t>(parent)].parent;
+    if (parent >= 0)
+      shape.children[static_cast<std::size_t>(parent)].push_back(static_cast<int>(n));
+  }
+}
+
 void measure_weights(const Character& character, SkeletonShape& shape) {
   for (const Influences& influences : character.influences)
     for (std::size_t k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
@@ -130,6 +156,9 @@ void find_parted_pairs(const Character& character, SkeletonShape& shape) {
   for (std::size_t n = 0; n < character.nodes.size(); ++n) {
     const int right = other[n];
     if (right < 0 || shape.name[n].side != Side::left || !is_limb(shape.name[n])) continue;
+    if (std::ranges::any_of(
+            shape.pairs, [&](const MirrorPair& pair) { return pair.left == static_cast<int>(n); }))
+      continue;
     const int parent = character.nodes[n].parent;
     if (parent == character.nodes[static_cast<std::size_t>(right)].parent) continue;
     int above = parent;
@@ -226,9 +255,6 @@ SkeletonShape measure_skeleton(const Character& character) {
   for (std::size_t n = 0; n < count; ++n) {
     shape.name.push_back(read_joint_name(character.nodes[n].name));
     shape.position.push_back(origin(character.nodes[n].world_from_node));
-    if (character.nodes[n].parent >= 0)
-      shape.children[static_cast<std::size_t>(character.nodes[n].parent)].push_back(
-          static_cast<int>(n));
   }
   shape.rest = rest_mesh(character).position;
   shape.low = shape.high = shape.rest.empty() ? glm::dvec3(0.0) : glm::dvec3(shape.rest[0]);
@@ -238,6 +264,7 @@ SkeletonShape measure_skeleton(const Character& character) {
   }
   const glm::dvec3 sides = shape.high - shape.low;
   shape.size = std::max({sides.x, sides.y, sides.z});
+  find_children(character, shape);
   measure_weights(character, shape);
   // A joint that moves vertices is not an end marker: some rigs' wrists are `arm_end`.
   for (std::size_t n = 0; n < count; ++n)

@@ -180,7 +180,8 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   if (record == records.end()) record = records.begin();
   if (record == records.end()) return;
   const skin::Character& character = context.stage.character();
-  const WeightHygiene weights = examine_weights(character, character.influences);
+  const WeightHygiene weights =
+      examine_weights(character, character.influences, context.stage.anatomy().head);
   InputJudgement input = judge_input(*record, context, weights, suite.judges_weights);
   for (Finding& finding : input.findings) report.findings.push_back(std::move(finding));
   const auto rig = report.rigs.end() - (records.end() - record);

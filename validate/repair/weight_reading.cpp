@@ -121,7 +121,8 @@ WeightReading read_weights(const skin::Character& character, const ReadingContex
   progress.finish();
   out.findings = judge_rig(rig, judging);
   book_owners(stage, body, rig, true, out.findings);
-  out.hygiene = examine_weights(stage.character(), stage.character().influences);
+  out.hygiene =
+      examine_weights(stage.character(), stage.character().influences, stage.anatomy().head);
   out.faults = skin::find_weight_faults(stage.character(), stage.anatomy());
   InputJudgement file = judge_input(rig, judging, out.hygiene, true);
   for (Finding& finding : file.findings) out.findings.push_back(std::move(finding));

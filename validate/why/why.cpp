@@ -131,7 +131,8 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   book_owners(stage, body, rig, true, findings);
   std::optional<WeightHygiene> weights;
   if (only.empty() || sweep.empty()) {
-    weights = examine_weights(stage.character(), stage.character().influences);
+    weights =
+        examine_weights(stage.character(), stage.character().influences, stage.anatomy().head);
     for (Finding& finding : judge_input(rig, context, *weights, true).findings)
       findings.push_back(std::move(finding));
   }

@@ -953,6 +953,12 @@ TEST(JointNames, AreReadWhateverTheirDialect) {
   EXPECT_EQ(part("Spine_Middle"), BodyPart::spine);
   EXPECT_EQ(part("middle_01_l"), BodyPart::finger);
   EXPECT_EQ(part("#12"), BodyPart::none);
+  EXPECT_EQ(part("tete_014"), BodyPart::head);
+  EXPECT_EQ(part("cou"), BodyPart::neck);
+  EXPECT_EQ(part("Becken"), BodyPart::hip);
+  EXPECT_EQ(part("epaule_L"), BodyPart::clavicle);
+  EXPECT_EQ(part("Rodilla.R"), BodyPart::leg);
+  EXPECT_EQ(part("course"), BodyPart::none) << "only as a word of its own";
   EXPECT_TRUE(read_joint_name("HeadTop_End").end);
   EXPECT_TRUE(read_joint_name("IKFrontLeg.L").control);
   EXPECT_TRUE(read_joint_name("BackLeg.R").back);

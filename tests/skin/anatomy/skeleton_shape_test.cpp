@@ -10,6 +10,7 @@
 #include <glm/gtc/matrix_inverse.hpp>
 #include <random>
 
+#include "skin/anatomy/anatomy.h"
 #include "skin/anatomy/spine_finder.h"
 #include "tests/skin/stick_figure.h"
 
@@ -45,6 +46,29 @@ Character tangle(unsigned seed) {
     c.influences.push_back(w);
   }
   return c;
+}
+
+TEST(SkeletonShape, PassesOverNodesThatOnlyUndoAScale) {
+  // As Maya's exporter writes them: between each joint and the one that it hangs from, a node that
+  // stands where the joint does and is none.
+  const Character plain = stick_figure();
+  Character c = plain;
+  const int count = static_cast<int>(c.nodes.size());
+  for (int n = 0; n < count; ++n) {
+    const int parent = c.nodes[z(n)].parent;
+    if (parent < 0 || c.nodes[z(parent)].name == "scene") continue;
+    const glm::dvec3 at(c.nodes[z(n)].world_from_node[3]);
+    c.nodes[z(n)].parent = add_node(c, c.nodes[z(n)].name + "_scaleCompensation", parent, at);
+  }
+  const SkeletonShape shape = measure_skeleton(c), known = measure_skeleton(plain);
+  ASSERT_EQ(shape.pairs.size(), known.pairs.size());
+  for (std::size_t i = 0; i < shape.pairs.size(); ++i) {
+    EXPECT_EQ(shape.pairs[i].left, known.pairs[i].left);
+    EXPECT_EQ(shape.pairs[i].right, known.pairs[i].right);
+    EXPECT_EQ(shape.pairs[i].parent, known.pairs[i].parent);
+  }
+  EXPECT_EQ(find_anatomy(c).left_arm, find_anatomy(plain).left_arm);
+  EXPECT_EQ(find_anatomy(c).spine, find_anatomy(plain).spine);
 }
 
 TEST(SkeletonShape, IsWhatCountingGives) {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 namespace backbend::validate {
 namespace {
@@ -147,7 +148,7 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
 }
 
 WeightHygiene examine_weights(const skin::Character& character,
-                              std::span<const skin::Influences> influences) {
+                              std::span<const skin::Influences> influences, int head) {
   std::vector<int> joint_of_node(character.nodes.size(), -1);
   for (std::size_t j = 0; j < character.joints.size(); ++j)
     joint_of_node[static_cast<std::size_t>(character.joints[j].node)] = static_cast<int>(j);
@@ -158,7 +159,23 @@ WeightHygiene examine_weights(const skin::Character& character,
       node = character.nodes[static_cast<std::size_t>(node)].parent;
     parent.push_back(node < 0 ? -1 : joint_of_node[static_cast<std::size_t>(node)]);
   }
-  return examine_weights(influences, character.triangles, character.place, character.place_count,
+  const auto on_head = [&](int node) {
+    while (node >= 0 && node != head) node = character.nodes[static_cast<std::size_t>(node)].parent;
+    return node >= 0;
+  };
+  std::vector<std::uint16_t> stands_for;  // of each joint
+  std::optional<std::uint16_t> first_on_head;
+  for (std::size_t j = 0; j < character.joints.size(); ++j) {
+    const auto own = static_cast<std::uint16_t>(j);
+    const bool is_on_head = head >= 0 && on_head(character.joints[j].node);
+    if (is_on_head && !first_on_head) first_on_head = own;
+    stands_for.push_back(is_on_head ? *first_on_head : own);
+  }
+  std::vector<skin::Influences> known(influences.begin(), influences.end());
+  if (first_on_head)
+    for (skin::Influences& each : known)
+      for (std::uint16_t& joint : each.joint) joint = stands_for[joint];
+  return examine_weights(known, character.triangles, character.place, character.place_count,
                          parent);
 }
 

@@ -33,8 +33,9 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
                               std::span<const glm::uvec3> triangle,
                               std::span<const std::uint32_t> place, std::uint32_t place_count,
                               std::span<const int> parent = {});
-/// The same of a character and its skeleton.
+/// The same of a character and its skeleton. What hangs from the node `head` counts as one joint:
+/// no motion of the spine parts tongue and jaw.
 WeightHygiene examine_weights(const skin::Character& character,
-                              std::span<const skin::Influences> influences);
+                              std::span<const skin::Influences> influences, int head = -1);
 
 }  // namespace backbend::validate

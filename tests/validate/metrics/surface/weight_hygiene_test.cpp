@@ -109,6 +109,27 @@ TEST(ExamineWeights, TheTipOfALimbOnACoarseMeshIsNoStray) {
   EXPECT_EQ(stray(), 1u);
 }
 
+TEST(ExamineWeights, WhatHangsFromTheHeadIsOneJoint) {
+  Strip strip;
+  skin::Character character;
+  // Node k is joint k; 3 is the head, from which 6 (jaw) and 7 (tongue) hang.
+  for (int k = 0; k < 8; ++k) {
+    character.nodes.push_back({});
+    character.nodes.back().parent = k == 0 ? -1 : k >= 6 ? 3 : k - 1;
+    character.joints.push_back({});
+    character.joints.back().node = k;
+  }
+  character.triangles = strip.triangle;
+  character.place = strip.place;
+  character.place_count = Strip::kLong * Strip::kWide;
+  for (std::uint32_t v = 0; v < strip.influences.size(); ++v) strip.bind(v, 6);
+  strip.bind(100, 7);
+  EXPECT_EQ(examine_weights(character, strip.influences).stray, 1u);
+  EXPECT_EQ(examine_weights(character, strip.influences, 3).stray, 0u);
+  strip.bind(100, 0);  // far below the head
+  EXPECT_EQ(examine_weights(character, strip.influences, 3).stray, 1u);
+}
+
 TEST(ExamineWeights, SplitVerticesDoNotHideAStray) {
   Strip strip;
   const auto extra = static_cast<std::uint32_t>(strip.influences.size());
