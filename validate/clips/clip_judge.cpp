@@ -277,10 +277,10 @@ LimitSet clip_limits() {
       "both sides by 7 deg (5 where the clip holds its controls), and by three times what the "
       "paces "
       "around it vary by; captured dance and acrobatics reach 2.5 times");
-  set("BB010", 25.0,
+  set("BB010", 30.0,
       "no curve is known that the chain should follow; a joint is held against its neighbours, "
       "and captured acrobatics on spines of four to six joints bend one by up to 17 deg more than "
-      "those beside it");
+      "those beside it, a keyed attack by 27");
   return limits;
 }
 

@@ -70,9 +70,11 @@ class JointMeasures {
       if (const int base = spine_above(character, anatomy, root); base >= 0)
         for (Index w = 0; w < watched.size(); ++w)
           if (watched[w].node == root && watched[w].base == base) arms_.push_back(w);
-    // The one that carries the others moves where the body goes.
+    // The one that carries the others moves where the body goes; so does one that stands where the
+    // hips do.
     for (Index w = 1; w < anatomy.spine.size(); ++w)
-      if (!carries_all(watched[w].node)) spine_.push_back(w);
+      if (!carries_all(watched[w].node) && !(w == 1 && stands_with_hips(watched[w].node)))
+        spine_.push_back(w);
     calmest_ = calmest_frame();
     if (body.fit() != ClipFit::points) moving_joints_ = count_moving_joints();
   }
@@ -182,6 +184,14 @@ class JointMeasures {
         other = character_.nodes[static_cast<Index>(other)].parent;
       return other >= 0;
     });
+  }
+
+  bool stands_with_hips(int node) const {
+    constexpr double kWithHips = 0.01;  // of the spine
+    const auto at = [&](int which) {
+      return origin(character_.nodes[static_cast<Index>(which)].world_from_node);
+    };
+    return glm::distance(at(node), at(anatomy_.spine.front())) <= kWithHips * anatomy_.spine_length;
   }
 
   // What a float file rounds a joint's place by, and what nobody sees; shares of the spine.
@@ -608,6 +618,7 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
     ClipSettings settings;
     if (!sweep.travel.empty()) {
       settings.smallest_deg = kSmallestWithControlsDeg;
+      settings.two_frames_deg = 0.0;  // a rig answers alike from degree to degree
       measure_gain(system, range, sweep.travel, sweep.poses);
     }
     sweep.flips = find_flips(body, record.watched, range,

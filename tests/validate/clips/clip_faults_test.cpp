@@ -457,6 +457,30 @@ TEST(ClipFaults, WhatCarriesTheBodyMayTravel) {
   EXPECT_FALSE(has_slide()) << "built from the chest";
 }
 
+TEST(ClipFaults, AJointThatStandsWithTheHipsMayTravel) {
+  // Some skeletons bob by a joint of its own, which carries torso and legs.
+  for (const bool with_hips : {true, false}) {
+    Motion motion = sweep_motion(false);
+    skin::Clip& clip = motion.clip;
+    skin::Node& hips = motion.character.nodes[static_cast<Index>(motion.anatomy.spine[0])];
+    skin::Node& next = motion.character.nodes[static_cast<Index>(motion.anatomy.spine[1])];
+    const Index of_hips = motion.joint(hips.name), of_next = motion.joint(next.name);
+    if (with_hips) {
+      next.world_from_node[3] = hips.world_from_node[3];
+      clip.rest[of_next][3] = clip.rest[of_hips][3];
+    }
+    for (Index f = 0; f < clip.frame_count(); ++f) {
+      glm::dvec4& place = clip.world[f * clip.joint_count() + of_next][3];
+      if (with_hips) place = clip.world[f * clip.joint_count() + of_hips][3];
+      place.y += f < 20 ? 0.0 : 0.1 * motion.anatomy.spine_length;
+    }
+    bool slides = false;
+    for (const Finding& each : failing(motion.findings(clip)))
+      slides = slides || (each.code == "BB021" && each.joint == next.name);
+    EXPECT_EQ(slides, !with_hips);
+  }
+}
+
 /// The sweep as if its control stood for a channel, by `factor` of the angle that it turns.
 skin::Clip as_channel(const Motion& motion, const char* channel, double factor,
                       double offset_deg = 0.0) {

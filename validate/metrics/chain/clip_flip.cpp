@@ -300,6 +300,17 @@ class JointMotion {
     return best;
   }
 
+  /// Whether two steps in a row go on in one direction at one pace: a keyed leap takes two frames.
+  bool is_fast_move(const Explanation& place, const std::array<double, 2>& size,
+                    const std::array<glm::dquat, 2>& excess) const {
+    constexpr double kOnePace = 0.7, kOneWay = 0.9;
+    if (place.step[1] != place.step[0] + 1) return false;
+    const double wider = std::max(size[0], size[1]), narrower = std::min(size[0], size[1]);
+    if (degrees(wider) > settings_.two_frames_deg || narrower < kOnePace * wider) return false;
+    return glm::dot(glm::normalize(rotation_vector(excess[0])),
+                    glm::normalize(rotation_vector(excess[1]))) > kOneWay;
+  }
+
   /// The jumps of an explanation that the motion around does not explain.
   std::vector<ClipJump> judge(const Explanation& place) const {
     const double limit = explained(place);
@@ -326,7 +337,7 @@ class JointMotion {
     const double rest = angle_between(excess[0], glm::conjugate(excess[1]));
     if (rest <= kReturned * std::max(size[0], size[1])) {
       add(place.step[0], index(place.step[1] - place.step[0]), 0.5 * (size[0] + size[1]));
-    } else {
+    } else if (!is_fast_move(place, size, excess)) {
       add(place.step[0], 0, size[0]);
       add(place.step[1], 0, size[1]);
     }

@@ -24,6 +24,9 @@ struct ClipSettings {
   // and keyed game animation, reach 2.53; see docs/checks/flip.md.
   double outlier = 3.0;
   double calm_deg = 1.0;
+  // Two frames in a row that turn by up to this at one pace and in one direction are a fast move:
+  // no more than a flip of twice that, which a player shows half way, hides behind it.
+  double two_frames_deg = 25.0;
   double out_and_back = 1.4;  // times as much for a turn that is taken back
   // However lively a clip: no motion changes its pace by more than this from frame to frame.
   double largest_deg = 135.0;

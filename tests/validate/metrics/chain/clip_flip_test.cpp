@@ -90,6 +90,25 @@ TEST(FindClipFlips, AJumpDoesNotHideASmallerOneBesideIt) {
   EXPECT_NEAR(report.jumps[1].size_deg, 12.0, 0.6);
 }
 
+TEST(FindClipFlips, ALeapOfTwoFramesIsMotionUnlessControlsSayOtherwise) {
+  // `turn` in each of two frames in a row; the second by `second` of it.
+  const auto leap = [](double turn_deg, double second, const glm::dvec3& axis, bool controls) {
+    Clip clip(0.1);
+    for (std::size_t f = 60; f < clip.frames; ++f)
+      clip.at(f, 0) = clip.at(f, 0) * rotation(kX * radians_from(turn_deg));
+    for (std::size_t f = 61; f < clip.frames; ++f)
+      clip.at(f, 0) = clip.at(f, 0) * rotation(axis * radians_from(second * turn_deg));
+    ClipSettings settings;
+    if (controls) settings.two_frames_deg = 0.0;
+    return find_clip_flips({3, clip.turn, clip.time}, settings).jumps.size();
+  };
+  EXPECT_EQ(leap(19.0, 1.0, kX, false), 0u);
+  EXPECT_EQ(leap(19.0, 1.0, kX, true), 2u);
+  EXPECT_EQ(leap(40.0, 1.0, kX, false), 2u) << "a flip of 80 degrees that a player shows half way";
+  EXPECT_EQ(leap(19.0, 1.0, kZ, false), 2u) << "another way";
+  EXPECT_GE(leap(19.0, 0.3, kX, false), 1u) << "another pace";
+}
+
 TEST(FindClipFlips, AJointsOwnPopRaisesNoFloor) {
   // The clavicle of the report that hid its own 25 degrees: still but for one frame.
   Clip clip;
