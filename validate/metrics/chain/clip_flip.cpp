@@ -300,15 +300,20 @@ class JointMotion {
     return best;
   }
 
-  /// Whether two steps in a row go on in one direction at one pace: a keyed leap takes two frames.
-  bool is_fast_move(const Explanation& place, const std::array<double, 2>& size,
-                    const std::array<glm::dquat, 2>& excess) const {
-    constexpr double kOnePace = 0.7, kOneWay = 0.9;
-    if (place.step[1] != place.step[0] + 1) return false;
-    const double wider = std::max(size[0], size[1]), narrower = std::min(size[0], size[1]);
-    if (degrees(wider) > settings_.two_frames_deg || narrower < kOnePace * wider) return false;
-    return glm::dot(glm::normalize(rotation_vector(excess[0])),
-                    glm::normalize(rotation_vector(excess[1]))) > kOneWay;
+  /// Whether a step and one beside it go in one direction at one pace: a keyed leap takes two
+  /// frames.
+  bool is_leap(int step) const {
+    constexpr double kOnePace = 0.8, kOneWay = 0.8;  // sums of joints turn a little
+    return std::ranges::any_of(spaces_, [&](const Steps& steps) {
+      return std::ranges::any_of(std::array{step - 1, step + 1}, [&](int other) {
+        if (other < 0 || other >= count()) return false;
+        const glm::dvec3 &a = steps.turn(step), &b = steps.turn(other);
+        const double wider = std::max(glm::length(a), glm::length(b)),
+                     narrower = std::min(glm::length(a), glm::length(b));
+        return degrees(wider) <= settings_.two_frames_deg && narrower >= kOnePace * wider &&
+               glm::dot(a, b) > kOneWay * wider * narrower;
+      });
+    });
   }
 
   /// The jumps of an explanation that the motion around does not explain.
@@ -325,7 +330,7 @@ class JointMotion {
     }
     std::vector<ClipJump> out;
     const auto add = [&](int step, std::size_t frames_out, double radians) {
-      if (radians > limit)
+      if (radians > limit && !is_leap(step))
         out.push_back({joint_, index(step), frames_out, degrees(radians), degrees(limit)});
     };
     if (place.count == 1) {
@@ -337,7 +342,7 @@ class JointMotion {
     const double rest = angle_between(excess[0], glm::conjugate(excess[1]));
     if (rest <= kReturned * std::max(size[0], size[1])) {
       add(place.step[0], index(place.step[1] - place.step[0]), 0.5 * (size[0] + size[1]));
-    } else if (!is_fast_move(place, size, excess)) {
+    } else {
       add(place.step[0], 0, size[0]);
       add(place.step[1], 0, size[1]);
     }

@@ -24,9 +24,10 @@ struct ClipSettings {
   // and keyed game animation, reach 2.53; see docs/checks/flip.md.
   double outlier = 3.0;
   double calm_deg = 1.0;
-  // Two frames in a row that turn by up to this at one pace and in one direction are a fast move:
-  // no more than a flip of twice that, which a player shows half way, hides behind it.
-  double two_frames_deg = 25.0;
+  // Two frames in a row that turn by up to this, in one direction and at one pace to a fifth, are a
+  // keyed leap: two keys of a game's attack. Behind it hides a flip of up to twice that, and that
+  // only where a player shows it just half way.
+  double two_frames_deg = 45.0;
   double out_and_back = 1.4;  // times as much for a turn that is taken back
   // However lively a clip: no motion changes its pace by more than this from frame to frame.
   double largest_deg = 135.0;

@@ -104,7 +104,8 @@ TEST(FindClipFlips, ALeapOfTwoFramesIsMotionUnlessControlsSayOtherwise) {
   };
   EXPECT_EQ(leap(19.0, 1.0, kX, false), 0u);
   EXPECT_EQ(leap(19.0, 1.0, kX, true), 2u);
-  EXPECT_EQ(leap(40.0, 1.0, kX, false), 2u) << "a flip of 80 degrees that a player shows half way";
+  EXPECT_EQ(leap(41.0, 1.0, kX, false), 0u) << "an attack";
+  EXPECT_EQ(leap(60.0, 1.0, kX, false), 2u) << "a flip of 120 degrees that a player shows half way";
   EXPECT_EQ(leap(19.0, 1.0, kZ, false), 2u) << "another way";
   EXPECT_GE(leap(19.0, 0.3, kX, false), 1u) << "another pace";
 }
