@@ -46,10 +46,15 @@ void find_children(const Character& character, SkeletonShape& shape) {
 }
 
 void measure_weights(const Character& character, SkeletonShape& shape) {
-  for (const Influences& influences : character.influences)
-    for (std::size_t k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+  // Vertices without weights were left to a joint that does not mean them.
+  std::vector<bool> left_over(character.influences.size(), false);
+  for (const std::uint32_t v : character.unweighted) left_over[v] = true;
+  for (std::size_t v = 0; v < character.influences.size(); ++v) {
+    const Influences& influences = character.influences[v];
+    for (std::size_t k = 0; !left_over[v] && k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
       shape.weight[static_cast<std::size_t>(character.joints[influences.joint[k]].node)] +=
           influences.weight[k];
+  }
   shape.weight_below = shape.weight;
   for (std::size_t n = character.nodes.size(); n-- > 0;)
     if (const int parent = character.nodes[n].parent; parent >= 0)

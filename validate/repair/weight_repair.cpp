@@ -244,8 +244,12 @@ class Repairer {
       if (!helps && (!plain || !better || !what_is_worse(reading_, reading, true).empty()))
         continue;
       if (slot && after >= score_of(slot->reading)) continue;
-      if (const std::string fails = fails_between(changed); !fails.empty()) {
+      const std::string fails = fails_between(changed);
+      if (!fails.empty()) {
         out_.steps.back().why_not = fails;
+        // A vertex without weights fails nothing where it is left behind: that is no better.
+        if (codes.contains("BB061") && better && (!fallback || after < score_of(fallback->reading)))
+          fallback = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
         continue;
       }
       const bool cures = score_of(reading, &codes) == 0.0;

@@ -71,6 +71,18 @@ TEST(SkeletonShape, PassesOverNodesThatOnlyUndoAScale) {
   EXPECT_EQ(find_anatomy(c).spine, find_anatomy(plain).spine);
 }
 
+TEST(SkeletonShape, DoesNotCountVerticesThatCameWithoutWeights) {
+  // The reader leaves them to the first joint, which does not mean them.
+  Character c = stick_figure();
+  const std::size_t hips = z(stick_node(c, "hips"));
+  const double before = measure_skeleton(c).weight[hips];
+  stick_vertex(c, static_cast<int>(hips));
+  EXPECT_GT(measure_skeleton(c).weight[hips], before);
+  for (std::uint32_t k = 3; k > 0; --k)
+    c.unweighted.push_back(static_cast<std::uint32_t>(c.vertex_count()) - k);
+  EXPECT_EQ(measure_skeleton(c).weight[hips], before);
+}
+
 TEST(SkeletonShape, IsWhatCountingGives) {
   for (unsigned seed = 1; seed <= 4; ++seed) {
     const Character c = tangle(seed);

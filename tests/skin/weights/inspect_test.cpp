@@ -187,7 +187,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
             foot.L  [leg L]  3
         thigh.R  [leg R]  3
           shin.R  [leg R]  3
-            foot.R  [leg R]  3
+            foot.R  [leg R]  2
         tail_1  [tail]  3
           tail_2  [tail]  3
       toe.L  3
