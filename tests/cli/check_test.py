@@ -166,10 +166,10 @@ class Explaining(CommandTest):
     def test_knows_the_limit_of_every_kind_of_input(self):
         told = self.assert_runs("explain", "BB010").stdout
         self.assertIn("at most 2 deg", told)
-        self.assertIn("at most 25 deg", told)
+        self.assertIn("at most 30 deg", told)
         checks = json.loads(self.assert_runs("list", "checks", "--json").stdout)
         kink = next(check for check in checks if check["code"] == "BB010")
-        self.assertEqual((kink["limit"], kink["clip_limit"], kink["sense"]), (2, 25, "at most"))
+        self.assertEqual((kink["limit"], kink["clip_limit"], kink["sense"]), (2, 30, "at most"))
 
 
 class CheckingRealCharacters(CommandTest):

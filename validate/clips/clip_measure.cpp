@@ -618,7 +618,9 @@ ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& a
     ClipSettings settings;
     if (!sweep.travel.empty()) {
       settings.smallest_deg = kSmallestWithControlsDeg;
-      settings.two_frames_deg = 0.0;  // a rig answers alike from degree to degree
+      // A rig answers alike from degree to degree, and its sweeps are not cut off.
+      settings.two_frames_deg = 0.0;
+      settings.at_end = 1.5;
       measure_gain(system, range, sweep.travel, sweep.poses);
     }
     sweep.flips = find_flips(body, record.watched, range,

@@ -242,12 +242,11 @@ class JointMotion {
     return std::min(spaces_[0].residual(k, place), spaces_[1].residual(k, place));
   }
 
-  /// 1 amid the clip, 2.2 at its ends, where half of the steps around are missing and a motion that
-  /// begins or is cut off looks like a jump.
+  /// 1 amid the clip, settings.at_end at its ends, where half of the steps around are missing.
   double at_end(const Explanation& place) const {
     const int seen = std::min(place.step[0], settings_.reach) +
                      std::min(count() - 1 - place.last(), settings_.reach);
-    return 3.4 - 2.4 * static_cast<double>(seen) / (2.0 * settings_.reach);
+    return 1.0 + (settings_.at_end - 1.0) * (2.0 - static_cast<double>(seen) / settings_.reach);
   }
 
   std::size_t calmer_space(const Explanation& place) const {

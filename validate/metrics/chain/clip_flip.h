@@ -29,6 +29,8 @@ struct ClipSettings {
   // only where a player shows it just half way.
   double two_frames_deg = 45.0;
   double out_and_back = 1.4;  // times as much for a turn that is taken back
+  // ... at a clip's ends, where a motion that begins or is cut off looks like a jump.
+  double at_end = 2.2;
   // However lively a clip: no motion changes its pace by more than this from frame to frame.
   double largest_deg = 135.0;
   int reach = 4;         // steps to either side whose paces count as "around"
