@@ -104,14 +104,22 @@ double widest_share_limit(const ClipRecord& record) {
 
 std::string kinks_line(const ClipRecord& record) {
   const double limit = widest_share_limit(record);
-  if (!(limit > 0.0)) return {};
   if (any_controls(record))
-    return "kinks: one joint beyond its share of the bend is found from " + number_text(limit, 1) +
-           " deg in every sweep";
+    return limit > 0.0 ? "kinks: one joint beyond its share of the bend is found from " +
+                             number_text(limit, 1) + " deg in every sweep"
+                       : "";
+  // As counter_turns() needs them.
+  constexpr Index kLeastJoints = 3, kLeastFrames = 5;
+  const bool has_shares = record.share_joint.size() >= kLeastJoints &&
+                          std::ranges::any_of(record.sweeps, [](const ClipSweepRecord& sweep) {
+                            return sweep.shares.size() >= kLeastFrames;
+                          });
+  if (!has_shares) return {};
   return "kinks: no control is recorded, so one joint that bends more than its neighbours may be "
          "how the rig shares its bend; it is found only as a corner of " +
-         number_text(clip_limits().of("BB010").value, 1) + " deg, or from " +
-         number_text(limit, 1) + " deg where its neighbours turn back";
+         number_text(clip_limits().of("BB010").value, 1) + " deg" +
+         (limit > 0.0 ? ", or from " + number_text(limit, 1) + " deg where its neighbours turn back"
+                      : "");
 }
 
 }  // namespace
