@@ -297,36 +297,24 @@ void RayScene::occluded(const RayBatch& rays, std::size_t count, std::uint8_t* b
   rtcInitOccludedArguments(&arguments);
   arguments.flags = RTC_RAY_QUERY_FLAG_INCOHERENT;
   arguments.context = &context;
+#else
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+#endif
   alignas(32) int valid[8];
   RTCRay8 packet;
   for (std::size_t first = 0; first < count; first += 8) {
     load_rays(packet, rays, first);
     set_valid(valid, count - first);
+#if BACKBEND_EMBREE == 4
     rtcOccluded8(valid, impl_->scene(), &packet, &arguments);
+#else
+    rtcOccluded8(valid, impl_->scene(), &context, &packet);
+#endif
     for (std::size_t lane = 0; lane < 8; ++lane)
       blocked[first + lane] = packet.tfar[lane] < 0.0f ? 1 : 0;
   }
-#else
-  // A stream, whose rays the device gathers by the way they take: 1.2 times as fast as packets.
-  struct Stream {
-    RayBatch::Column zero{}, far;
-    std::array<unsigned, RayBatch::kCapacity + 8> none{}, all;
-    Stream() { all.fill(~0u); }
-  };
-  static thread_local const std::unique_ptr<Stream> stream = std::make_unique<Stream>();
-  RTCIntersectContext context;
-  rtcInitIntersectContext(&context);
-  context.flags = RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
-  std::copy_n(rays.far.begin(), count, stream->far.begin());
-  const auto column = [](const RayBatch::Column& from) { return const_cast<float*>(from.data()); };
-  const RTCRayNp pointers{
-      column(rays.origin_x),    column(rays.origin_y),    column(rays.origin_z),
-      stream->zero.data(),      column(rays.direction_x), column(rays.direction_y),
-      column(rays.direction_z), stream->zero.data(),      stream->far.data(),
-      stream->all.data(),       stream->none.data(),      stream->none.data()};
-  rtcOccludedNp(impl_->scene(), &context, &pointers, static_cast<unsigned>(count));
-  for (std::size_t i = 0; i < count; ++i) blocked[i] = stream->far[i] < 0.0f ? 1 : 0;
-#endif
   if (recording == nullptr) return;
   keep_rays(RayRecord::Kind::shadow, rays, 0, count);
   recording->hits[static_cast<std::size_t>(RayRecord::Kind::shadow)] +=
