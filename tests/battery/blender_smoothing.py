@@ -4,10 +4,11 @@
     build/release/tests/repair_battery --seed 15 --rounds 2 --lines cases.jsonl --keep DIR
     tests/battery/blender_smoothing.py DIR cases.jsonl
 
-Blender reads each faulted file, smooths all vertex groups (factor 0.5, ten times), limits them to as many groups a vertex
-as the file has, normalises them and writes a .glb. `backbend check --quick` judges the sound, the faulted and the smoothed
-file: failures of the weights that the sound one does not have, by check and sweep. Prints a row for each body: findings
-of the fault, those that smoothing leaves and adds, those that repair leaves. Needs Blender; BACKBEND names the program.
+Blender reads each faulted file, smooths all vertex groups (factor 0.5, ten times), limits them to as many groups a
+vertex as the file has, normalises them and writes a .glb. `backbend check --quick` judges the sound, the faulted and
+the smoothed file: failures of the weights that the sound one does not have, by check and sweep. Prints a row for each
+body: findings of the fault, those that smoothing leaves and adds, those that repair leaves. Needs Blender; BACKBEND
+names the program.
 """
 
 import argparse
@@ -20,10 +21,14 @@ import sys
 import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(SOURCE / "tests/cli"))
+import harness  # noqa: E402
+
 BACKBEND = os.environ.get("BACKBEND", SOURCE / "build/release/cli/backbend")
 
 SMOOTH = """
-import bpy, sys
+import bpy, numpy, sys
+numpy.bool = bool  # Debian 12's importer calls it so, its NumPy no longer
 source, target = sys.argv[-2:]
 bpy.ops.wm.read_factory_settings(use_empty=True)
 bpy.ops.import_scene.gltf(filepath=source)
@@ -71,7 +76,8 @@ def main():
             smoothed = scratch / "smoothed.glb"
             smoothed.unlink(missing_ok=True)
             subprocess.run(["blender", "-b", "--factory-startup", "--python-exit-code", "9", "-P", script, "--",
-                            files / "faulted.glb", smoothed], capture_output=True, check=True)
+                            files / "faulted.glb", smoothed],
+                           env=harness.blender_environment(scratch), capture_output=True, check=True)
             sound, faulted, after = (failures(file, scratch / f"{case['n']}{name}") for name, file in
                                      (("s", files / "healthy.glb"), ("f", files / "faulted.glb"), ("b", smoothed)))
             planted = faulted - sound
