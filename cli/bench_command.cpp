@@ -84,26 +84,26 @@ void add_bench(const Registry& registry) {
     int repeats = 5;
   };
   auto options = std::make_shared<Options>();
-  CLI::App* command = registry.add("bench", "compare the renderer's ray rate with Embree alone",
-                                   [options, &common = registry.common] {
-                                     RenderRequest request = options->request;
-                                     request.rig = read_rig(options->rig);
-                                     request.chain = driven_chain("", request.rig, request.hints);
-                                     try {
-                                       request.pose = parse_pose(options->pose);
-                                     } catch (const solver::RigError& error) {
-                                       throw CLI::ValidationError(std::string("--") + error.what());
-                                     }
-                                     request.settings.width = request.settings.height = 256;
-                                     if (!options->resolution.empty()) {
-                                       std::tie(request.settings.width, request.settings.height) =
-                                           parse_resolution(options->resolution);
-                                     }
-                                     const render::RayCost cost =
-                                         bench_rays(request, options->repeats);
-                                     common.json ? print_json(cost) : print_table(cost);
-                                     return 0;
-                                   });
+  const auto run = [options, &common = registry.common] {
+    RenderRequest request = options->request;
+    request.rig = read_rig(options->rig);
+    request.chain = driven_chain("", request.rig, request.hints);
+    try {
+      request.pose = parse_pose(options->pose);
+    } catch (const solver::RigError& error) {
+      throw CLI::ValidationError(std::string("--") + error.what());
+    }
+    request.settings.width = request.settings.height = 256;
+    if (!options->resolution.empty()) {
+      std::tie(request.settings.width, request.settings.height) =
+          parse_resolution(options->resolution);
+    }
+    const render::RayCost cost = bench_rays(request, options->repeats);
+    common.json ? print_json(cost) : print_table(cost);
+    return 0;
+  };
+  CLI::App* command =
+      registry.add("bench", "compare the renderer's ray rate with Embree alone", run);
   command->add_option("what", options->what, "rays: trace one frame's rays with Embree alone")
       ->required()
       ->check(CLI::IsMember({"rays"}));

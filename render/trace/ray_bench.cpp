@@ -57,11 +57,12 @@ RayCost measure_rays(const Scene& scene, const MeshTopology& mesh,
       const std::size_t hits = (rate.quality == TreeQuality::high ? high : medium)
                                    .trace(record, rate.kind, rate.way, rate.coherent);
       seconds[r].push_back(thread_seconds() - start);
-      // Rounding at edges may differ between two trees, by a ray in many thousands.
+      // Rounding at edges may differ between two trees, by a ray in many thousands; a kind may have
+      // few.
       const auto kind = static_cast<std::size_t>(rate.kind);
       const std::size_t most = std::max(hits, record.hits[kind]),
                         least = std::min(hits, record.hits[kind]);
-      if (most - least > cost.rays[kind] / 1000)
+      if (most - least > cost.all_rays() / 1000)
         throw RenderError("bench: the bare device hits " + std::to_string(hits) +
                           " times, the frame's rays " + std::to_string(record.hits[kind]));
     }

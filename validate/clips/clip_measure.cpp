@@ -338,21 +338,23 @@ std::vector<int> joints_with_shares(const skin::Character& character,
   return out;
 }
 
-/// Whether arms and legs stay as they are at rest throughout a sweep: an animator poses them, too,
-/// and who tries a spine does not.
+/// Whether the body has arms or legs and they keep their rest pose throughout a sweep: an animator
+/// poses them, too; a test of the spine does not.
 bool limbs_rest(const skin::Character& character, const skin::Anatomy& anatomy,
                 const ClipBody& body, const skin::ClipSweep& range) {
   constexpr double kAtRestDeg = 0.5;
+  bool any = false;
   for (const auto* limb :
        {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg, &anatomy.right_leg})
     for (const int joint : *limb) {
       const int parent = character.nodes[static_cast<Index>(joint)].parent;
       if (parent < 0) continue;
+      any = true;
       for (Index f = range.first; f < range.first + range.count; ++f)
         if (!(degrees(angle_between(body.turn(f, parent), body.turn(f, joint))) <= kAtRestDeg))
           return false;
     }
-  return true;
+  return any;
 }
 
 std::vector<ShareExcess> shares_of(const skin::Character& character, const ClipBody& body,

@@ -223,7 +223,7 @@ class Repairer {
       WeightReading reading;
       Index step = 0;
     };
-    std::optional<Tried> best, fallback;
+    std::optional<Tried> best, fallback, last;
     for (const WeightEdit& edit : edits) {
       poll_interrupt();
       if (!tried_.insert(edit.what + std::to_string(score_of(reading_))).second) continue;
@@ -247,17 +247,18 @@ class Repairer {
       const std::string fails = fails_between(changed);
       if (!fails.empty()) {
         out_.steps.back().why_not = fails;
-        // A vertex without weights fails nothing where it is left behind: that is no better.
-        if (codes.contains("BB061") && better && (!fallback || after < score_of(fallback->reading)))
-          fallback = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
+        // An unweighted vertex stays behind and so passes these poses; that is no reason to keep
+        // it.
+        if (codes.contains("BB061") && better && (!last || after < score_of(last->reading)))
+          last = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
         continue;
       }
       const bool cures = score_of(reading, &codes) == 0.0;
       slot = Tried{std::move(changed), std::move(reading), out_.steps.size() - 1};
       if (helps && cures) break;
     }
-    const bool takes_fallback = !best && fallback;
-    if (takes_fallback) best = std::move(fallback);
+    const bool takes_fallback = !best && (fallback || last);
+    if (takes_fallback) best = std::move(fallback ? fallback : last);
     if (!best) return false;
     RepairStep& step = out_.steps[best->step];
     step.taken = true;

@@ -94,7 +94,7 @@ struct Proportion {
   std::vector<glm::dvec3> sum;    // of all joints' turns in each frame
   Index widest = 0;               // the frame whose turns are widest
   std::vector<double> along;      // how far along the widest frame's turns each frame is
-  double range = 0.0;             // what of those turns the motion goes through
+  double range = 0.0;             // largest minus smallest of `along`
   std::vector<double> apart_deg;  // of each joint: how far it is mostly from the proportion
 
   Proportion(std::span<const glm::dvec3> turn, Index joints) {
@@ -141,13 +141,13 @@ void keep_worse(ShareExcess& worst, const ShareExcess& other) {
     worst = other;
 }
 
-/// Which parts of a turn (about left, up, forward: 1 each) no rig that is alike on both sides gives
-/// a joint beyond what all joints turn, in a motion whose joints together turn by `sum`. Along a
-/// curved spine side bend and twist bring each other; but no joint twists back in a plain twist.
+/// Which parts of a turn (about left, up, forward: 1 each) a symmetric rig gives no joint beyond
+/// the sum of all joints, in a motion whose joints together turn by `sum`: none across a bend in
+/// the middle plane, none in that plane where they bend sideways or twist, which may bring each
+/// other.
 glm::dvec3 forbidden_by_symmetry(const glm::dvec3& sum) {
   const double little = kInPlane * glm::length(sum);
   if (std::hypot(sum.y, sum.z) <= little) return {0, 1, 1};
-  if (std::hypot(sum.x, sum.z) <= little) return {1, 1, 0};
   if (std::abs(sum.x) <= little) return {1, 0, 0};
   return glm::dvec3(0.0);
 }

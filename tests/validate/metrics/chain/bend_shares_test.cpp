@@ -230,6 +230,17 @@ TEST(CounterTurns, SymmetrySaysNothingOfACompoundTurnOrOfMotionInNoProportion) {
   }
 }
 
+TEST(CounterTurns, ABodyThatLiesMayBendToBothSidesInTurn) {
+  // Sideways is about up there: the shape of an S, by one control.
+  std::vector<glm::dvec3> turn;
+  for (std::size_t f = 0; f < kFrames; ++f)
+    for (std::size_t k = 0; k < kJoints; ++k)
+      turn.emplace_back(
+          0.0, radians_from((k < 3 ? 14.0 : -9.0) * static_cast<double>(f) / (kFrames - 1)), 0.0);
+  const ShareExcess found = worst_counter(turn, kAxes, {.mirrored_rig = true});
+  EXPECT_LE(found.deg, found.limit_deg);
+}
+
 TEST(CounterTurns, AMotionThatStaysNearOnePostureTellsNothing) {
   std::vector<glm::dvec3> turn = taken_back(30.0, {0, 1, 0});
   EXPECT_GT(worst_counter(turn).deg, 25.0);
