@@ -64,6 +64,10 @@ constexpr std::size_t kLeastForSlopes = 1000;  // places: on fewer a joint's are
 constexpr double kPatchPlaces = 6.0;           // ... this many: fewer are single slips
 constexpr double kPlacesBehind = 24.0;     // of a joint above the hips: low bodies leave it a few
 constexpr double kShareBehind = 0.02;      // ... and of all places
+constexpr double kHeldBehind = 0.08;       // of a vertex's weight: it is held back in plain sight
+constexpr double kHeldAround = 0.05;       // ... and so much
+constexpr double kPlacesHeld = 12.0;       // ... on these many places
+constexpr double kShareHeld = 0.009;       // ... and of all
 constexpr double kPlacesUneven = 12.0;     // ... where both sides do not have it alike
 constexpr double kUneven = 0.25;           // of its places
 constexpr double kDiffers = 0.05;          // of a vertex's weight, between a place and its image
@@ -260,7 +264,7 @@ class FaultFinder {
           half >= 0.5 * kMostly && std::find(main_.begin(), main_.end(), node) != main_.end();
       for (Index p = 0; p < main_.size(); ++p)
         if (leads ? main_[p] == node && hump_at(node, p) != Hump::leads
-                  : half > 0.0 && weight_at(p, node) >= half)
+                  : half > 0.0 && weight_at(p, node) >= half && hump_at(node, p) == Hump::none)
           points.push_back(point_[p]);
       points.push_back(at(node));
       for (Index n = 0; n < character_.nodes.size(); ++n)
@@ -569,8 +573,12 @@ class FaultFinder {
     return on > 0 && on <= static_cast<int>(anatomy_.chest_index);
   }
 
-  /// What vertebrae move and a joint above the hips keeps; on few places only where both sides do
-  /// not have it alike (a belly that was left to the whole body's joint has it on both). A spine
+  /// Whether a joint is a vertebra above the hips, neck and head among them.
+  bool is_vertebra(int node) const { return place_on_spine_[static_cast<Index>(node)] > 0; }
+
+  /// What vertebrae move and a joint above the hips keeps; on few places only where it keeps much,
+  /// or where both sides do not have it alike (a belly that was left to the whole body's joint has
+  /// it on both). A spine
   /// that hangs from its chest has vertebrae above the hips, which do move.
   /// Which joints are meant.
   std::vector<bool> find_behind(WeightAnswer& out) {
@@ -578,14 +586,15 @@ class FaultFinder {
     for (Index n = 0; n < total_.size(); ++n)
       meant[n] = total_[n] > 0.0 && place_on_spine_[n] < 0 && above_hips(static_cast<int>(n)) &&
                  follows(static_cast<int>(n));
-    std::map<int, WeightFault> all, one_sided;
+    std::map<int, WeightFault> all, held, one_sided;
     for (Index p = 0; p < weights_.size(); ++p)
       for (const NodeWeight& w : weights_[p]) {
         if (w.weight < kCounts || !meant[static_cast<Index>(w.node)]) continue;
         const int rival = heaviest_but(p, w.node);
-        if (rival < 0 || !on_torso(rival)) continue;
+        if (rival < 0 || !is_vertebra(rival)) continue;
         const double distance = glm::distance(at(w.node), point_[p]);
         add(all, w.node, rival, w.weight, distance, p);
+        if (w.weight >= kHeldAround) add(held, w.node, rival, w.weight, distance, p);
         double there = 0.0;
         for (const NodeWeight& other : weights_of_images()[p])
           if (other.node == w.node) there += other.weight;
@@ -598,7 +607,9 @@ class FaultFinder {
         uneven.insert({node, fault});
     keep_patches(uneven, kPlacesUneven, kSmallPatch);
     keep_patches(all, kPlacesBehind, kShareBehind);
-    uneven.insert(all.begin(), all.end());
+    keep_patches(held, kPlacesHeld, kShareHeld);
+    std::erase_if(held, [](const auto& each) { return each.second.value < kHeldBehind; });
+    for (const auto* more : {&all, &held}) uneven.insert(more->begin(), more->end());
     take(uneven, out);
     return meant;
   }
@@ -623,7 +634,7 @@ class FaultFinder {
         const double off_middle = std::min(kOffMiddle * size_, kAsFarOut * std::abs(joint_aside));
         const bool other_side =
             image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
-        if (stays_behind[static_cast<Index>(w.node)] && on_torso(rival)) continue;
+        if (stays_behind[static_cast<Index>(w.node)] && is_vertebra(rival)) continue;
         const double steps = steps_between(rival, w.node);
         const bool distant = steps >= kFarJoints;
         if (!other_side && steps < kHumpJoints) continue;

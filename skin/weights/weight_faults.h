@@ -47,11 +47,11 @@ struct WeightFaults {
   /// area, also 0.08 away where no edges lead from there to its area, or the weight rises again by
   /// 0.04 of a vertex's weight on its way there over the mesh (two joints along the skeleton do).
   /// And any weight of a joint above the hips that leads with less than a quarter of it, on what
-  /// vertebrae move: it stays behind. On 24 places and 2 % of all, on six that hold
-  /// 0.15 % of all weight, or on 12 and 0.2 % where the mirror images of a quarter of them have
-  /// less than 0.8 of it. On a body that mirrors itself also humps of eight places to 0.15 of the
-  /// torso with 0.08 of the weight of a joint two or more away that the other side has nowhere
-  /// within 0.03.
+  /// vertebrae move, neck and head among them: it stays behind. On 24 places and 2 % of all, on 12
+  /// and 0.9 % that have 0.05 of it and one 0.08, or on 12 and 0.2 % where the mirror images of a
+  /// quarter of them have less than 0.8 of it. On a body that mirrors itself also humps of eight
+  /// places to 0.15 of the torso with 0.08 of the weight of a joint two or more away that the other
+  /// side has nowhere within 0.03.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
   /// (a middle joint: one side of the other's), over places with a mirror image: a place there, or

@@ -209,17 +209,11 @@ std::optional<Finding> share_finding(const ClipRecord& record, const ClipContext
         context.character.nodes[static_cast<Index>(spine[std::min(joint, spine.size() - 1)])]
             .world_from_node);
   };
-  const glm::dvec3 bone = place(k + 1) - place(k);
-  // Within 45 degrees of the bone it is a roll.
-  const bool rolls =
-      std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
   const auto frames = std::count_if(sweep.shares.begin(), sweep.shares.end(),
                                     [&](const ShareExcess& each) { return over(each) > 0.0; });
-  finding.detail =
-      finding.joint + (rolls ? " rolls by " : " is bent by ") + number_text(finding.value, 2) +
-      (excess.taken_back ? " deg that other joints turn back, in "
-                         : " deg beyond its share of the spine's turn, in ") +
-      std::to_string(frames) + " of " + std::to_string(sweep.shares.size()) + " frames";
+  finding.detail = finding.joint + words_of(excess, place(k + 1) - place(k)) + ", in " +
+                   std::to_string(frames) + " of " + std::to_string(sweep.shares.size()) +
+                   " frames";
   finding.geometry["frames"] = static_cast<double>(frames);
   return finding;
 }

@@ -372,9 +372,12 @@ std::vector<ShareExcess> shares_of(const skin::Character& character, const ClipB
   const bool of_controls = !sweep.control.empty();
   const bool of_rig = of_controls || limbs_rest(character, anatomy, body, range);
   const skin::Mirror mirror = skin::mirror_of(character, anatomy);
-  return joint_excess(
-      turn, record.share_joint.size(), skin::body_axes(anatomy, mirror),
-      {of_controls, of_rig && skin::spine_is_in_the_middle(character, anatomy, mirror)});
+  MotionFacts facts{of_controls,
+                    of_rig && skin::spine_is_in_the_middle(character, anatomy, mirror)};
+  for (Index k = 0; k <= record.share_joint.size(); ++k)  // the spine from the hips on
+    facts.rest_place.push_back(
+        skin::origin(character.nodes[static_cast<Index>(anatomy.spine[k])].world_from_node));
+  return joint_excess(turn, record.share_joint.size(), skin::body_axes(anatomy, mirror), facts);
 }
 
 /// Degrees that any joint of the chain turns by for each degree of control; a pose has the larger

@@ -111,12 +111,13 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
     for (Index k = 1; k <= joints; ++k)
       turn.push_back(rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]));
   }
+  const std::vector<glm::dvec3>& place = rig.system->rest().position;
   const skin::Anatomy& anatomy = context.stage.anatomy();
   const skin::Character& body = context.stage.character();
   const skin::Mirror mirror = skin::mirror_of(body, anatomy);
   const std::vector<ShareExcess> shares =
       joint_excess(turn, joints, skin::body_axes(anatomy, mirror),
-                   {true, skin::spine_is_in_the_middle(body, anatomy, mirror)});
+                   {true, skin::spine_is_in_the_middle(body, anatomy, mirror), place});
   const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
   Index worst = 0, poses = 0;
   for (Index i = 0; i < shares.size(); ++i) {
@@ -130,16 +131,8 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
   finding.value = excess.deg;
   finding.limit = excess.limit_deg;
   finding.joint = joint_name(rig, excess.joint + 1);
-  const std::vector<glm::dvec3>& place = rig.system->rest().position;
   const Index below = std::min(static_cast<Index>(excess.joint) + 1, place.size() - 2);
-  const glm::dvec3 bone = place[below + 1] - place[below];
-  // Within 45 degrees of the bone it is a roll.
-  const bool rolls =
-      std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
-  finding.detail = finding.joint + (rolls ? " rolls by " : " is bent by ") +
-                   number_text(excess.deg, 2) +
-                   (excess.taken_back ? " deg that other joints turn back, in "
-                                      : " deg beyond its share of the spine's turn, in ") +
+  finding.detail = finding.joint + words_of(excess, place[below + 1] - place[below]) + ", in " +
                    std::to_string(poses) + " of " + std::to_string(shares.size()) + " poses";
   return finding;
 }

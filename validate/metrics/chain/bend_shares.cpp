@@ -5,6 +5,7 @@
 
 #include "validate/metrics/math/median.h"
 #include "validate/metrics/math/rotation.h"
+#include "validate/text/number_text.h"
 
 namespace backbend::validate {
 namespace {
@@ -15,6 +16,8 @@ constexpr double kSmallestDeg = 7.0;
 constexpr double kOutlier = 6.0;
 constexpr double kLeastTurnDeg = 10.0;
 constexpr double kCoupled = 0.45;
+// Of what all joints turn, one joint may turn so much more than those beside it; and of three.
+constexpr double kPeakDeg = 4.0, kPeak = 0.12, kPeakOfThree = 0.2;
 // A clip that stays near one posture shows no proportions: of the widest frame's turns it must go
 // through so much.
 constexpr double kLeastRange = 0.5;
@@ -152,6 +155,30 @@ glm::dvec3 forbidden_by_symmetry(const glm::dvec3& sum) {
   return glm::dvec3(0.0);
 }
 
+/// What a joint may turn for each degree of another by the lengths of their bones, at least 1: a
+/// bend that is shared by length turns joints by the bone below, or by half of both.
+class LengthRatio {
+ public:
+  LengthRatio(const std::vector<glm::dvec3>& place, Index joints) {
+    if (place.size() != joints + 1) return;
+    for (Index k = 0; k < joints; ++k) below_.push_back(glm::distance(place[k], place[k + 1]));
+    for (Index k = 0; k < joints; ++k)
+      around_.push_back(k + 1 < joints ? 0.5 * (below_[k] + below_[k + 1]) : below_[k]);
+  }
+  double operator()(Index joint, Index other) const {
+    constexpr double kMost = 3.0;  // a bone of no length has no share to speak of
+    double ratio = 1.0;
+    for (const auto* length : {&below_, &around_})
+      if (!length->empty() && (*length)[joint] > 0.0)
+        ratio =
+            std::max(ratio, (*length)[joint] / std::max((*length)[other], 1e-3 * (*length)[joint]));
+    return std::min(ratio, kMost);
+  }
+
+ private:
+  std::vector<double> below_, around_;
+};
+
 }  // namespace
 
 std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
@@ -231,10 +258,43 @@ std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::si
           glm::clamp(here, glm::min(sum, glm::dvec3(0.0)), glm::max(sum, glm::dvec3(0.0)));
       const auto reading = [&](const glm::dvec3& excess, double limit) {
         return ShareExcess{degrees(glm::length(excess)), limit + spread_deg, static_cast<int>(k),
-                           axes * excess, true};
+                           axes * excess, ShareExcess::Beyond::whole};
       };
       keep_worse(out[f], reading(here - within, std::max(kSmallestDeg, coupled)));
       keep_worse(out[f], reading(forbidden * (here - within), kSmallestDeg));
+    }
+  }
+  return out;
+}
+
+std::vector<ShareExcess> peak_turns(std::span<const glm::dvec3> turn, std::size_t joints,
+                                    const glm::dmat3& axes, const MotionFacts& facts) {
+  std::vector<ShareExcess> out(joints == 0 ? 0 : turn.size() / joints);
+  if (joints < 3 || out.size() < 5 || !facts.of_controls) return out;
+  const LengthRatio ratio(facts.rest_place, joints);
+  const glm::dmat3 to_body = glm::transpose(axes);
+  std::vector<glm::dvec3> local;
+  for (const glm::dvec3& each : turn) local.push_back(to_body * each);
+  const Proportion motion(local, joints);
+  if (motion.range < kLeastRange) return out;
+  const double peak = joints > 3 ? kPeak : kPeakOfThree;
+  for (Index f = 0; f < out.size(); ++f) {
+    const glm::dvec3& sum = motion.sum[f];
+    const double whole_deg = degrees(glm::length(sum));
+    if (whole_deg < kLeastTurnDeg) continue;
+    for (Index k = 0; k + 1 < joints; ++k) {
+      glm::dvec3 excess(0.0);
+      for (int c = 0; c < 3; ++c) {
+        const double sign = sum[c] < 0.0 ? -1.0 : 1.0;
+        const auto at = [&](Index joint) { return sign * local[f * joints + joint][c]; };
+        const double above = ratio(k, k + 1) * at(k + 1);
+        const double beside =
+            k > 0 ? ratio(k, k - 1) * at(k - 1) : 2.0 * above - ratio(k, k + 2) * at(k + 2);
+        excess[c] = sign * std::max(0.0, at(k) - std::max({above, beside, 0.0}));
+      }
+      keep_worse(out[f], {degrees(glm::length(excess)),
+                          kPeakDeg + peak * whole_deg + kOutlier * motion.apart_deg[k],
+                          static_cast<int>(k), axes * excess, ShareExcess::Beyond::neighbours});
     }
   }
   return out;
@@ -244,9 +304,25 @@ std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::siz
                                       const glm::dmat3& axes, const MotionFacts& facts) {
   std::vector<ShareExcess> out = counter_turns(turn, joints, axes, facts);
   if (!facts.of_controls) return out;
-  const std::vector<ShareExcess> shares = share_excess(turn, joints, true);
-  for (Index f = 0; f < out.size(); ++f) keep_worse(out[f], shares[f]);
+  for (const auto& more : {share_excess(turn, joints, true), peak_turns(turn, joints, axes, facts)})
+    for (Index f = 0; f < out.size(); ++f) keep_worse(out[f], more[f]);
   return out;
+}
+
+std::string words_of(const ShareExcess& excess, const glm::dvec3& bone) {
+  const bool rolls =
+      std::abs(glm::dot(excess.turn, bone)) > 0.7071 * glm::length(excess.turn) * glm::length(bone);
+  const std::string text =
+      (rolls ? " rolls by " : " is bent by ") + significant(excess.deg) + " deg ";
+  switch (excess.beyond) {
+    case ShareExcess::Beyond::whole:
+      return text + "that other joints turn back";
+    case ShareExcess::Beyond::neighbours:
+      return text + "more than the joints beside it";
+    case ShareExcess::Beyond::share:
+      break;
+  }
+  return text + "beyond its share of the spine's turn";
 }
 
 }  // namespace backbend::validate

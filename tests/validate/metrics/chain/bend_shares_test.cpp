@@ -151,7 +151,7 @@ TEST(CounterTurns, AKinkOrRollThatGrowsWithTheSweepIsFoundByItsSize) {
       EXPECT_TRUE(found.joint == 2 || found.joint == 3);
       EXPECT_NEAR(found.deg, size_deg, 1e-6);
       EXPECT_GT(found.deg, found.limit_deg);
-      EXPECT_TRUE(found.taken_back);
+      EXPECT_EQ(found.beyond, ShareExcess::Beyond::whole);
       EXPECT_NEAR(std::abs(glm::dot(glm::normalize(found.turn), axis)), 1.0, 1e-9);
     }
   // share_excess() takes it for the joint's own share.
@@ -270,6 +270,78 @@ TEST(CounterTurns, ABodyThatHardlyTurnsAndTwoJointsTellNothing) {
   EXPECT_EQ(worst_counter(turn).deg, 0.0);
   EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 2, kAxes, {}).front().deg, 0.0);
   EXPECT_EQ(counter_turns(std::vector<glm::dvec3>(20), 5, kAxes, {}).front().deg, 0.0);
+}
+
+/// A sweep to 40 degrees about an axis that the joints share so; growing evenly with it.
+std::vector<glm::dvec3> shared(const std::vector<double>& part, const glm::dvec3& axis) {
+  std::vector<glm::dvec3> turn;
+  for (std::size_t f = 0; f < kFrames; ++f)
+    for (const double each : part)
+      turn.push_back(axis * (radians_from(40.0) * each * static_cast<double>(f) / (kFrames - 1)));
+  return turn;
+}
+
+ShareExcess worst_peak(const std::vector<double>& part, const glm::dvec3& axis,
+                       const std::vector<double>& bone = {}) {
+  MotionFacts facts{.of_controls = true};
+  if (!bone.empty()) facts.rest_place.emplace_back(0.0);
+  for (const double each : bone)
+    facts.rest_place.push_back(facts.rest_place.back() + glm::dvec3(0.0, each, 0.0));
+  return peak_turns(shared(part, axis), part.size(), kAxes, facts).back();
+}
+
+TEST(PeakTurns, NoRigIsBlamedForTheWayItSharesABend) {
+  for (const glm::dvec3& axis : {glm::dvec3(-1, 0, 0), glm::dvec3(0, 1, 0)})
+    for (const std::vector<double>& part : {
+             std::vector<double>{0.2, 0.2, 0.2, 0.2, 0.2},  // evenly
+             {0.4, 0.3, 0.2, 0.1, 0.0},                     // a slope
+             {0.0, 0.0, 0.34, 0.33, 0.33},                  // the upper half
+             {0.1, 0.2, 0.35, 0.25, 0.1},                   // a spline
+             {0.24, 0.24, 0.2, 0.32, 0.0},                  // by length
+             {0.3, 0.45, 0.25},
+         }) {
+      const ShareExcess found = worst_peak(part, axis);
+      EXPECT_LE(found.deg, found.limit_deg) << part[0] << " " << part[1];
+    }
+  // A vertebra of twice the length turns by twice as much.
+  const std::vector<double> by_length = {0.16, 0.16, 0.36, 0.16, 0.16};
+  const ShareExcess found = worst_peak(by_length, {1, 0, 0}, {0.16, 0.16, 0.36, 0.16, 0.16});
+  EXPECT_LE(found.deg, found.limit_deg);
+}
+
+TEST(PeakTurns, AKinkOfTenDegreesAboutTheSweepsOwnAxisIsFoundAtItsJoint) {
+  for (const glm::dvec3& axis : {glm::dvec3(-1, 0, 0), glm::dvec3(0, -1, 0)})
+    for (const std::size_t joint : {0u, 1u, 2u, 3u}) {
+      std::vector<double> part(kJoints, 0.2 - 0.25 / 4);
+      part[joint] = 0.45;
+      const ShareExcess found = worst_peak(part, axis);
+      EXPECT_EQ(found.joint, static_cast<int>(joint));
+      EXPECT_NEAR(found.deg, 40.0 * (0.45 - 0.1375), 1e-6);
+      EXPECT_GT(found.deg, found.limit_deg);
+      EXPECT_EQ(found.beyond, ShareExcess::Beyond::neighbours);
+      EXPECT_NEAR(glm::dot(glm::normalize(found.turn), axis), 1.0, 1e-9);
+    }
+  const ShareExcess of_three = worst_peak({0.15, 0.7, 0.15}, {1, 0, 0});
+  EXPECT_GT(of_three.deg, of_three.limit_deg);
+}
+
+TEST(PeakTurns, WithoutControlsAnyJointMayBendMost) {
+  const std::vector<glm::dvec3> turn = shared({0.1, 0.1, 0.6, 0.1, 0.1}, {1, 0, 0});
+  EXPECT_EQ(peak_turns(turn, kJoints, kAxes, {}).back().deg, 0.0);
+  const std::vector<ShareExcess> found = joint_excess(turn, kJoints, kAxes, {.of_controls = true});
+  EXPECT_EQ(found.back().joint, 2);
+  EXPECT_GT(found.back().deg, found.back().limit_deg);
+}
+
+TEST(ShareExcess, WordsTellRollFromBendAndWhatItIsBeyond) {
+  ShareExcess excess{12.5, 7.0, 2, glm::dvec3(0, radians_from(12.5), 0),
+                     ShareExcess::Beyond::neighbours};
+  EXPECT_EQ(words_of(excess, {0, 2, 0}), " rolls by 12.5 deg more than the joints beside it");
+  excess.beyond = ShareExcess::Beyond::whole;
+  EXPECT_EQ(words_of(excess, {1, 0, 0}), " is bent by 12.5 deg that other joints turn back");
+  excess.beyond = ShareExcess::Beyond::share;
+  EXPECT_EQ(words_of(excess, {1, 0, 0}),
+            " is bent by 12.5 deg beyond its share of the spine's turn");
 }
 
 }  // namespace
