@@ -86,8 +86,9 @@ struct Settings {
   double light_turn_deg = 0.0;  // of lights and environment about the vertical, to the left
   // Adaptive sampling: a tile is finished once the error of its noisiest 8 x 8 pixels, over the
   // square root of their light, is estimated to be below this; `samples` is then the most a pixel
-  // gets. 0: every pixel gets them all.
+  // gets, and no tile ends before `least_samples`. 0: every pixel gets them all.
   double noise = 0.0;
+  int least_samples = 8;
   // Pixels along the edge of what one thread renders at a time: 16, 8 or 4. No byte of a frame
   // depends on it; adaptive sampling decides by tiles of 16 and has no others.
   int tile_size = 16;

@@ -61,10 +61,10 @@ float worst_error(const TileSums& sums) {
 }
 
 // Whether a tile's samples may end here: at a power of two, where they are well spread.
-bool is_clean(const TileSums& sums, double noise) {
-  constexpr int kLeastSamples = 8;
+bool is_clean(const TileSums& sums, const Settings& settings) {
   const auto count = static_cast<unsigned>(sums.count);
-  return sums.count >= kLeastSamples && std::has_single_bit(count) && worst_error(sums) <= noise;
+  return sums.count >= settings.least_samples && std::has_single_bit(count) &&
+         worst_error(sums) <= settings.noise;
 }
 
 /// What the modes without lights show where nothing is. The pass that image metrics read stays
@@ -432,7 +432,7 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
       tile.shade_surface(job);
     }
     tile.accumulate();
-    if (settings.noise > 0.0 && is_clean(tile.sums, settings.noise)) break;
+    if (settings.noise > 0.0 && is_clean(tile.sums, settings)) break;
   }
   tile.write(job, x0, y0);
   Frame& frame = *job.frame;

@@ -578,8 +578,7 @@ class FaultFinder {
 
   /// What vertebrae move and a joint above the hips keeps; on few places only where it keeps much,
   /// or where both sides do not have it alike (a belly that was left to the whole body's joint has
-  /// it on both). A spine
-  /// that hangs from its chest has vertebrae above the hips, which do move.
+  /// it on both). A spine that hangs from its chest has vertebrae above the hips, which do move.
   /// Which joints are meant.
   std::vector<bool> find_behind(WeightAnswer& out) {
     std::vector<bool> meant(total_.size(), false);

@@ -40,6 +40,7 @@ render::Settings scrubber_frame(render::Settings still) {
   still.width = kWidth;
   still.height = kHeight;
   still.samples = std::min(kSamples, still.samples);
+  still.least_samples = kSamples / 2;
   return still;
 }
 

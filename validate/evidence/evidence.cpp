@@ -601,6 +601,7 @@ void make_evidence(PhotographerPool& cameras, const BodyMetrics& body, const Pla
   settings.width = plan.width;
   settings.height = plan.height;
   settings.samples = plan.samples;
+  settings.noise = kNoiseOfPictures;
   const FrameRenderer renderer{stage, folder, cameras, settings, ledger, progress};
   const std::string character = file_word(stage.character().name);
 

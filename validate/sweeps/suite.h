@@ -38,7 +38,7 @@ struct RigPlan {
 struct PicturePlan {
   bool enabled = true;
   int width = 640, height = 360;
-  int samples = 16;
+  int samples = 16;         // of a pixel at most: clean tiles end at half
   int turntable_views = 0;  // per rig, at its worst pose; 0: none
   int sheet_columns = 6;    // poses of the leading sweep on a contact sheet; 0: none
 };

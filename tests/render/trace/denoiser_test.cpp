@@ -154,6 +154,20 @@ TEST(AdaptiveSampling, SpendsItsSamplesWhereTheNoiseIs) {
   EXPECT_EQ(matte[middle * 4 + 1], 1.0f);
 }
 
+TEST(AdaptiveSampling, EndsNoTileBeforeTheLeastSamples) {
+  Shot shot;
+  shot.settings.noise = 0.02;
+  shot.settings.samples = 8;
+  shot.settings.all_layers = true;
+  for (const int least : {4, 8}) {
+    shot.settings.least_samples = least;
+    const Frame frame = shot.taken();
+    const std::vector<float>& count = frame.find("sampleCount")->data;
+    EXPECT_EQ(count.front(), static_cast<float>(least));  // the backdrop has no noise
+    EXPECT_EQ(*std::max_element(count.begin(), count.end()), 8.0f) << least;
+  }
+}
+
 // What was asked for is met: against a picture of another seed with many times the samples.
 TEST(AdaptiveSampling, MeetsTheErrorItWasAskedFor) {
   Shot shot;
