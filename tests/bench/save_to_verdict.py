@@ -73,4 +73,5 @@ def main():
               f"least {min(values):.2f} s, of {len(values)} saves")
 
 
-main()
+if __name__ == "__main__":
+    main()

@@ -287,10 +287,19 @@ std::vector<ShareExcess> peak_turns(std::span<const glm::dvec3> turn, std::size_
       for (int c = 0; c < 3; ++c) {
         const double sign = sum[c] < 0.0 ? -1.0 : 1.0;
         const auto at = [&](Index joint) { return sign * local[f * joints + joint][c]; };
-        const double above = ratio(k, k + 1) * at(k + 1);
-        const double beside =
-            k > 0 ? ratio(k, k - 1) * at(k - 1) : 2.0 * above - ratio(k, k + 2) * at(k + 2);
-        excess[c] = sign * std::max(0.0, at(k) - std::max({above, beside, 0.0}));
+        const auto beside = [&](bool by_length) {
+          const auto share = [&](Index other) {
+            return (by_length ? ratio(k, other) : 1.0) * at(other);
+          };
+          return std::pair(share(k + 1), k > 0 ? share(k - 1) : 2.0 * share(k + 1) - share(k + 2));
+        };
+        const auto [above, below] = beside(true);
+        const double over = at(k) - std::max({above, below, 0.0});
+        if (over > 0.0) excess[c] = sign * over;
+        // Against the bend, while both beside it go along.
+        const auto [above_turn, below_turn] = beside(false);
+        const double along = std::min(above_turn, below_turn);
+        if (at(k) < 0.0 && along > 0.0) excess[c] = sign * (at(k) - along);
       }
       keep_worse(out[f], {degrees(glm::length(excess)),
                           kPeakDeg + peak * whole_deg + kOutlier * motion.apart_deg[k],
@@ -318,7 +327,7 @@ std::string words_of(const ShareExcess& excess, const glm::dvec3& bone) {
     case ShareExcess::Beyond::whole:
       return text + "that other joints turn back";
     case ShareExcess::Beyond::neighbours:
-      return text + "more than the joints beside it";
+      return text + "beyond the joints beside it";
     case ShareExcess::Beyond::share:
       break;
   }

@@ -89,7 +89,9 @@ std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::si
 /// `turn` and `axes` as for counter_turns(); the excess is taken about each of the three axes,
 /// beyond what the larger neighbour turns in the direction of the whole, each times the ratio of
 /// the two joints' bones where this one's are longer (up to 3). The first joint, which has one
-/// neighbour, is held against the line through the two above it; the last is not asked.
+/// neighbour, is held against the line through the two above it; the last is not asked. A joint
+/// that turns against the whole while both neighbours turn with it is beyond them by what lies
+/// between it and the nearer.
 ///
 /// The limit is 4 degrees, 0.12 of what all joints turn in that frame (0.2 of a spine of three
 /// joints, where one in the middle has both ends to itself), and six times the median distance from
@@ -105,7 +107,7 @@ std::vector<ShareExcess> peak_turns(std::span<const glm::dvec3> turn, std::size_
 std::vector<ShareExcess> joint_excess(std::span<const glm::dvec3> turn, std::size_t joints,
                                       const glm::dmat3& axes, const MotionFacts& facts);
 
-/// In words, after the joint's name: ` rolls by 12.1 deg more than the joints beside it`. `bone`:
+/// In words, after the joint's name: ` rolls by 12.1 deg beyond the joints beside it`. `bone`:
 /// the joint's own at rest, in the axes of the turns; within 45 degrees of it a turn is a roll.
 std::string words_of(const ShareExcess& excess, const glm::dvec3& bone);
 

@@ -325,6 +325,22 @@ TEST(PeakTurns, AKinkOfTenDegreesAboutTheSweepsOwnAxisIsFoundAtItsJoint) {
   EXPECT_GT(of_three.deg, of_three.limit_deg);
 }
 
+TEST(PeakTurns, AJointThatTurnsAgainstTheBendBetweenTwoThatGoAlongIsFound) {
+  for (const glm::dvec3& axis : {glm::dvec3(1, 0, 0), glm::dvec3(0, -1, 0)})
+    for (const std::size_t joint : {1u, 2u, 3u}) {
+      std::vector<double> part(kJoints, 0.2 + 0.3 / 4);
+      part[joint] = -0.1;  // 12 degrees less than its share
+      const ShareExcess found = worst_peak(part, axis);
+      EXPECT_EQ(found.joint, static_cast<int>(joint));
+      EXPECT_NEAR(found.deg, 40.0 * 0.375, 1e-6);
+      EXPECT_GT(found.deg, found.limit_deg);
+      EXPECT_NEAR(glm::dot(glm::normalize(found.turn), axis), -1.0, 1e-9);
+    }
+  // A spline's lowest joint may start against the bend, on the line through those above it.
+  const ShareExcess line = worst_peak({-0.1, 0.02, 0.19, 0.42, 0.47}, {1, 0, 0});
+  EXPECT_LE(line.deg, line.limit_deg);
+}
+
 TEST(PeakTurns, WithoutControlsAnyJointMayBendMost) {
   const std::vector<glm::dvec3> turn = shared({0.1, 0.1, 0.6, 0.1, 0.1}, {1, 0, 0});
   EXPECT_EQ(peak_turns(turn, kJoints, kAxes, {}).back().deg, 0.0);
@@ -336,7 +352,7 @@ TEST(PeakTurns, WithoutControlsAnyJointMayBendMost) {
 TEST(ShareExcess, WordsTellRollFromBendAndWhatItIsBeyond) {
   ShareExcess excess{12.5, 7.0, 2, glm::dvec3(0, radians_from(12.5), 0),
                      ShareExcess::Beyond::neighbours};
-  EXPECT_EQ(words_of(excess, {0, 2, 0}), " rolls by 12.5 deg more than the joints beside it");
+  EXPECT_EQ(words_of(excess, {0, 2, 0}), " rolls by 12.5 deg beyond the joints beside it");
   excess.beyond = ShareExcess::Beyond::whole;
   EXPECT_EQ(words_of(excess, {1, 0, 0}), " is bent by 12.5 deg that other joints turn back");
   excess.beyond = ShareExcess::Beyond::share;
