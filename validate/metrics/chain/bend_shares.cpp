@@ -298,7 +298,7 @@ std::vector<ShareExcess> peak_turns(std::span<const glm::dvec3> turn, std::size_
         if (over > 0.0) excess[c] = sign * over;
         // Against the bend, while both beside it go along.
         const auto [above_turn, below_turn] = beside(false);
-        const double along = std::min(above_turn, below_turn);
+        const double along = std::min({above_turn, below_turn, at(k > 0 ? k - 1 : k + 2)});
         if (at(k) < 0.0 && along > 0.0) excess[c] = sign * (at(k) - along);
       }
       keep_worse(out[f], {degrees(glm::length(excess)),

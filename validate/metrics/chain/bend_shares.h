@@ -91,7 +91,7 @@ std::vector<ShareExcess> counter_turns(std::span<const glm::dvec3> turn, std::si
 /// the two joints' bones where this one's are longer (up to 3). The first joint, which has one
 /// neighbour, is held against the line through the two above it; the last is not asked. A joint
 /// that turns against the whole while both neighbours turn with it is beyond them by what lies
-/// between it and the nearer.
+/// between it and the nearer (for the first joint: while the two above it do).
 ///
 /// The limit is 4 degrees, 0.12 of what all joints turn in that frame (0.2 of a spine of three
 /// joints, where one in the middle has both ends to itself), and six times the median distance from
