@@ -41,7 +41,9 @@ void RunOptions::add_to(CLI::App* command) {
   command->add_option("--res", resolution, "picture size, WIDTHxHEIGHT pixels [640x480]")
       ->check(picture_size())
       ->configurable();
-  command->add_option("--spp", samples, "samples a pixel of the pictures [16]")
+  command
+      ->add_option("--spp", samples,
+                   "samples a pixel of the pictures at most; clean tiles end at half [16]")
       ->check(CLI::Range(1, 65536))
       ->configurable();
   command->add_flag("--single-file", single_file, "embed every picture in the page")

@@ -8,7 +8,7 @@ Makes bodies of the bundled descriptions in each size, and of these as many char
 bytes. Prints, for a first night, a second without a change and a third with one character changed: seconds by the clock,
 processor seconds, peak memory of the program and of the largest character by itself; then the page's size and the
 seconds that Chromium takes to load it beyond an empty one; then what `history` takes over a thousand nights; then
-processor seconds of single checks, and a least-squares fit of them against poses and poses x vertices.
+processor seconds of nights of one human, and a least-squares fit of them against poses and poses x vertices.
 """
 
 import argparse
@@ -21,6 +21,8 @@ import statistics
 import subprocess
 import tempfile
 import time
+
+import numpy as np
 
 from save_to_verdict import SOURCE, renamed
 
@@ -120,18 +122,9 @@ def history_of(program, folder, nights):
 
 
 def fit(rows):
-    """seconds = a + b poses + c poses x vertices, by least squares (normal equations)."""
-    columns = [[1.0, poses, poses * vertices] for poses, vertices, _ in rows]
-    scale = [max(abs(row[k]) for row in columns) for k in range(3)]
-    a = [[sum(row[i] * row[j] / scale[i] / scale[j] for row in columns) for j in range(3)] +
-         [sum(row[i] / scale[i] * seconds for row, (_, _, seconds) in zip(columns, rows))] for i in range(3)]
-    for i in range(3):
-        pivot = max(range(i, 3), key=lambda k: abs(a[k][i]))
-        a[i], a[pivot] = a[pivot], a[i]
-        for k in range(3):
-            if k != i:
-                a[k] = [x - a[k][i] / a[i][i] * y for x, y in zip(a[k], a[i])]
-    return [a[i][3] / a[i][i] / scale[i] for i in range(3)]
+    """seconds = a + b poses + c poses x vertices, by least squares."""
+    poses, vertices, seconds = np.array(rows, float).T
+    return np.linalg.lstsq(np.stack([np.ones_like(poses), poses, poses * vertices], 1), seconds, rcond=None)[0]
 
 
 def main():
@@ -180,7 +173,8 @@ def main():
             body = folder / f"human_{size}.glb"
             (folder / "one.toml").write_text(suite_of([body.name], step))
             _, processor, _ = measured([program, "nightly", "one.toml", "--fresh", "-o", f"one_{size}_{step}", *quick], folder)
-            poses = 3 * (120 // step + 90 // step + 2)
+            report = json.loads((folder / f"one_{size}_{step}/report.json").read_text())
+            poses = int(report["headline"].split()[0])  # `792 poses measured, ...`
             rows.append((poses, size, processor))
             print(f"human of {size} vertices, {poses} poses: {processor:.1f} s of processor", flush=True)
     once, pose, vertex = fit(rows)

@@ -12,10 +12,6 @@ namespace backbend::validate {
 /// A close-up holds a ball of this radius around a finding's place, of the spine's length.
 inline constexpr double kCloseUp = 0.8;
 
-/// At what noise a tile of a run's pictures gets no more samples (render::Settings::noise): its
-/// backdrop and what is lit evenly end at half of them, and no eye tells it.
-inline constexpr double kNoiseOfPictures = 0.02;
-
 /// Settings of a frame for the page's scrubber and the review videos: they are many, so small and
 /// with fewer samples than `still`.
 render::Settings scrubber_frame(render::Settings still);

@@ -32,6 +32,9 @@ constexpr double kMostOfScene = 0.35;
 /// What has no one place is shown with all that the spine carries, so much of the spine's length
 /// around its middle.
 constexpr double kWholeTorso = 1.3;
+/// Tiles of a picture get no more samples at this noise: backdrop and what is lit evenly end at
+/// half.
+constexpr double kNoise = 0.02;
 /// Meshes travel inside the page: so many of each rig.
 constexpr int kMeshesOfRig = 2;
 /// How long a review clip holds the worst angle: two seconds.
@@ -601,7 +604,7 @@ void make_evidence(PhotographerPool& cameras, const BodyMetrics& body, const Pla
   settings.width = plan.width;
   settings.height = plan.height;
   settings.samples = plan.samples;
-  settings.noise = kNoiseOfPictures;
+  settings.noise = kNoise;
   const FrameRenderer renderer{stage, folder, cameras, settings, ledger, progress};
   const std::string character = file_word(stage.character().name);
 

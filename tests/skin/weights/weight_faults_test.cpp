@@ -310,15 +310,22 @@ TEST(HardBorders, AreNotAskedOfABodyThatIsBoundRigidlyThroughout) {
   EXPECT_NE(borders.not_applicable.find("are soft"), std::string::npos);
 }
 
+/// The skin's joint of a node, which it may get here.
+std::uint16_t skin_joint(Character& character, int node) {
+  const auto found = std::find_if(character.joints.begin(), character.joints.end(),
+                                  [&](const SkinJoint& each) { return each.node == node; });
+  const auto at = static_cast<std::uint16_t>(found - character.joints.begin());
+  if (found == character.joints.end()) character.joints.push_back({node, {}});
+  return at;
+}
+
 TEST_P(PlantedWeights, WeightLeftToAJointAboveTheHipsIsNamed) {
   REQUIRE_CHARACTER(GetParam());
   Character character = read_character(shared_character(GetParam()));
   const Anatomy anatomy = find_anatomy(character);
   const int above = character.nodes[static_cast<std::size_t>(anatomy.spine[0])].parent;
   ASSERT_GE(above, 0);
-  if (std::none_of(character.joints.begin(), character.joints.end(),
-                   [&](const SkinJoint& joint) { return joint.node == above; }))
-    character.joints.push_back({above, {}});
+  skin_joint(character, above);
   const int vertebra = anatomy.spine[std::max<std::size_t>(1, anatomy.chest_index / 2)];
   const std::size_t places = move_weight(character, anatomy, vertebra, above, 0.2);
   // Bodies of few vertices leave such a joint a patch that is as large as a vertebra's.
@@ -347,13 +354,9 @@ struct RootPatch {
   Anatomy anatomy = find_anatomy(character);
   std::vector<glm::vec3> place = rest_mesh(character).position;  // the body faces +Z
   int above = character.nodes[static_cast<std::size_t>(anatomy.spine[0])].parent;
+  std::uint16_t root = skin_joint(character, above);
   std::size_t places = 0;
 
-  RootPatch() {
-    if (std::none_of(character.joints.begin(), character.joints.end(),
-                     [&](const SkinJoint& joint) { return joint.node == above; }))
-      character.joints.push_back({above, {}});
-  }
   double share() const {
     return static_cast<double>(places) / static_cast<double>(character.place_count);
   }
@@ -370,10 +373,6 @@ struct RootPatch {
     return best;
   }
   bool is_named(const glm::vec3& middle, float reach, bool on_both_sides, float weight) {
-    const auto root = static_cast<std::uint16_t>(
-        std::find_if(character.joints.begin(), character.joints.end(),
-                     [&](const SkinJoint& joint) { return joint.node == above; }) -
-        character.joints.begin());
     Character spoiled = character;
     places = 0;
     for (std::size_t v = 0; v < place.size(); ++v) {
@@ -420,11 +419,7 @@ TEST(FarInfluence, OfAJointThatLeadsHardlyAnywhereIsNoAreaOfItsOwn) {
       smoothed(decimated(read_character(shared_character("mh_male_13k.glb")), 2000), 2);
   const Anatomy anatomy = find_anatomy(character);
   const int hip_bone = anatomy.right_leg.front();
-  const auto joint = static_cast<std::uint16_t>(
-      std::find_if(character.joints.begin(), character.joints.end(),
-                   [&](const SkinJoint& each) { return each.node == hip_bone; }) -
-      character.joints.begin());
-  ASSERT_LT(joint, character.joints.size());
+  const std::uint16_t joint = skin_joint(character, hip_bone);
   const std::vector<glm::vec3> place = rest_mesh(character).position;
   EXPECT_FALSE(names(find_weight_faults(character, anatomy).far, kFar, hip_bone));
   const glm::vec3 middle(0.08F, 1.23F, 0.12F);  // the left of the chest

@@ -16,7 +16,7 @@ constexpr double kSmallestDeg = 7.0;
 constexpr double kOutlier = 6.0;
 constexpr double kLeastTurnDeg = 10.0;
 constexpr double kCoupled = 0.45;
-// Of what all joints turn, one joint may turn so much more than those beside it; and of three.
+// One joint may turn so much more than those beside it, and such a share of the whole turn more.
 constexpr double kPeakDeg = 4.0, kPeak = 0.12, kPeakOfThree = 0.2;
 // A clip that stays near one posture shows no proportions: of the widest frame's turns it must go
 // through so much.
@@ -179,6 +179,22 @@ class LengthRatio {
   std::vector<double> below_, around_;
 };
 
+/// What a joint turns beyond both that stand beside it, `at(joint)` being what each turns along
+/// with the whole: more than the larger of them or, negative, against the whole while both go
+/// along. The first joint has one neighbour, and the line through the two above it.
+template <typename Turn>
+double beyond_neighbours(Index joint, const Turn& at, const LengthRatio& ratio) {
+  const bool first = joint == 0;
+  const auto share = [&](Index other) { return ratio(joint, other) * at(other); };
+  const double above = share(joint + 1);
+  const double below = first ? 2.0 * above - share(joint + 2) : share(joint - 1);
+  const double over = at(joint) - std::max({above, below, 0.0});
+  if (over > 0.0) return over;
+  const double along = first ? std::min({at(1), at(2), 2.0 * at(1) - at(2)})
+                             : std::min(at(joint + 1), at(joint - 1));
+  return at(joint) < 0.0 && along > 0.0 ? at(joint) - along : 0.0;
+}
+
 }  // namespace
 
 std::vector<ShareExcess> share_excess(std::span<const glm::dvec3> turn, std::size_t joints,
@@ -287,19 +303,7 @@ std::vector<ShareExcess> peak_turns(std::span<const glm::dvec3> turn, std::size_
       for (int c = 0; c < 3; ++c) {
         const double sign = sum[c] < 0.0 ? -1.0 : 1.0;
         const auto at = [&](Index joint) { return sign * local[f * joints + joint][c]; };
-        const auto beside = [&](bool by_length) {
-          const auto share = [&](Index other) {
-            return (by_length ? ratio(k, other) : 1.0) * at(other);
-          };
-          return std::pair(share(k + 1), k > 0 ? share(k - 1) : 2.0 * share(k + 1) - share(k + 2));
-        };
-        const auto [above, below] = beside(true);
-        const double over = at(k) - std::max({above, below, 0.0});
-        if (over > 0.0) excess[c] = sign * over;
-        // Against the bend, while both beside it go along.
-        const auto [above_turn, below_turn] = beside(false);
-        const double along = std::min({above_turn, below_turn, at(k > 0 ? k - 1 : k + 2)});
-        if (at(k) < 0.0 && along > 0.0) excess[c] = sign * (at(k) - along);
+        excess[c] = sign * beyond_neighbours(k, at, ratio);
       }
       keep_worse(out[f], {degrees(glm::length(excess)),
                           kPeakDeg + peak * whole_deg + kOutlier * motion.apart_deg[k],
