@@ -13,6 +13,7 @@ find_package(OpenImageIO REQUIRED CONFIG)
 find_package(assimp REQUIRED CONFIG)
 find_package(draco REQUIRED CONFIG)
 find_package(SQLite3 REQUIRED)
+find_package(ZLIB REQUIRED)
 find_package(Eigen3 3.4 REQUIRED CONFIG NO_MODULE)
 # Its CMake package is in other places on Debian 12 and 13; the C interface needs no more.
 find_path(BACKBEND_NLOPT_INCLUDE nlopt.h REQUIRED)

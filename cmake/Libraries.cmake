@@ -8,7 +8,7 @@ foreach(entry
     "openimageio libopenimageio-dev ${OpenImageIO_VERSION}" "tbb libtbb-dev ${TBB_VERSION}"
     "sqlite libsqlite3-dev ${SQLite3_VERSION}"
     "tinygltf libtinygltf-dev ${TinyGLTF_VERSION}" "tomlplusplus libtomlplusplus-dev ${tomlplusplus_VERSION}"
-    "xxhash libxxhash-dev ")
+    "xxhash libxxhash-dev " "zlib zlib1g-dev ${ZLIB_VERSION}")
   separate_arguments(entry)
   list(GET entry 0 name)
   list(GET entry 1 package)

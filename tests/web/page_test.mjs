@@ -639,6 +639,7 @@ test("it prints: controls go, the table is whole", async () => {
 test("ten thousand findings are searched and scrolled, with only the rows in sight in the page", async () => {
   const page = await open(join(folders["10000"], "index.html"), { missing: true });
   assert.match(await page.locator(".filters output").innerText(), /^10000 findings/);
+  assert.equal(await page.locator("#report").getAttribute("data-packed"), "deflate", "so large a report is packed");
   assert.ok(await shownRows(page) < 80, "only the rows in sight exist");
   const painted = await page.waitForFunction(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime);
   const paint = await painted.jsonValue();
@@ -659,6 +660,22 @@ test("ten thousand findings are searched and scrolled, with only the rows in sig
   await page.waitForFunction(() => document.querySelector(".findings").innerText.includes("human_39"));
   assert.equal(await page.locator(".findings tbody tr[aria-rowindex='10001']").count(), 1);
   await done(page);
+});
+
+test("a packed report that is damaged, or that an old browser cannot read, is said to be", async () => {
+  const file = join(folders["10000"], "index.html"), text = readFileSync(file, "utf8");
+  const start = text.indexOf(">", text.indexOf('id="report"')) + 1, middle = start + 4000;
+  const damaged = join(work, "damaged.html");
+  writeFileSync(damaged, text.slice(0, middle) + "AAAA" + text.slice(middle + 4));
+  for (const [path, old, words] of [[damaged, false, /damaged/], [file, true, /too old.*report\.md/]]) {
+    const context = await browser.newContext({ offline: true });
+    const page = await context.newPage();
+    if (old) await page.addInitScript(() => { delete window.DecompressionStream; });
+    await page.goto(pathToFileURL(path).href);
+    await page.waitForFunction(() => document.getElementById("page")?.textContent);
+    assert.match(await page.locator("#page").innerText(), words);
+    await context.close();
+  }
 });
 
 test("no hostile name acts, in any field", async () => {

@@ -52,7 +52,7 @@ endfunction()
 
 joined(css "web/*.css")
 joined(js "web/*.js")
-set(js "(() => {\n\"use strict\";\n${js}})();\n")
+set(js "(async () => {\n\"use strict\";\n${js}})();\n")
 joined(schema "report.schema.json")
 base64_sha256(css_hash "${css}")
 base64_sha256(js_hash "${js}")

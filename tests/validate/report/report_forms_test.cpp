@@ -361,6 +361,47 @@ TEST(Page, TakesPicturesInsideOnlyWhenGivenTheirBytes) {
             std::string::npos);
 }
 
+TEST(Page, PacksALargeReport) {
+  const std::string small = render_html_page(sample_report());
+  EXPECT_NE(small.find("<script type=\"application/json\" id=\"report\">"), std::string::npos);
+  const Report large = sample_report_of(10000);
+  const std::string json = report_json_compact(large);
+  ASSERT_GT(json.size(), 4U << 20);
+  const std::string page = render_html_page(large);
+  EXPECT_EQ(page.find("<script type=\"application/json\" id=\"report\">"), std::string::npos);
+  EXPECT_LT(page.size(), small.size() + json.size() / 3);
+  EXPECT_EQ(page, render_html_page(large));
+}
+
+TEST(Page, TakesTheMeshesOfTheWorstFindingsUpToItsLimit) {
+  Report report = sample_report();
+  report.meshes.clear();
+  for (int i = 0; i < 60; ++i) {
+    MeshView view;
+    view.pose_path = "findings/" + std::to_string(i) + "/mesh.pose";
+    view.triangles_path = "meshes/" + std::to_string(i / 2) + ".triangles";
+    view.finding = i == 0 ? -1 : 60 - i;
+    report.meshes.push_back(view);
+  }
+  // The worst is too large alone; each two of the others share their triangles and take 0.6 MB.
+  const auto bytes = [](const std::string& path) {
+    return std::optional(std::vector<std::uint8_t>(
+        path == "findings/59/mesh.pose" ? 5 << 20 : 200000));
+  };
+  const std::string page = render_html(report, bytes).at("index.html");
+  const auto has = [](const std::string& text, int i) {
+    return text.find("\"findings/" + std::to_string(i) + "/mesh.pose\":\"data:") !=
+           std::string::npos;
+  };
+  EXPECT_FALSE(has(page, 59));
+  for (int i = 58; i > 45; --i) EXPECT_TRUE(has(page, i)) << i;
+  EXPECT_FALSE(has(page, 0));
+  EXPECT_FALSE(has(page, 40));
+  EXPECT_LT(page.size(), 7U << 20);
+  const std::string alone = render_html_page(report, bytes);
+  EXPECT_TRUE(has(alone, 59) && has(alone, 0));
+}
+
 TEST(Page, IsTheSameForTheSameReport) {
   EXPECT_EQ(render_html_page(sample_report()),
             render_html_page(parse_report(report_json(sample_report()))));

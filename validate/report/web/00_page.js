@@ -1,6 +1,19 @@
 // The data, and how it becomes elements. Text enters the page only as text nodes and attributes set
 // one by one: nothing here or below parses HTML.
-const report = JSON.parse(document.getElementById("report").textContent);
+async function readReport() {
+  const node = document.getElementById("report");
+  if (!node.dataset.packed) return JSON.parse(node.textContent);
+  const bytes = Uint8Array.from(atob(node.textContent), (c) => c.charCodeAt(0));
+  return new Response(new Blob([bytes]).stream()
+    .pipeThrough(new DecompressionStream(node.dataset.packed))).json();
+}
+const report = await readReport().catch((error) => {
+  document.getElementById("page").textContent = "DecompressionStream" in window ?
+    "This page is damaged: its data cannot be read." :
+    "This browser is too old for a report of this size: Chromium from 80, Firefox from 113 and " +
+    "Safari from 16.4 on show it. report.md in this folder holds the findings.";
+  throw error;
+});
 const insidePictures = new Map(
   Object.entries(JSON.parse(document.getElementById("pictures").textContent)));
 

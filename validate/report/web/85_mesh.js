@@ -244,8 +244,10 @@ function meshSection() {
     open(Number(i));
     node.scrollIntoView();
   });
+  const outside = report.meshes.length - meshViews.length;
   const node = section("solid", "In 3D", el("div", { class: "sweep-bar" }, menu, el("label", {}, heat, " heat"), angles, scale), holder,
-    el("div", { class: "mesh-facts" }, found, facts));
+    el("div", { class: "mesh-facts" }, found, facts),
+    outside > 0 && el("p", { class: "soft" }, plural(outside, "more mesh", "more meshes") + " in the folders of their findings: ", code("pose.glb")));
   node.begin = () => open(0);
   return node;
 }
