@@ -17,8 +17,11 @@ class EvenShares(backbend.PythonRig):
         super().__init__(["extension", "side", "twist"], body.joints, body.parents, body.rest_matrices)
         self.parents, self.rest = body.parents, body.rest_matrices
         self.spine = [body.joints.index(name) for name in body.anatomy.spine[1:]]
-        # An axis per channel: a backbend, a bend to the left, a turn to the left.
-        self.axes = np.array([-np.array(body.anatomy.left), -np.array(body.anatomy.forward), body.anatomy.up])
+        # An axis per channel: a backbend, a bend to the left, a turn to the left, whether the spine stands or lies.
+        left = np.array(body.anatomy.left)
+        along = self.rest[self.spine[-1]][:3, 3] - self.rest[body.joints.index(body.anatomy.spine[0])][:3, 3]
+        along /= np.linalg.norm(along)
+        self.axes = np.array([-left, -np.cross(left, along), along])
 
     def pose(self, values: Floats) -> Floats:
         share = turns(np.radians(values) @ self.axes / len(self.spine))

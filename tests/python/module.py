@@ -9,7 +9,7 @@ import unittest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "cli"))
 
-from harness import BACKBEND, PATIENCE_S, SOURCE, bare_environment, human, run_backbend  # noqa: E402, F401
+from harness import BACKBEND, PATIENCE_S, SOURCE, bare_environment, character, human, run_backbend  # noqa: E402, F401
 
 MODULE = pathlib.Path(os.environ.get("PYTHONPATH", SOURCE / "build/release/python"))
 PYTHON = sys.executable  # tests.cmake runs these files by the interpreter that the module is for

@@ -6,7 +6,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
-from module import PYTHON, SOURCE, ModuleTest, human, run_backbend  # noqa: E402
+from module import PYTHON, SOURCE, ModuleTest, character, human, run_backbend  # noqa: E402
 
 # The rig of the example script, and what its pose() can be made to do.
 RIG = f"""
@@ -120,6 +120,22 @@ for wrong in (lambda: NoPose(["extension"], ["one"], [-1, 0], [np.eye(4)]), lamb
         continue
     raise SystemExit("taken")
 """)
+
+    def test_few_joints_that_turn_alike_are_no_fault_of_the_rig(self):
+        body = character("cesium_man.glb")
+        findings = json.loads(self.run_script(RIG.replace("HUMAN", repr(str(body))) + """
+import json
+class Uneven(EvenShares):
+    def __init__(self, body):
+        super().__init__(body)
+        self.spine = self.spine[:1]
+print(json.dumps([[f for f in backbend.judge(body, rig(body)).findings if f.code == "BB011"] for rig in (EvenShares, Uneven)]))
+"""))
+        even, uneven = findings
+        # Two joints cannot share a bend of 63 degrees; one that does all of it is to blame.
+        self.assertTrue([f for f in even if f["geometry"].get("equal_shares", 0.0) > f["limit"] > f["geometry"]["ideal"]], even)
+        self.assertFalse([f for f in even if f["owner"] == "RIG" and f["verdict"] == "fail"], even)
+        self.assertTrue([f for f in uneven if f["owner"] == "RIG" and f["verdict"] == "fail"], uneven)
 
     def test_it_is_a_system_like_any_other(self):
         self.run_script(RIG + """

@@ -184,7 +184,7 @@ ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapp
   const auto turn_at = [&](double angle) {
     const solver::SpinePose pose =
         system.solve(controls_at(system, pose_of(channel, angle), mapping));
-    glm::dvec3 sum(0.0);
+    glm::dvec3 sum = rotation_vector(glm::conjugate(pose.hip.turn) * pose.turn.front());
     for (Index k = 1; k < pose.turn.size(); ++k)
       sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
     return sum;

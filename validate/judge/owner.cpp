@@ -10,6 +10,7 @@
 #include "validate/judge/torso_facts.h"
 #include "validate/live/external_rig.h"
 #include "validate/metrics/surface/proxy_weights.h"
+#include "validate/stage/equal_shares.h"
 #include "validate/stage/ideal_bend.h"
 #include "validate/verdicts/booking.h"
 
@@ -70,20 +71,43 @@ class SecondOpinions {
     return measured(*stage_.build(ideal.spec), ideal.pose, skin::SkinningMethod::linear, *proxy_,
                     crossing);
   }
+  /// The chest where a rig of the studio's has it, every joint of the spine turned alike; with
+  /// clean proxy weights, too. Every metric NaN for rigs of ours, which are held against the ideal
+  /// bend.
+  PoseRecord equal_shares(const PoseDegrees& pose, Crossing crossing) const {
+    return shared(pose, stage_.character(), crossing);
+  }
+  PoseRecord equal_shares_proxy(const PoseDegrees& pose, Crossing crossing) const {
+    return proxy_ ? shared(pose, *proxy_, crossing) : PoseRecord{};
+  }
 
  private:
+  PoseRecord shared(const PoseDegrees& pose, const skin::Character& character,
+                    Crossing crossing) const {
+    if (!external_rig(*rig_.system)) return {};
+    const auto spine = with_equal_shares(
+        stage_, rig_.system->solve(controls_at(*rig_.system, pose, rig_.mapping)));
+    if (!spine) return {};
+    return measured(*rig_.system, *spine, pose, skin::SkinningMethod::linear, character, crossing);
+  }
   PoseRecord measured(const solver::SpineSystem& system, const PoseDegrees& pose,
                       skin::SkinningMethod method, const skin::Character& character,
                       Crossing crossing) const {
+    return measured(system, system.solve(controls_at(system, pose, rig_.mapping)), pose, method,
+                    character, crossing);
+  }
+  PoseRecord measured(const solver::SpineSystem& system, solver::SpinePose spine,
+                      const PoseDegrees& pose, skin::SkinningMethod method,
+                      const skin::Character& character, Crossing crossing) const {
     PoseRecord record;
     record.body = pose;
     record.control = controls_at(system, pose, rig_.mapping);
     PosedCharacter posed;
     if (&character == &stage_.character()) {
       // Of the joints, not of the points that a rig of the studio's may give.
-      posed = stage_.pose(system, system.solve(record.control), method);
+      posed = stage_.pose(system, std::move(spine), method);
     } else {
-      posed.spine = system.solve(record.control);
+      posed.spine = std::move(spine);
       posed.world_from_node = stage_.driver().drive(system, posed.spine);
       posed.mesh = skin::skin(character, posed.world_from_node, method);
     }
@@ -107,7 +131,7 @@ constexpr int kMostSpineJoints = 33;  // a human's vertebrae; nobody would build
 
 /// `5 joints cannot carry this pose within the limit: about 9 would`
 std::string skeleton_text(const Stage& stage, const Check& check, const Finding& finding,
-                          double clean) {
+                          double clean, const std::string& reference) {
   const int joints = static_cast<int>(stage.anatomy().chest_index) + 1;
   const int needed = joints_needed(check, finding.limit, clean, joints);
   const bool clean_shows_it = judge(check, clean, finding.limit) == Verdict::fail;
@@ -116,8 +140,8 @@ std::string skeleton_text(const Stage& stage, const Check& check, const Finding&
               ? ": about " + std::to_string(needed) + " would"
               : "") +
          "; advisory: " +
-         (clean_shows_it ? "clean weights and the ideal bend show it, too"
-                         : "the ideal bend shows it, too");
+         (clean_shows_it ? "clean weights and " + reference + " show it, too"
+                         : reference + " shows it, too");
 }
 
 /// What the ideal bend of the same rest spine shows as well belongs to the skeleton, and is
@@ -141,7 +165,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     bool on_mesh = false;
     Crossing crossing = Crossing::left_out;  // unless a finding is of them
     PoseDegrees pose;
-    PoseRecord ideal, proxy, ideal_proxy, dual, blended;
+    PoseRecord ideal, proxy, ideal_proxy, dual, blended, shared, shared_proxy;
   };
   std::map<std::pair<std::string, double>, Opinions> by_pose;
   bool any_on_mesh = false;
@@ -173,6 +197,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     each.ideal_proxy = is_ideal ? each.proxy : opinions.ideal_proxy(each.pose, each.crossing);
     each.dual = opinions.dual_quaternion(each.pose, each.crossing);
     each.blended = opinions.blended(each.pose, each.crossing);
+    each.shared = opinions.equal_shares(each.pose, each.crossing);
+    each.shared_proxy = opinions.equal_shares_proxy(each.pose, each.crossing);
   });
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
@@ -206,6 +232,15 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.ideal = ideal;
     facts.proxy = each.proxy.at(metric->id).value;
     facts.ideal_proxy = each.ideal_proxy.at(metric->id).value;
+    // Our ideal bend turns the hips' bone, too, and shares by arc length. Who built the rig may
+    // have turned each joint above the hips alike: what that shows is no fault of theirs.
+    const double shared = each.shared.at(metric->id).value;
+    const bool plain_is_worse =
+        check.sense == Sense::at_most ? shared > ideal : shared < ideal;  // false where NaN
+    if (plain_is_worse) {
+      facts.ideal = shared;
+      facts.ideal_proxy = each.shared_proxy.at(metric->id).value;
+    }
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     facts.bones = static_cast<int>(stage.anatomy().chest_index);
@@ -216,10 +251,15 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
     const double dual = each.dual.at(metric->id).value;
-    finding.geometry["ideal"] = facts.ideal;
+    finding.geometry["ideal"] = ideal;
     finding.geometry["dual_quaternion"] = dual;
-    finding.detail += "; the ideal bend gives " + verdict_text(check, facts.ideal, finding.limit) +
-                      ", dual quaternions would give " + verdict_text(check, dual, finding.limit);
+    finding.detail += "; the ideal bend gives " + verdict_text(check, ideal, finding.limit);
+    if (std::isfinite(shared)) {
+      finding.geometry["equal_shares"] = shared;
+      finding.detail +=
+          ", an equal share of each joint " + verdict_text(check, shared, finding.limit);
+    }
+    finding.detail += ", dual quaternions would give " + verdict_text(check, dual, finding.limit);
     if (std::isfinite(facts.proxy)) {
       finding.geometry["proxy_weights"] = facts.proxy;
       finding.detail +=
@@ -233,7 +273,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     if (booking.owner == Owner::skeleton && in_pieces)
       finding.detail += "; the torso is of pieces that no edges join, which go their own ways";
     if (booking.owner == Owner::skeleton)
-      finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy);
+      finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy,
+                                             plain_is_worse ? "an equal share" : "the ideal bend");
     if (booking.owner == Owner::pose) {
       finding.detail += "; too thick to bend this far, no fault of the rig";
     }

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <glm/gtc/matrix_inverse.hpp>
 
+#include "skin/anatomy/arm_attachment.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/deform/skinning.h"
 #include "skin/gltf/lfs_pointer.h"
@@ -284,12 +285,19 @@ void ExternalRig::match_joints() {
   rest_.hip.rest_origin = rest_.hip.posed_origin = rest_.position.front();
   rest_.chest.rest_origin = rest_.chest.posed_origin = rest_.position.back();
   rest_.arms = rest_.chest;
-  moves_arms_ = true;
+  // Arms that hang lower on the spine go with less of the bend, and are no drift from the chest.
+  const skin::ArmAttachment arms =
+      skin::find_arm_attachment(character_, anatomy_.spine, anatomy_.left_arm, anatomy_.right_arm);
+  const bool hang_lower = arms.lowest() >= 0 && !arms.by_place &&
+                          arms.lowest() < static_cast<int>(anatomy_.chest_index);
+  moves_arms_ = !hang_lower;
   for (const auto* arm : {&anatomy_.left_arm, &anatomy_.right_arm})
     moves_arms_ = moves_arms_ && !arm->empty() && asked_[static_cast<Index>(arm->front())] >= 0;
   notes_.push_back("rig " + who_ + ": " + std::to_string(moved) + " of " +
                    std::to_string(character_.nodes.size()) + " joints are the rig's own, by name" +
-                   (moves_arms_ ? "" : "; it does not move the arms, whose drift is not measured"));
+                   (moves_arms_  ? ""
+                    : hang_lower ? "; no drift of the arms is measured, which hang below the chest"
+                                 : "; it does not move the arms, whose drift is not measured"));
   if (bends_inside_ && hello().points.empty())
     notes_.push_back("rig " + who_ +
                      ": bones of its spine bend inside (B-Bones); the chain is judged by their "
@@ -300,7 +308,9 @@ void ExternalRig::match_joints() {
 void ExternalRig::add_to_chain(int node, int joint, const JointFinder& finder) {
   const skin::Node& self = character_.nodes[static_cast<Index>(node)];
   const auto add = [&](const std::string& name, const glm::dvec3& place, int asked) {
-    // Two joints in one place are one joint of the chain, as in SpineDriver: the upper turns it.
+    // Two joints in one place are one joint of the chain, as in SpineDriver: the upper turns it,
+    // and the lower stays what the hips are.
+    if (chain_asked_.empty()) hip_asked_ = asked;
     if (!rest_.position.empty() &&
         glm::distance(place, rest_.position.back()) <= 1e-6 * anatomy_.spine_length) {
       chain_asked_.back() = asked;
@@ -526,7 +536,7 @@ solver::SpinePose ExternalRig::pose_from(std::span<const glm::dmat4> joints) con
     pose.position[k] = glm::dvec3(moved * glm::dvec4(rest_.position[k], 1.0));
     pose.turn[k] = nearest_rotation(glm::dmat3(moved));
   }
-  pose.hip.turn = pose.turn.front();
+  pose.hip.turn = nearest_rotation(glm::dmat3(motion[static_cast<Index>(hip_asked_)]));
   pose.hip.posed_origin = pose.position.front();
   pose.chest.turn = pose.turn.back();
   pose.chest.posed_origin = pose.position.back();

@@ -64,7 +64,7 @@ class ExternalRig {
   /// Whether joints of the chain are segments of bones that bend inside, which linear blending of
   /// the character's own joints does not show.
   bool bends_inside() const { return bends_inside_; }
-  /// Whether the rig moves the joints that the character's arms hang from.
+  /// Whether the rig moves the joints that the character's arms hang from, and these the chest.
   bool moves_arms() const { return moves_arms_; }
   /// Whether the rig says where the character's vertices are.
   bool gives_points() const { return !point_of_vertex_.empty(); }
@@ -143,6 +143,7 @@ class ExternalRig {
   std::vector<int> rig_channel_;  // of each channel, into the hello's
   std::vector<std::string> joint_names_;
   std::vector<int> chain_asked_;  // of each joint of the chain: into selected_
+  int hip_asked_ = -1;            // of the hips, which may share a place with the joint above
   solver::SpinePose rest_;
   bool moves_arms_ = false, bends_inside_ = false;
   Memory memory_;
