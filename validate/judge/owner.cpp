@@ -241,6 +241,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
       facts.ideal = shared;
       facts.ideal_proxy = each.shared_proxy.at(metric->id).value;
     }
+    facts.own_shares = std::isfinite(shared);
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
     facts.bones = static_cast<int>(stage.anatomy().chest_index);

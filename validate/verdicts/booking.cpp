@@ -33,8 +33,13 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
   if (!std::isfinite(context.ideal)) return {Verdict::fail, check.owner, check.decides};
   const double worse =
       check.sense == Sense::at_most ? context.value - context.ideal : context.ideal - context.value;
+  const auto beyond_rest = [&](double value) {
+    return check.sense == Sense::at_most ? value : 1.0 - value;
+  };
   const bool ideal_is_as_bad =
-      judge(check, context.ideal, limit) == Verdict::fail && worse <= 0.1 * std::abs(limit);
+      context.own_shares
+          ? beyond_rest(context.value) <= kUnevenShares * beyond_rest(context.ideal)
+          : judge(check, context.ideal, limit) == Verdict::fail && worse <= 0.1 * std::abs(limit);
   if (ideal_is_as_bad && std::isfinite(context.ideal_proxy)) {
     const bool at_most = check.sense == Sense::at_most;
     const double gap =

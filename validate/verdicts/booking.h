@@ -16,7 +16,8 @@ struct MeshContext {
   int bones = 0;                 // of the character's driven spine; 0: not known
   double longest_bone = 0.0;     // ... and its longest one, as a share of that spine's length
   double rows_per_bone = std::numeric_limits<double>::infinity();  // vertices along the torso
-  bool in_pieces = false;  // no triangle joins the torso's pieces, each on its own joint
+  bool in_pieces = false;   // no triangle joins the torso's pieces, each on its own joint
+  bool own_shares = false;  // the rig is the studio's, and shares the bend as its maker likes
 };
 
 /// Whose a mesh finding is, and whether it decides the exit code.
@@ -30,6 +31,10 @@ struct Booking {
 /// blame. Healthy humans stay below 1.3, whichever side of the limit clean weights are on, a child
 /// with a heavy belly at 1.54; weights moved by one vertebra double it.
 inline constexpr double kWorseThanClean = 1.6;
+
+/// A studio's rig may be so much worse than an equal share of the same turn, as a factor of what
+/// that exceeds rest by: uneven shares give the joint that turns most a third more.
+inline constexpr double kUnevenShares = 1.6;
 
 /// Curvature times half depth from which on the surface must fold, whatever the rig does.
 inline constexpr double kInfeasible = 1.0;
@@ -65,7 +70,8 @@ bool is_rest_shape(const Check& check, double limit, double value, double ideal)
 /// Books a value on the mesh. Within its limit it is a pass. Beyond it:
 /// - in a pose that this body is too thick for, the pose's, and never a rig's fault; so is a kink
 ///   that the ideal bend shows as well in one that it is nearly too thick for (infeasible_from());
-/// - where the ideal bend is as bad (a tenth of the limit apart counts as equal), and clean proxy
+/// - where the ideal bend is as bad (a tenth of the limit apart counts as equal; for a studio's own
+///   rig a factor of kUnevenShares, whether the ideal fails or not), and clean proxy
 ///   weights under the ideal bend are nearly as bad (by a tenth of the limit, or by less than
 ///   kWorseThanClean), the skeleton's: it has too few joints for the range.
 ///   So are slices of a spine of fewer than kLeastBonesForSlices bones or with a bone above

@@ -284,6 +284,33 @@ TEST(BookMeshFinding, AWeakSkeletonDoesNotExcuseARigThatIsWorseThanTheIdeal) {
   EXPECT_TRUE(b.decides);
 }
 
+TEST(BookMeshFinding, AStudiosRigThatSharesABendUnevenlyIsNotToBlameForWhatEveryShareShows) {
+  MeshContext context;
+  context.bones = 3;
+  context.ideal = 40.0;  // of BB011's 25
+  context.proxy = context.ideal_proxy = 38.0;
+  for (const double value : {45.0, 60.0, 70.0}) {
+    context.value = value;
+    context.own_shares = true;
+    const Booking booking = book_mesh_finding(*find_check("BB011"), 25.0, context);
+    EXPECT_EQ(booking.owner, value < 64.0 ? Owner::skeleton : Owner::solver) << value;
+    EXPECT_EQ(booking.decides, value > 64.0) << value;
+    context.own_shares = false;  // ours: held against the ideal bend itself
+    EXPECT_EQ(book_mesh_finding(*find_check("BB011"), 25.0, context).owner, Owner::solver) << value;
+  }
+  // Of an area that is kept, its loss counts.
+  context = {.value = 0.42, .ideal = 0.6, .own_shares = true};
+  context.ideal_proxy = 0.62;
+  EXPECT_FALSE(book_mesh_finding(*find_check("BB030"), 0.75, context).decides);
+  context.value = 0.3;
+  EXPECT_TRUE(book_mesh_finding(*find_check("BB030"), 0.75, context).decides);
+  // Where the plain share passes near the limit, the rig's own may be a little beyond it.
+  context = {.value = 30.0, .ideal = 24.0, .own_shares = true};
+  EXPECT_FALSE(book_mesh_finding(*find_check("BB011"), 25.0, context).decides);
+  context.ideal = 18.0;
+  EXPECT_TRUE(book_mesh_finding(*find_check("BB011"), 25.0, context).decides);
+}
+
 TEST(JointsNeeded, ShareAKinkOutAndKeepASlice) {
   EXPECT_EQ(joints_needed(kKink, 25.0, 45.0, 5), 9);  // 5 x 45 / 25
   // A slice keeps cos^2 of half the twist between two joints: 0.25 at 120 degrees, 0.75 at 60.
