@@ -18,6 +18,8 @@
 #include "validate/files/folder_trace.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
+#include "validate/history/history_index.h"
+#include "validate/history/trend.h"
 #include "validate/model/report_json.h"
 #include "validate/night/run.h"
 #include "validate/night/standard_runs.h"
@@ -76,7 +78,9 @@ void RunOptions::apply_to(RunRequest& request) const {
   request.label = label;
   // Read before the work, so that what is damaged is said now and not in the morning.
   if (!history.empty()) {
-    request.history = read_history(history);
+    const HistoryIndex index(history);
+    // One more than a trend shows: a night that is taken up again leaves its own out.
+    request.history = index.last_nights(request.suite.name, kTrendNights + 1, {});
     request.calibrated =
         last_calibration(fs::path(history).parent_path() / "calibration.json", request.today);
   }
@@ -242,9 +246,9 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   const int code =
       publish(report, request.folder, options.output.empty(), common, options.single_file);
   if (!options.history.empty()) {
-    append_night(options.history, night_of(report, request.today, request.label));
-    if (request.carry)
-      request.carry->keep(request.folder, content_hash(read_bytes(request.folder / "report.json")));
+    const std::string hash = content_hash(read_bytes(request.folder / "report.json"));
+    append_night(options.history, night_of(report, request.today, request.label, hash));
+    if (request.carry) request.carry->keep(request.folder, hash);
   }
   return code;
 }
@@ -375,7 +379,7 @@ void add_nightly(const Registry& registry) {
         if (!options->history.empty()) {
           CarryOver::Place place;
           place.history = options->history;
-          place.nights = *request.history;
+          place.reports = HistoryIndex(options->history).reports();
           place.inputs = night_inputs(request.suite, stamped_words(words));
           for (const std::string& word : stamped_words(words)) place.options += word + "\n";
           place.today = request.today;

@@ -62,44 +62,57 @@ json read_entry(const fs::path& file) {
   return json::parse(text.substr(head));
 }
 
-/// What is the same in a unit's own report and in that of its night: verdicts and their stories are
-/// made of baselines and waivers later.
-std::set<std::string> finding_set(const Report& report, const std::string& character) {
-  std::set<std::string> set;
-  for (Finding finding : report.findings) {
-    if (finding.character != character) continue;
-    finding.verdict = Verdict::pass;
-    finding.detail.clear();
-    set.insert(finding_hash(finding));
-  }
-  return set;
-}
-
-std::string rigs_text(const Report& report, const std::string& character) {
-  Report rigs;
-  for (RigResult rig : report.rigs) {
-    if (rig.character != character) continue;
-    rig.verdict = Verdict::not_measured;
-    rigs.rigs.push_back(std::move(rig));
-  }
-  return report_json_compact(rigs);
-}
-
 std::string calibration_text(const Report& report) {
   Report rows;
   rows.calibration = report.calibration;
   return report_json_compact(rows);
 }
 
-void require_same(const Report& part, const Report& night) {
-  for (const CharacterFacts& facts : part.characters) {
-    if (finding_set(part, facts.name) != finding_set(night, facts.name) ||
-        rigs_text(part, facts.name) != rigs_text(night, facts.name))
+}  // namespace
+
+/// What is the same in a unit's own report and in that of its night: verdicts and their stories are
+/// made of baselines and waivers later.
+struct CarryOver::Said {
+  struct OfCharacter {
+    std::set<std::string> findings;  // their hashes
+    std::string rigs;
+    bool operator==(const OfCharacter&) const = default;
+  };
+  std::map<std::string, OfCharacter> character;
+  std::string calibration;
+
+  explicit Said(const Report& report) : calibration(calibration_text(report)) {
+    for (const CharacterFacts& facts : report.characters) character[facts.name];
+    for (const Finding& each : report.findings) {
+      const auto found = character.find(each.character);
+      if (found == character.end()) continue;
+      Finding finding = each;
+      finding.verdict = Verdict::pass;
+      finding.detail.clear();
+      found->second.findings.insert(finding_hash(finding));
+    }
+    std::map<std::string, Report> rigs;
+    for (const RigResult& each : report.rigs) {
+      rigs[each.character].rigs.push_back(each);
+      rigs[each.character].rigs.back().verdict = Verdict::not_measured;
+    }
+    for (auto& [name, said] : character) said.rigs = report_json_compact(rigs[name]);
+  }
+
+  /// Throws Damaged where a unit's own report says anything else than its night's.
+  void require(const Report& part) const {
+    const Said own(part);
+    for (const auto& [name, said] : own.character) {
+      const auto found = character.find(name);
+      if (found == character.end() || found->second != said)
+        throw Damaged("does not say what the report of its night says");
+    }
+    if (part.characters.empty() && own.calibration != calibration)
       throw Damaged("does not say what the report of its night says");
   }
-  if (part.characters.empty() && calibration_text(part) != calibration_text(night))
-    throw Damaged("does not say what the report of its night says");
-}
+};
+
+namespace {
 
 /// Makes the folders that a name leads through; false where one of them is a link, or no folder.
 bool make_folders(const fs::path& folder, const fs::path& name) {
@@ -196,6 +209,20 @@ fs::path CarryOver::entry_file(const std::string& unit) const {
          (content_hash(place_.options + "\n" + unit) + ".json");
 }
 
+CarryOver::~CarryOver() = default;
+
+const CarryOver::Said& CarryOver::said_in(const fs::path& report, const std::string& hash) const {
+  auto found = said_.find({report, hash});
+  if (found == said_.end()) {
+    const std::string text = read_text(report);
+    found = said_.try_emplace({report, hash}).first;
+    if (content_hash(text) == hash)
+      found->second = std::make_unique<const Said>(parse_report(text));
+  }
+  if (!found->second) throw Damaged("is of a night whose report is another by now");
+  return *found->second;
+}
+
 std::optional<CarryOver::Result> CarryOver::find(
     const std::string& unit, const std::string& stamp, const fs::path& folder, int most_days,
     const std::function<bool(const Report&)>& fits,
@@ -213,14 +240,12 @@ std::optional<CarryOver::Result> CarryOver::find(
       if (days < 0 || days > most_days) return std::nullopt;
     }
     const std::string hash = entry.at("report_hash");
-    if (std::ranges::none_of(place_.nights, [&](const Night& each) { return each.report == hash; }))
+    if (!place_.reports.contains(hash))
       throw Damaged("is of no night of " + place_.history.string());
     const fs::path run =
         fs::absolute(place_.history).parent_path() / entry.at("run").get<std::string>();
-    const std::string text = read_text(run / "report.json");
-    if (content_hash(text) != hash) throw Damaged("is of a night whose report is another by now");
     result.report = parse_report(entry.at("report").get<std::string>(), file.string());
-    require_same(result.report, parse_report(text));
+    said_in(run / "report.json", hash).require(result.report);
     if (!fits(result.report)) return std::nullopt;
     entry.at("files").get_to(result.files);
     // All are looked at before any is placed.

@@ -4,11 +4,12 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
-#include "validate/history/history.h"
 #include "validate/model/report.h"
 #include "validate/sweeps/suite.h"
 
@@ -40,7 +41,7 @@ class CarryOver {
  public:
   struct Place {
     std::filesystem::path history;  // its file
-    std::vector<Night> nights;      // what it holds
+    std::set<std::string> reports;  // of its nights, their hashes
     std::string inputs;             // night_inputs()
     std::string options;            // in words: nights of other options do not displace these
     std::string today, label;       // of tonight
@@ -48,6 +49,7 @@ class CarryOver {
     bool keeps = true;              // false for a run that takes up another: its files are older
   };
   explicit CarryOver(Place place);
+  ~CarryOver();
 
   /// The result of a unit.
   struct Result {
@@ -80,9 +82,15 @@ class CarryOver {
     std::string stamp;
     Result result;
   };
+  struct Said;
   std::filesystem::path entry_file(const std::string& unit) const;
+  /// What the report of a night says, read once. Throws as find() catches.
+  const Said& said_in(const std::filesystem::path& report, const std::string& hash) const;
 
   Place place_;
+  // By file and hash; null: the file's is another.
+  mutable std::map<std::pair<std::filesystem::path, std::string>, std::unique_ptr<const Said>>
+      said_;
   std::map<std::string, Noted> noted_;  // by unit
 };
 

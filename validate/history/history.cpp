@@ -16,6 +16,7 @@
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
+#include "validate/history/history_index.h"
 #include "validate/measure/measure.h"
 #include "validate/model/report_json.h"
 #include "validate/text/escape.h"
@@ -42,13 +43,40 @@ std::string unit_of(const RigResult& rig, const std::string& metric) {
 
 json number(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
 
+double number_of(const json& value) {
+  return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
+}
+
+/// Values of the first version of the lines: one object each.
+void read_objects(const json& values, Night& night) {
+  for (const json& v : values) {
+    night.values.push_back({v.at("character").get<std::string>(), v.at("rig").get<std::string>(),
+                            v.at("mapping").get<std::string>(), v.at("metric").get<std::string>(),
+                            v.at("unit").get<std::string>(), v.at("more_is_worse").get<bool>(),
+                            number_of(v.at("value"))});
+  }
+}
+
+/// `[character, rig, mapping, [metric, value, metric, value ...]]`, metrics by their place in
+/// `metrics`.
+void read_rows(const json& metrics, const json& rows, Night& night) {
+  for (const json& row : rows) {
+    const json& list = row.at(3);
+    if (list.size() % 2 != 0) throw std::invalid_argument("'values': a metric without a value");
+    for (std::size_t k = 0; k < list.size(); k += 2) {
+      const json& metric = metrics.at(list.at(k).get<std::size_t>());
+      night.values.push_back({row.at(0).get<std::string>(), row.at(1).get<std::string>(),
+                              row.at(2).get<std::string>(), metric.at(0).get<std::string>(),
+                              metric.at(1).get<std::string>(), metric.at(2).get<bool>(),
+                              number_of(list.at(k + 1))});
+    }
+  }
+}
+
 Night night_from(const json& line) {
   Night night;
-  const auto number_at = [](const json& object, const char* key) {
-    const json& value = object.at(key);
-    return value.is_null() ? std::numeric_limits<double>::quiet_NaN() : value.get<double>();
-  };
-  if (line.at("schema").get<std::string>() != kNightSchemaName)
+  const std::string schema = line.at("schema").get<std::string>();
+  if (schema != kNightSchemaName && schema != kFirstNightSchemaName)
     throw std::invalid_argument("expected schema '" + std::string(kNightSchemaName) + "'");
   night.date = line.at("date").get<std::string>();
   if (!is_day(night.date))
@@ -60,16 +88,14 @@ Night night_from(const json& line) {
   if (!verdict) throw std::invalid_argument("unknown verdict");
   night.verdict = *verdict;
   night.version = line.at("version").get<std::map<std::string, std::string>>();
-  for (const json& v : line.at("values")) {
-    night.values.push_back({v.at("character").get<std::string>(), v.at("rig").get<std::string>(),
-                            v.at("mapping").get<std::string>(), v.at("metric").get<std::string>(),
-                            v.at("unit").get<std::string>(), v.at("more_is_worse").get<bool>(),
-                            number_at(v, "value")});
-  }
+  if (schema == kFirstNightSchemaName)
+    read_objects(line.at("values"), night);
+  else
+    read_rows(line.at("metrics"), line.at("values"), night);
   for (const json& f : line.at("failures")) {
     night.failures.push_back({f.at("character").get<std::string>(), f.at("rig").get<std::string>(),
                               f.at("mapping").get<std::string>(), f.at("code").get<std::string>(),
-                              f.at("pose").get<std::string>(), number_at(f, "value")});
+                              f.at("pose").get<std::string>(), number_of(f.at("value"))});
   }
   return night;
 }
@@ -87,12 +113,13 @@ struct Descriptor {
 
 }  // namespace
 
-Night night_of(const Report& report, const std::string& date, const std::string& label) {
+Night night_of(const Report& report, const std::string& date, const std::string& label,
+               const std::optional<std::string>& report_hash) {
   Night night;
   night.date = date;
   night.label = label;
   night.suite = report.suite;
-  night.report = content_hash(report_json(report));
+  night.report = report_hash ? *report_hash : content_hash(report_json(report));
   night.verdict = report.verdict;
   for (const CharacterFacts& facts : report.characters) night.version[facts.name] = facts.hash;
   std::map<std::string, Role> role;
@@ -158,15 +185,20 @@ std::string news_of(const std::vector<Night>& nights) {
 }
 
 std::string night_json(const Night& night) {
-  json values = json::array(), failures = json::array();
+  json metrics = json::array(), values = json::array(), failures = json::array();
+  std::map<json, std::size_t> place;  // of each metric
+  const NightValue* before = nullptr;
   for (const NightValue& v : night.values) {
-    values.push_back({{"character", valid_utf8(v.character)},
-                      {"rig", valid_utf8(v.rig)},
-                      {"mapping", valid_utf8(v.mapping)},
-                      {"metric", valid_utf8(v.metric)},
-                      {"unit", valid_utf8(v.unit)},
-                      {"more_is_worse", v.more_is_worse},
-                      {"value", number(v.value)}});
+    const json metric = {valid_utf8(v.metric), valid_utf8(v.unit), v.more_is_worse};
+    const auto [found, is_new] = place.emplace(metric, metrics.size());
+    if (is_new) metrics.push_back(metric);
+    if (before == nullptr || std::tie(before->character, before->rig, before->mapping) !=
+                                 std::tie(v.character, v.rig, v.mapping))
+      values.push_back(
+          {valid_utf8(v.character), valid_utf8(v.rig), valid_utf8(v.mapping), json::array()});
+    values.back().back().push_back(found->second);
+    values.back().back().push_back(number(v.value));
+    before = &v;
   }
   for (const NightFailure& f : night.failures) {
     failures.push_back({{"character", valid_utf8(f.character)},
@@ -186,6 +218,7 @@ std::string night_json(const Night& night) {
                      {"report", night.report},
                      {"verdict", verdict_word(night.verdict)},
                      {"version", version},
+                     {"metrics", metrics},
                      {"values", values},
                      {"failures", failures}};
   return line.dump();
@@ -231,11 +264,8 @@ bool append_night(const std::filesystem::path& file, const Night& night) {
   if (out.number < 0) refuse("cannot be opened to add a night");
   // Held until the descriptor closes: two runs that end together add two whole lines.
   if (::flock(out.number, LOCK_EX) != 0) refuse("cannot be locked");
-  const std::vector<Night> nights = read_history(file);
-  const auto last = std::find_if(nights.rbegin(), nights.rend(),
-                                 [&](const Night& other) { return other.suite == night.suite; });
-  if (last != nights.rend() && last->report == night.report && last->date == night.date)
-    return false;
+  const std::vector<Night> last = HistoryIndex(file).last_nights(night.suite, 1, {});
+  if (!last.empty() && last[0].report == night.report && last[0].date == night.date) return false;
   const off_t size = ::lseek(out.number, 0, SEEK_END);
   const std::string line = night_json(night) + '\n';
   const ssize_t written = ::write(out.number, line.data(), line.size());

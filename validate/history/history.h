@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <map>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -41,10 +42,14 @@ struct Night {
   std::vector<NightFailure> failures;          // of proposed rigs, the worst of each check
 };
 
-inline constexpr std::string_view kNightSchemaName = "backbend.night/1";
+/// Lines of the first version are read as well; they take six times the space.
+inline constexpr std::string_view kNightSchemaName = "backbend.night/2",
+                                  kFirstNightSchemaName = "backbend.night/1";
 
 /// What a report leaves behind. `more_is_worse` of a metric by its name; true for unknown ones.
-Night night_of(const Report& report, const std::string& date, const std::string& label);
+/// `report_hash`: that of the report's JSON, where it is known; nullopt: it is made.
+Night night_of(const Report& report, const std::string& date, const std::string& label,
+               const std::optional<std::string>& report_hash = {});
 
 /// How the failures of the last night compare with the night of its suite before it: `2 of 3
 /// failing checks are new since 2026-11-21 (v012)`. Empty where there is no such night, or neither

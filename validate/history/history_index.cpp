@@ -3,10 +3,13 @@
 #include <sqlite3.h>
 
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <map>
+#include <span>
 #include <string_view>
 #include <system_error>
+#include <tuple>
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
@@ -16,7 +19,7 @@ namespace backbend::validate {
 namespace {
 
 /// Counted up whenever the tables or what is in them change: another version's index is none.
-constexpr int kVersion = 1;
+constexpr int kVersion = 2;
 /// How long another process may take to bring the same index up to date.
 constexpr int kBusy_ms = 2000;
 
@@ -28,10 +31,12 @@ CREATE INDEX night_suite ON night(suite, id);
 CREATE TABLE version(night INTEGER NOT NULL, character TEXT NOT NULL, hash TEXT NOT NULL);
 CREATE INDEX version_night ON version(night);
 CREATE INDEX version_character ON version(character, night);
-CREATE TABLE value(night INTEGER NOT NULL, character TEXT NOT NULL, rig TEXT NOT NULL,
-  mapping TEXT NOT NULL, metric TEXT NOT NULL, unit TEXT NOT NULL, more INTEGER NOT NULL,
-  value REAL);
-CREATE INDEX value_night ON value(night);
+CREATE TABLE metric(id INTEGER PRIMARY KEY, name TEXT NOT NULL, unit TEXT NOT NULL,
+  more INTEGER NOT NULL);
+CREATE TABLE measured(night INTEGER NOT NULL, place INTEGER NOT NULL, character TEXT NOT NULL,
+  rig TEXT NOT NULL, mapping TEXT NOT NULL, value BLOB NOT NULL,
+  PRIMARY KEY(night, place)) WITHOUT ROWID;
+CREATE INDEX measured_character ON measured(character, night);
 CREATE TABLE failure(night INTEGER NOT NULL, character TEXT NOT NULL, rig TEXT NOT NULL,
   mapping TEXT NOT NULL, code TEXT NOT NULL, pose TEXT NOT NULL, value REAL);
 CREATE INDEX failure_night ON failure(night);
@@ -44,6 +49,12 @@ struct IndexTrouble : HistoryError {
         busy(sqlite3_errcode(database) == SQLITE_BUSY) {}
   explicit IndexTrouble(const char* what) : HistoryError(what) {}
   bool busy = false;  // another process brings it up to date: it is not damaged
+};
+
+/// A number in the values of one row of `measured`: this machine's bytes, for the index is its own.
+struct IndexedValue {
+  std::int64_t metric;
+  double value;  // NaN: not measured
 };
 
 /// One prepared statement.
@@ -72,6 +83,11 @@ class Statement {
                                 : sqlite3_bind_null(statement_, bound_));
     return *this;
   }
+  Statement& with(std::span<const IndexedValue> values) {
+    check(sqlite3_bind_blob64(statement_, ++bound_, values.data(), values.size_bytes(),
+                              SQLITE_TRANSIENT));
+    return *this;
+  }
   /// The next row; false after the last.
   bool step() {
     const int result = sqlite3_step(statement_);
@@ -90,6 +106,13 @@ class Statement {
     return bytes == nullptr
                ? ""
                : std::string(static_cast<const char*>(bytes), static_cast<std::size_t>(size));
+  }
+  std::vector<IndexedValue> values(int column) {
+    const void* const bytes = sqlite3_column_blob(statement_, column);
+    const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_, column));
+    std::vector<IndexedValue> out(size / sizeof(IndexedValue));
+    if (!out.empty()) std::memcpy(out.data(), bytes, out.size() * sizeof(IndexedValue));
+    return out;
   }
   std::int64_t whole(int column) { return sqlite3_column_int64(statement_, column); }
   double number(int column) {
@@ -126,7 +149,7 @@ std::size_t bytes_indexed(sqlite3* database, std::string_view text) {
 
 /// Everything that was there goes; the tables are as new.
 void start_anew(sqlite3* database) {
-  for (const char* table : {"source", "night", "version", "value", "failure"})
+  for (const char* table : {"source", "night", "version", "metric", "measured", "failure"})
     execute(database, ("DROP TABLE IF EXISTS " + std::string(table)).c_str());
   execute(database, kTables);
   execute(database, ("PRAGMA user_version = " + std::to_string(kVersion)).c_str());
@@ -138,16 +161,37 @@ void add_nights(sqlite3* database, const std::vector<Night>& nights) {
   std::int64_t id = last.whole(0);
   Statement night(database, "INSERT INTO night VALUES (?, ?, ?, ?, ?, ?)");
   Statement version(database, "INSERT INTO version VALUES (?, ?, ?)");
-  Statement value(database, "INSERT INTO value VALUES (?, ?, ?, ?, ?, ?, ?, ?)");
+  std::map<std::tuple<std::string, std::string, bool>, std::int64_t> metrics;
+  Statement known(database, "SELECT name, unit, more, id FROM metric");
+  while (known.step())
+    metrics[{known.text(0), known.text(1), known.whole(2) != 0}] = known.whole(3);
+  Statement metric(database, "INSERT INTO metric VALUES (?, ?, ?, ?)");
+  Statement measured(database, "INSERT INTO measured VALUES (?, ?, ?, ?, ?, ?)");
   Statement failure(database, "INSERT INTO failure VALUES (?, ?, ?, ?, ?, ?, ?)");
   for (const Night& each : nights) {
     night.with(++id).with(each.date).with(each.label).with(each.suite).with(each.report);
     night.with(verdict_word(each.verdict)).run();
     for (const auto& [character, hash] : each.version)
       version.with(id).with(character).with(hash).run();
-    for (const NightValue& v : each.values) {
-      value.with(id).with(v.character).with(v.rig).with(v.mapping).with(v.metric).with(v.unit);
-      value.with(std::int64_t{v.more_is_worse}).with(v.value).run();
+    std::int64_t place = 0;
+    for (auto first = each.values.begin(); first != each.values.end();) {
+      const NightValue& row = *first;
+      std::vector<IndexedValue> values;
+      for (; first != each.values.end() && std::tie(first->character, first->rig, first->mapping) ==
+                                               std::tie(row.character, row.rig, row.mapping);
+           ++first) {
+        const auto [found, is_new] = metrics.try_emplace(
+            {first->metric, first->unit, first->more_is_worse}, metrics.size() + 1);
+        if (is_new)
+          metric.with(found->second)
+              .with(first->metric)
+              .with(first->unit)
+              .with(std::int64_t{first->more_is_worse})
+              .run();
+        values.push_back({found->second, first->value});
+      }
+      measured.with(id).with(++place).with(row.character).with(row.rig).with(row.mapping);
+      measured.with(values).run();
     }
     for (const NightFailure& f : each.failures) {
       failure.with(id).with(f.character).with(f.rig).with(f.mapping).with(f.code).with(f.pose);
@@ -259,6 +303,13 @@ std::string HistoryIndex::last_suite() const {
   return row.step() ? row.text(0) : "";
 }
 
+std::set<std::string> HistoryIndex::reports() const {
+  std::set<std::string> hashes;
+  Statement row(database_, "SELECT report FROM night");
+  while (row.step()) hashes.insert(row.text(0));
+  return hashes;
+}
+
 std::vector<std::string> HistoryIndex::characters() const {
   std::vector<std::string> names;
   Statement row(database_, "SELECT DISTINCT character FROM version ORDER BY character");
@@ -268,6 +319,19 @@ std::vector<std::string> HistoryIndex::characters() const {
 
 std::vector<Night> HistoryIndex::last_nights(const std::string& suite, std::size_t most,
                                              const Wanted& wanted) const {
+  struct Named {
+    std::string name, unit;
+    bool more_is_worse;
+  };
+  std::map<std::int64_t, Named> metrics;
+  Statement metric(database_, "SELECT id, name, unit, more FROM metric WHERE ? IN ('', name)");
+  metric.with(wanted.metric);
+  while (metric.step())
+    metrics[metric.whole(0)] = {metric.text(1), metric.text(2), metric.whole(3) != 0};
+  const std::string measured =
+      "SELECT character, rig, mapping, value FROM measured WHERE night = ?1 AND " +
+      std::string(wanted.character.empty() ? "?2 = ''" : "character = ?2") +
+      " AND ?3 IN ('', rig) ORDER BY place";
   Statement row(database_, ("SELECT * FROM (" + std::string(kHead) +
                             "WHERE suite = ? ORDER BY id DESC LIMIT ?) ORDER BY id")
                                .c_str());
@@ -276,14 +340,16 @@ std::vector<Night> HistoryIndex::last_nights(const std::string& suite, std::size
   while (row.step()) {
     nights.push_back(night_at(database_, row));
     Night& night = nights.back();
-    Statement value(database_,
-                    "SELECT character, rig, mapping, metric, unit, more, value FROM value "
-                    "WHERE night = ?1 AND ?2 IN ('', character) AND ?3 IN ('', rig) AND ?4 IN "
-                    "('', metric) ORDER BY rowid");
-    value.with(row.whole(0)).with(wanted.character).with(wanted.rig).with(wanted.metric);
-    while (value.step()) {
-      night.values.push_back({value.text(0), value.text(1), value.text(2), value.text(3),
-                              value.text(4), value.whole(5) != 0, value.number(6)});
+    Statement values(database_, measured.c_str());
+    values.with(row.whole(0)).with(wanted.character).with(wanted.rig);
+    while (values.step()) {
+      for (const IndexedValue& each : values.values(3)) {
+        const auto found = metrics.find(each.metric);
+        if (found == metrics.end()) continue;
+        const auto& [name, unit, more_is_worse] = found->second;
+        night.values.push_back({values.text(0), values.text(1), values.text(2), name, unit,
+                                more_is_worse, each.value});
+      }
     }
     Statement failure(database_,
                       "SELECT character, rig, mapping, code, pose, value FROM failure WHERE night "

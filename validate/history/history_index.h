@@ -2,6 +2,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,8 @@ class HistoryIndex {
   std::size_t lines_read() const { return lines_read_; }
   /// The suite of the last night; empty where there is none.
   std::string last_suite() const;
+  /// Content hashes of the reports of all nights.
+  std::set<std::string> reports() const;
   /// Names of all characters that any night looked at, sorted.
   std::vector<std::string> characters() const;
 

@@ -963,7 +963,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   conclude(report);
   if (request.history) {
     std::vector<Night> nights = *request.history;
-    nights.push_back(night_of(report, request.today, request.label));
+    nights.push_back(night_of(report, request.today, request.label, ""));  // not whole yet
     if (std::string news = news_of(nights); !news.empty())
       report.reasons.push_back(std::move(news));
     TrendTable table = trends_of(nights, report.suite);
@@ -976,7 +976,8 @@ Report run_suite(const RunRequest& request, Progress& progress) {
 void write_report(const Report& report, const std::filesystem::path& path, const PageStyle& style) {
   const OutputFolder folder(path);
   const PictureBytes files = files_in(style.files.empty() ? path : style.files);
-  folder.write("report.json", report_json(report));
+  const std::string json = report_json(report);
+  folder.write("report.json", json);
   folder.write("junit.xml", junit_xml(report));
   folder.write("report.md", markdown_summary(report));
   folder.write("findings.csv", findings_csv(report));
@@ -990,9 +991,10 @@ void write_report(const Report& report, const std::filesystem::path& path, const
   if (const std::string findings = findings_otio(report); !findings.empty())
     folder.write("review/findings.otio", findings);
   if (style.single_file) {
-    folder.write("index.html", render_html_page(report, files));
+    folder.write("index.html", render_html_page(report, files, content_hash(json)));
   } else {
-    for (const auto& [name, text] : render_html(report, files)) folder.write(name, text);
+    for (const auto& [name, text] : render_html(report, files, content_hash(json)))
+      folder.write(name, text);
   }
 }
 

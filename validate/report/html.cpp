@@ -111,9 +111,10 @@ std::string report_island(const Report& report) {
 }
 
 /// What an approvals file must name: the report and each finding, by content.
-std::string hashes_json(const Report& report) {
+std::string hashes_json(const Report& report, const std::optional<std::string>& report_hash) {
   std::string out =
-      "{\"report\":" + json_text(content_hash(report_json(report))) + ",\"findings\":[";
+      "{\"report\":" + json_text(report_hash ? *report_hash : content_hash(report_json(report))) +
+      ",\"findings\":[";
   for (std::size_t i = 0; i < report.findings.size(); ++i)
     out += (i > 0 ? "," : "") + json_text(finding_hash(report.findings[i]));
   return out + "]}";
@@ -160,7 +161,7 @@ std::string policy() {
 }
 
 std::string page(const Report& report, const PictureBytes& pictures, const PictureBytes& meshes,
-                 std::size_t most_meshes) {
+                 std::size_t most_meshes, const std::optional<std::string>& report_hash) {
   const std::string title = std::string(verdict_word(report.verdict)) + ": " + report.title;
   return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
          "<meta http-equiv=\"Content-Security-Policy\" content=\"" +
@@ -169,8 +170,8 @@ std::string page(const Report& report, const PictureBytes& pictures, const Pictu
          "<meta name=\"color-scheme\" content=\"light dark\">\n<title>" +
          markup_text(title) + "</title>\n<style>" + std::string(web::page_css()) +
          "</style>\n</head>\n<body>\n<noscript>\n<h1>" + markup_text(title) + "</h1>\n" +
-         without_script(report) + "</noscript>\n<div id=\"page\"></div>\n" +
-         report_island(report) + island("hashes", hashes_json(report)) +
+         without_script(report) + "</noscript>\n<div id=\"page\"></div>\n" + report_island(report) +
+         island("hashes", hashes_json(report, report_hash)) +
          island("pictures", files_json(picture_paths(report), pictures)) +
          island("meshes", files_json(mesh_paths(report, meshes, most_meshes), meshes,
                                      "application/octet-stream")) +
@@ -179,13 +180,14 @@ std::string page(const Report& report, const PictureBytes& pictures, const Pictu
 
 }  // namespace
 
-std::string render_html_page(const Report& report, const PictureBytes& bytes) {
-  return page(report, bytes, bytes, SIZE_MAX);
+std::string render_html_page(const Report& report, const PictureBytes& bytes,
+                             const std::optional<std::string>& report_hash) {
+  return page(report, bytes, bytes, SIZE_MAX, report_hash);
 }
 
-std::map<std::string, std::string> render_html(const Report& report,
-                                               const PictureBytes& mesh_bytes) {
-  return {{"index.html", page(report, {}, mesh_bytes, kMostMeshBytes)}};
+std::map<std::string, std::string> render_html(const Report& report, const PictureBytes& mesh_bytes,
+                                               const std::optional<std::string>& report_hash) {
+  return {{"index.html", page(report, {}, mesh_bytes, kMostMeshBytes, report_hash)}};
 }
 
 }  // namespace backbend::validate

@@ -22,12 +22,15 @@ using PictureBytes =
 /// A path that leaves the folder (`..`, absolute, with a scheme) is never followed. Meshes cannot
 /// be links (a page from file:// may read no other file): without their bytes they are left out.
 /// A report of more than 4 MB of JSON is packed in the page; a browser from 2023 on reads it.
-std::string render_html_page(const Report& report, const PictureBytes& bytes = {});
+/// `report_hash`: that of the report's JSON; nullopt: it is made.
+std::string render_html_page(const Report& report, const PictureBytes& bytes = {},
+                             const std::optional<std::string>& report_hash = {});
 
 /// The files of the folder form by name: `index.html`. The page stands in the folder that the
-/// report's picture paths are relative to. `mesh_bytes` is asked for the files of Report::meshes, of which the
-/// page takes 4 MB of at most 40 poses, those of the worst findings first.
+/// report's picture paths are relative to. `mesh_bytes` is asked for the files of Report::meshes,
+/// of which the page takes 4 MB of at most 40 poses, those of the worst findings first.
 std::map<std::string, std::string> render_html(const Report& report,
-                                               const PictureBytes& mesh_bytes = {});
+                                               const PictureBytes& mesh_bytes = {},
+                                               const std::optional<std::string>& report_hash = {});
 
 }  // namespace backbend::validate

@@ -38,9 +38,7 @@ class Carrying : public testing::Test {
   CarryOver store(const std::string& today) const {
     CarryOver::Place place;
     place.history = folder_ / "history.jsonl";
-    Night night;
-    night.report = hash_;
-    place.nights = {night};
+    place.reports = {hash_};
     place.today = today;
     return CarryOver(place);
   }

@@ -199,6 +199,43 @@ TEST(History, ReadsBackWhatItWrote) {
   EXPECT_EQ(night_json(back[0]), night_json(night));
 }
 
+TEST(History, ReadsTheLinesOfItsFirstVersion) {
+  const std::string line =
+      R"({"date":"2026-11-22","failures":[],"label":"","report":"r","schema":"backbend.night/1",)"
+      R"("suite":"s","values":[{"character":"hero","mapping":"chest","metric":"gain",)"
+      R"("more_is_worse":true,"rig":"even","unit":"deg/deg","value":1.5},{"character":"hero",)"
+      R"("mapping":"chest","metric":"headroom side","more_is_worse":false,"rig":"even",)"
+      R"("unit":"deg","value":null}],"verdict":"pass","version":{"hero":"h"}})";
+  const auto old = parse_history(line + "\n", "h");
+  ASSERT_EQ(old.size(), 1u);
+  ASSERT_EQ(old[0].values.size(), 2u);
+  EXPECT_EQ(old[0].values[0].value, 1.5);
+  EXPECT_EQ(old[0].values[1].metric, "headroom side");
+  EXPECT_TRUE(std::isnan(old[0].values[1].value));
+  const auto same = parse_history(night_json(old[0]) + "\n", "h");
+  EXPECT_EQ(night_json(same[0]), night_json(old[0]));
+}
+
+TEST(History, SaysTheNameOfAMetricOnce) {
+  Night night = night_of(sample_report(), "2026-11-22", "");
+  const std::size_t alone = night_json(night).size();
+  const std::vector<NightValue> values = night.values;
+  for (NightValue value : values) {
+    value.character = "another";
+    night.values.push_back(value);
+  }
+  EXPECT_LT(night_json(night).size() - alone, 40 * values.size());
+}
+
+TEST(History, RefusesAMetricThatIsNotThereOrHasNoValue) {
+  const std::string good = night_json(night_of(sample_report(), "2026-11-22", ""));
+  const std::size_t at = good.find(",[0,") + 2;
+  ASSERT_GT(at, 2U);
+  for (const std::string& bad : {good.substr(0, at) + "99999" + good.substr(at + 1),
+                                 good.substr(0, at) + good.substr(at + 2)})
+    EXPECT_THROW(parse_history(bad + "\n", "h"), HistoryError) << bad;
+}
+
 TEST(History, HoldsNothingOfCanariesAndNoFailureOfAReference) {
   Report report = sample_report();
   report.rigs[0].role = Role::canary;

@@ -1,9 +1,14 @@
 // The data, and how it becomes elements. Text enters the page only as text nodes and attributes set
 // one by one: nothing here or below parses HTML.
+function bytesFrom(base64) {
+  const text = atob(base64), bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
+  return bytes;
+}
 async function readReport() {
   const node = document.getElementById("report");
   if (!node.dataset.packed) return JSON.parse(node.textContent);
-  const bytes = Uint8Array.from(atob(node.textContent), (c) => c.charCodeAt(0));
+  const bytes = bytesFrom(node.textContent);
   return new Response(new Blob([bytes]).stream()
     .pipeThrough(new DecompressionStream(node.dataset.packed))).json();
 }

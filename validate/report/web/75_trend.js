@@ -44,5 +44,13 @@ function trendSection() {
   return section("trend", "Trend",
     el("p", { class: "soft" }, "From ", name(report.nights[0]), " to ", name(report.nights.at(-1)), ". A step is a lasting change, named by the night and version where it began."),
     moved.length > 0 ? table("plain trend", heads, moved.map(line), "metrics that changed") : el("p", {}, "No lasting change."),
-    steady.length > 0 && el("details", {}, el("summary", {}, plural(steady.length, "steady metric")), table("plain trend", heads, steady.map(line), "steady metrics")));
+    steady.length > 0 && steadyTrends());
+
+  // A studio's night has thousands of them: made when somebody looks.
+  function steadyTrends() {
+    const node = el("details", { ontoggle: () => {
+      if (node.open && node.children.length === 1) node.append(table("plain trend", heads, steady.map(line), "steady metrics"));
+    } }, el("summary", {}, plural(steady.length, "steady metric")));
+    return node;
+  }
 }

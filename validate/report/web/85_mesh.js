@@ -16,12 +16,7 @@ const meshProgram = {
     }`,
 };
 
-function bytesOf(path) {
-  const text = atob(meshFiles.get(path).split(",", 2)[1]);
-  const bytes = new Uint8Array(text.length);
-  for (let i = 0; i < text.length; ++i) bytes[i] = text.charCodeAt(i);
-  return bytes;
-}
+const bytesOf = (path) => bytesFrom(meshFiles.get(path).split(",", 2)[1]);
 
 /** The two files of one view (page_mesh.cpp), as arrays for the graphics card; null if damaged. */
 function readMesh(view) {
