@@ -385,8 +385,8 @@ TEST(Page, TakesTheMeshesOfTheWorstFindingsUpToItsLimit) {
   }
   // The worst is too large alone; each two of the others share their triangles and take 0.6 MB.
   const auto bytes = [](const std::string& path) {
-    return std::optional(std::vector<std::uint8_t>(
-        path == "findings/59/mesh.pose" ? 5 << 20 : 200000));
+    return std::optional(
+        std::vector<std::uint8_t>(path == "findings/59/mesh.pose" ? 5 << 20 : 200000));
   };
   const std::string page = render_html(report, bytes).at("index.html");
   const auto has = [](const std::string& text, int i) {
