@@ -43,8 +43,9 @@ const Registration registration{
     {"history",
      run,
      seeds,
-     {"\"schema\"", "backbend.night/1", "\"date\"", "\"label\"", "\"suite\"", "\"report\"",
-      "\"verdict\"", "\"version\"", "\"values\"", "\"failures\"", "null", "1e308", "\n"},
+     {"\"schema\"", "backbend.night/1", "backbend.night/2", "\"date\"", "\"label\"", "\"suite\"",
+      "\"report\"", "\"metrics\"", "\"verdict\"", "\"version\"", "\"values\"", "\"failures\"",
+      "null", "1e308", "\n"},
      8192}};
 
 }  // namespace

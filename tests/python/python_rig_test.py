@@ -8,6 +8,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent))
 
 from module import PYTHON, SOURCE, ModuleTest, character, human, run_backbend  # noqa: E402
 
+import glb  # noqa: E402
+
 # The rig of the example script, and what its pose() can be made to do.
 RIG = f"""
 sys.path.insert(0, {str(SOURCE / "scenes/python")!r})
@@ -136,6 +138,20 @@ print(json.dumps([[f for f in backbend.judge(body, rig(body)).findings if f.code
         self.assertTrue([f for f in even if f["geometry"].get("equal_shares", 0.0) > f["limit"] > f["geometry"]["ideal"]], even)
         self.assertFalse([f for f in even if f["owner"] == "RIG" and f["verdict"] == "fail"], even)
         self.assertTrue([f for f in uneven if f["owner"] == "RIG" and f["verdict"] == "fail"], uneven)
+
+    def test_a_joint_in_the_place_of_the_hips_carries_its_share(self):
+        def together(document):  # the spine's first joint goes down to the hips, the next one stays
+            document["nodes"][2]["translation"][1] += document["nodes"][1]["translation"][1]
+            document["nodes"][1]["translation"][1] = 0
+        names = ["hips", "spine", "spine1", "spine2", "chest", "neck", "head"]
+        body = glb.with_bind_matrix(glb.tube(names, change=together), 1, lambda matrix: (*matrix[:13], 0.0, *matrix[14:]))
+        (self.folder / "body.glb").write_bytes(body)
+        findings = json.loads(self.run_script(RIG.replace("HUMAN", repr(str(self.folder / "body.glb"))) + """
+import json
+assert body.anatomy.spine[:2] == ["hips", "spine"], body.anatomy.spine
+print(json.dumps([f for f in backbend.judge(body, EvenShares(body)).findings if f.code in ("BB040", "BB049") and f.verdict == "fail"]))
+"""))
+        self.assertEqual(findings, [])
 
     def test_it_is_a_system_like_any_other(self):
         self.run_script(RIG + """

@@ -42,7 +42,7 @@ struct Night {
   std::vector<NightFailure> failures;          // of proposed rigs, the worst of each check
 };
 
-/// Lines of the first version are read as well; they take six times the space.
+/// Lines of the first version are read as well; they take eight times the space.
 inline constexpr std::string_view kNightSchemaName = "backbend.night/2",
                                   kFirstNightSchemaName = "backbend.night/1";
 

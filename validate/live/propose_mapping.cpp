@@ -134,16 +134,16 @@ class Prober {
  private:
   void read(const std::vector<double>& control, double angle_deg, Response& out) const {
     const solver::SpinePose pose = rig_.pose(control, solver::Detail::joints);
-    glm::dvec3 sum(0.0);
+    glm::dvec3 sum = rotation_vector(glm::conjugate(pose.hip.turn) * pose.turn.front());
     for (Index k = 1; k < pose.turn.size(); ++k)
-      sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]) /
-             radians_from(angle_deg);
+      sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
+    sum /= radians_from(angle_deg);
     for (Index b = 1; b < middle_.size(); ++b)
       out.turn.push_back(
           rotation_vector(glm::conjugate(pose.turn[middle_[b - 1]]) * pose.turn[middle_[b]]) /
           radians_from(angle_deg));
     for (int a = 0; a < 3; ++a) out.share[a] = glm::dot(sum, axis_[static_cast<Index>(a)]);
-    out.hips = glm::length(rotation_vector(pose.turn.front())) / radians_from(angle_deg);
+    out.hips = glm::length(rotation_vector(pose.hip.turn)) / radians_from(angle_deg);
   }
 
   ExternalRig rig_;

@@ -133,13 +133,15 @@ const meshAngles = { profile: [90, 0], "right profile": [-90, 0], front: [0, 0],
 
 function meshSection() {
   if (meshViews.length === 0) return null;
+  const several = new Set(report.rigs.map((rig) => rig.character)).size > 1;
+  const titleOf = (view) => (several && report.findings[view.finding] ? report.findings[view.finding].character + ": " : "") + view.title;
   const canvas = el("canvas", { "aria-hidden": "true" });
   const ring = el("span", { class: "ring", hidden: true, title: "the finding's place" });
   const holder = el("div", { class: "mesh", tabindex: 0, role: "group", "aria-roledescription": "3D view" }, canvas, ring);
   const legend = el("canvas", { width: 255, height: 1, "aria-hidden": "true" });
   const scale = el("div", { class: "scale" });
   const menu = el("select", { "aria-label": "mesh", onchange: () => { go("#mesh/" + menu.value); } },
-    meshViews.map((m, i) => el("option", { value: i }, visible(m.title))));
+    meshViews.map((m, i) => el("option", { value: i }, visible(titleOf(m)))));
   const heat = el("input", { type: "checkbox", checked: true, onchange: () => paint() });
   const camera = { azimuth: Math.PI / 2, elevation: 0, zoom: 1, panX: 0, panY: 0 };
   const facts = el("p", { class: "soft" });
@@ -175,7 +177,7 @@ function meshSection() {
     mark = view.mark && view.mark.every(Number.isFinite) ? view.mark : null;
     start = Object.hasOwn(meshAngles, view.view ?? "") ? view.view : "profile";
     if (view.view) aim(start);
-    holder.setAttribute("aria-label", visible(view.title) + ": arrows turn, plus and minus zoom, zero starts again");
+    holder.setAttribute("aria-label", visible(titleOf(view)) + ": arrows turn, plus and minus zoom, zero starts again");
     const finding = report.findings[view.finding];
     found.replaceChildren(...(finding ? [el("a", { href: "#finding/" + addressOf.get(finding) }, findingTitle(finding))] : []));
     if (!mesh) {
