@@ -13,7 +13,7 @@ import glb
 import harness
 from blender_rig_test import Blender, hero
 from external_rig_test import mesh_of
-from harness import BACKBEND, CommandTest, PATIENCE_S, SOURCE
+from harness import BACKBEND, CommandTest, PATIENCE_S, SOURCE, human
 
 ADDON = SOURCE / "scenes/bridges/backbend_addon.py"
 # chest_ctl turns five bones; one of them jumps by 30 degrees once the twist passes 0.7 rad.
@@ -93,8 +93,7 @@ class AddonTest:
 
     def human_in_blender(self, more=""):
         """The bundled human with vertices of its belly bound to a hand, imported."""
-        self.assert_runs("body", "-o", "sound.glb", "--vertices", "2000")
-        strays = self.write("strays.glb", glb.with_strays((self.folder / "sound.glb").read_bytes()))
+        strays = self.write("strays.glb", glb.with_strays(human(2000).read_bytes()))
         scene = self.folder / "human.blend"
         self.blender(None, f"sys.argv[-1:] = [{str(scene)!r}, {str(strays)!r}, RESULT]\n" + STRAYS.replace("MORE", more) + "\nsay()")
         self.assertTrue(scene.is_file())

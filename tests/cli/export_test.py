@@ -54,20 +54,20 @@ class TheGraph(ExportTest, CommandTest):
     def test_evaluated_as_documented_it_is_the_solvers_spine(self):
         poses = random_poses(60, 1)
         for rig in ("even", "even:weights=[[0, 0.5], [0.5, 1]],twist=anatomical,bones=4"):
-            graph = self.graph(human(), rig)
+            graph = self.graph(human(1500), rig)
             options = "" if rig == "even" else 'weights = [[0, 0.5], [0.5, 1]]\ntwist = "anatomical"\nbones = 4\n'
             # Both in double precision: what turns differ by is rounding.
             exact = solver_poses(graph, poses, self.folder, options)
             self.assert_near(graph, [graph_pose(graph, pose) for pose in poses], exact, 1e-9)
 
     def test_at_rest_every_joint_stands_where_the_file_has_it(self):
-        graph = self.graph(human())
+        graph = self.graph(human(1500))
         for joint, (turn, place) in zip(graph["joints"], graph_pose(graph, [0.0] * 9)):
             self.assertLess(math.dist(place, joint["rest"][12:15]), 1e-9 * graph["length"], joint["name"])
             self.assertLess(max(abs(turn[i][j] - (i == j)) for i in range(3) for j in range(3)), 1e-12)
 
     def test_the_distance_that_it_states_is_what_the_solver_is_off(self):
-        graph = self.graph(human())
+        graph = self.graph(human(1500))
         self.assertLessEqual(graph["distance"]["place_percent"], 0.03)
         self.assertLess(graph["distance"]["turn_deg"], 1e-9)
         poses = random_poses(200, 2)
@@ -78,7 +78,7 @@ class TheGraph(ExportTest, CommandTest):
         self.assertGreater(found.place_percent, 0.1 * graph["distance"]["place_percent"])
 
     def test_no_joint_turns_faster_than_a_channel(self):
-        graph = self.graph(human())
+        graph = self.graph(human(1500))
         self.assertLessEqual(largest_gain(lambda poses: [graph_pose(graph, pose) for pose in poses],
                                           random_poses(90, 3)), 1 + 1e-9)
 
@@ -103,13 +103,13 @@ class TheGraph(ExportTest, CommandTest):
             self.assertLessEqual(graph["distance"]["place_percent"], 0.03, name)
 
     def test_the_same_file_gives_the_same_bytes(self):
-        first = self.export("json", human()).read_bytes()
-        again = self.export("json", human(), "even", "--threads", "1").read_bytes()
+        first = self.export("json", human(1500)).read_bytes()
+        again = self.export("json", human(1500), "even", "--threads", "1").read_bytes()
         self.assertEqual(first, again)
 
     def test_check_takes_the_rig_that_is_written(self):
-        graph = self.graph(human())
-        result = self.backbend("check", human(), "--rig", graph["rig"], "--quick", "-o", "run")
+        graph = self.graph(human(1500))
+        result = self.backbend("check", human(1500), "--rig", graph["rig"], "--quick", "-o", "run")
         self.assertIn(result.returncode, (0, 1), result.stderr)
         report = json.loads((self.folder / "run/report.json").read_text())
         self.assertEqual([each["code"] for each in report["findings"] if each["code"] == "BB001"], [])
@@ -117,7 +117,7 @@ class TheGraph(ExportTest, CommandTest):
 
 class WhatCannotBeExported(ExportTest, CommandTest):
     def export_refused(self, *words, code=BAD_INPUT, names=(), rig="even", glb=None, out="out.json", to="json"):
-        return self.assert_refused("export", rig, "--to", to, "--for", glb or human(), "-o", out, *words, code=code,
+        return self.assert_refused("export", rig, "--to", to, "--for", glb or human(1500), "-o", out, *words, code=code,
                                    names=names)
 
     def test_another_rig_or_an_option_that_is_no_product(self):
@@ -147,13 +147,13 @@ class WhatCannotBeExported(ExportTest, CommandTest):
 
     def test_an_output_that_exists_is_replaced_whole(self):
         self.write("even_json.json", "old")
-        self.assertEqual(self.graph(human())["schema"], "backbend.even_graph/1")
+        self.assertEqual(self.graph(human(1500))["schema"], "backbend.even_graph/1")
 
 
 class InMaya(ExportTest, CommandTest):
     def built(self, glb=None, up="y", **oddities):
         """(graph, rig, what the script defines)."""
-        glb = glb or human()
+        glb = glb or human(1500)
         graph, script = self.graph(glb), self.export("maya", glb)
         rig = MayaRig(graph, up, **oddities)
         return graph, rig, rig.run(script)
@@ -163,7 +163,7 @@ class InMaya(ExportTest, CommandTest):
 
     def test_the_nodes_give_the_solvers_spine(self):
         odd = {"rotate_order": 4, "rotate_axis": (20.0, -30.0, 50.0)}
-        for glb, oddities in ((human(), {}), (human(), odd), *((character(name), odd) for name in CHARACTERS)):
+        for glb, oddities in ((human(1500), {}), (human(1500), odd), *((character(name), odd) for name in CHARACTERS)):
             graph, rig, _ = self.built(glb, **oddities)
             self.assertEqual(set(rig.scene.kind.values()) - {"joint", "transform", "network"},
                              {"multiplyDivide", "composeMatrix", "multMatrix", "decomposeMatrix"})
@@ -213,7 +213,7 @@ class InMaya(ExportTest, CommandTest):
         self.assert_same(turned, [top[4 * row + i] for row in range(3) for i in range(3)])
 
     def test_remove_leaves_the_scene_as_it_was(self):
-        graph, script = self.graph(human()), self.export("maya", human())
+        graph, script = self.graph(human(1500)), self.export("maya", human(1500))
         rig = MayaRig(graph)
         before = {path: rig.scene.world(path) for path in rig.scene.kind}
         names = rig.run(script)
@@ -225,7 +225,7 @@ class InMaya(ExportTest, CommandTest):
             self.assert_same(world, rig.scene.world(path))
 
     def test_what_cannot_be_built_is_said_in_one_line_and_changes_nothing(self):
-        graph, script = self.graph(human()), self.export("maya", human())
+        graph, script = self.graph(human(1500)), self.export("maya", human(1500))
 
         def drive(rig):
             driver = rig.scene.createNode("multiplyDivide", name="driver", skipSelect=True)
@@ -339,8 +339,7 @@ class InBlender(ExportTest, CommandTest):
                 self.assertLessEqual(largest_gain(rig.poses, poses), MOST_GAIN)
 
     def test_judged_live_the_built_rig_passes(self):
-        glb = self.folder / "hero.glb"
-        self.assert_runs("body", "-o", glb, "--vertices", "1500")
+        glb = self.write("hero.glb", human(1500).read_bytes())
         built, _ = self.build(self.import_character(glb), self.export("blender", glb))
         # As docs/export.md has it.
         turns = {"extension": ("rx", -1), "side": ("rz", -1), "twist": ("ry", 1)}

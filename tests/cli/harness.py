@@ -69,20 +69,23 @@ def run_backbend(arguments, folder, environment=None, cwd=None, timeout_s=PATIEN
 
 
 @functools.lru_cache(maxsize=None)
-def human():
-    """The bundled human as a file. Making it takes longer than most of what tests ask of it, so it is made once
-    for each build of the program, and kept in the build's folder where there is one."""
+def human(vertices=None):
+    """The bundled human as a file, or a coarser one. Making it takes longer than most of what tests ask of it, so it is
+    made once for each build of the program, and kept in the build's folder where there is one."""
     program = BACKBEND.stat()
     recipe = (SOURCE / "scenes/characters/human.toml").read_bytes()
     key = hashlib.sha256(recipe + f" {program.st_size} {program.st_mtime_ns}".encode()).hexdigest()[:16]
-    path = pathlib.Path(os.environ.get("BACKBEND_BUILD") or tempfile.gettempdir(), "backbend_test_bodies", key, "human.glb")
+    path = pathlib.Path(os.environ.get("BACKBEND_BUILD") or tempfile.gettempdir(), "backbend_test_bodies", key,
+                        f"human_{vertices}" if vertices else "", "human.glb")
     if not path.is_file():
         # A build's folder keeps none of the builds before; another test may be making this one.
-        for other in path.parents[1].glob("*") if "BACKBEND_BUILD" in os.environ else ():
+        bodies = path.parents[2 if vertices else 1]
+        for other in bodies.glob("*") if "BACKBEND_BUILD" in os.environ else ():
             if other.name != key:
                 shutil.rmtree(other, ignore_errors=True)
         path.parent.mkdir(parents=True, exist_ok=True)
-        made = run_backbend(["body", SOURCE / "scenes/characters/human.toml", "-o", path], path.parent)
+        size = ["--vertices", vertices] if vertices else []
+        made = run_backbend(["body", SOURCE / "scenes/characters/human.toml", *size, "-o", path], path.parent)
         assert made.returncode == 0, made.stderr
     return path
 

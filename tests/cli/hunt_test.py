@@ -6,7 +6,7 @@ import subprocess
 import time
 
 from external_rig_test import RigTest
-from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE
+from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE, human
 
 FEW = ("--evaluations", "600")
 
@@ -14,7 +14,7 @@ FEW = ("--evaluations", "600")
 class Hunt(CommandTest):
     def setUp(self):
         super().setUp()
-        self.assert_runs("body", "-o", "hero.glb", "--vertices", "1500")
+        self.write("hero.glb", human(1500).read_bytes())
 
     def hunt(self, *words, code=1):
         return json.loads(self.assert_runs("hunt", *words, "--character", "hero.glb", "--json", "-q", code=code).stdout)

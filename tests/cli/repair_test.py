@@ -50,7 +50,7 @@ def with_lost_vertices(glb, count):
 
 class Repairing(CommandTest):
     def lost(self, count=8):
-        glb, changed = with_lost_vertices(human().read_bytes(), count)
+        glb, changed = with_lost_vertices(human(4000).read_bytes(), count)
         return self.write("lost.glb", glb), changed
 
     def test_stray_vertices_go_and_no_other_byte_changes(self):
@@ -214,7 +214,7 @@ class InBlender(CommandTest):
         blender = shutil.which("blender")
         if blender is None:
             raise unittest.SkipTest("Blender is not on this machine")
-        glb, _ = with_lost_vertices(human().read_bytes(), 8)
+        glb, _ = with_lost_vertices(human(4000).read_bytes(), 8)
         path = self.write("lost.glb", glb)
         self.assert_runs("repair", path, "-o", "fixed.glb", "--weights", "fixed.py")
         self.write("compare.py", COMPARE)
@@ -231,7 +231,7 @@ class InTheValidator(CommandTest):
         modules = SOURCE / "tests/web/node_modules"
         if shutil.which("node") is None or not (modules / "gltf-validator").is_dir():
             raise unittest.SkipTest("gltf-validator is not installed")
-        glb, _ = with_lost_vertices(human().read_bytes(), 8)
+        glb, _ = with_lost_vertices(human(4000).read_bytes(), 8)
         self.assert_runs("repair", self.write("lost.glb", glb), "-o", "fixed.glb")
         script = ("const v = require('gltf-validator'); const fs = require('fs');"
                   "v.validateBytes(new Uint8Array(fs.readFileSync(process.argv[1])))"

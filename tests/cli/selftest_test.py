@@ -2,14 +2,14 @@
 
 import json
 
-from harness import BAD_INPUT, CommandTest, SOURCE, USAGE
+from harness import BAD_INPUT, CommandTest, SOURCE, USAGE, human
 
 HUMAN = SOURCE / "scenes/characters/human.toml"
 
 
 class Selftest(CommandTest):
     def test_every_property_holds_with_its_bound_and_margin(self):
-        self.assert_runs("body", "-o", "human.glb", "--vertices", "3000")
+        self.write("human.glb", human(3000).read_bytes())
         rig = self.write("show.toml", '[rig]\nsystem = "even"\nbones = 7\nreach = 0.5\n')
         told = self.assert_runs("selftest", "--character", "human.glb", "--rig", rig, "--rig", "curve:length=rest",
                                 "--json")

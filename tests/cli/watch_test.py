@@ -11,7 +11,7 @@ import subprocess
 import time
 
 import harness
-from harness import BAD_INPUT, USAGE, CommandTest, contents
+from harness import BAD_INPUT, USAGE, CommandTest, contents, human
 
 PICTURES = ["--res", "64x48", "--spp", "1"]
 RIG = '[rig]\nsystem = "curve"\nbones = {}\n'
@@ -22,9 +22,7 @@ class Watcher:
 
     def setUp(self):
         super().setUp()
-        for name, vertices in (("one", 2000), ("two", 2600)):
-            self.assert_runs("body", "-o", f"{name}.glb", "--vertices", vertices)
-        self.one, self.two = ((self.folder / f"{name}.glb").read_bytes() for name in ("one", "two"))
+        self.one, self.two = (human(vertices).read_bytes() for vertices in (2000, 2600))
         self.hero = self.write("work/hero.glb", self.one)
 
     @contextlib.contextmanager

@@ -20,7 +20,9 @@ def has(name):
 
 
 class ModuleTest(unittest.TestCase):
-    """Runs scripts in a folder of their own, with the bundled human as HUMAN."""
+    """Runs scripts in a folder of their own, with the bundled human as HUMAN, of `vertices` where they are given."""
+
+    vertices = None
 
     def setUp(self):
         if not MODULE.is_dir():
@@ -32,7 +34,7 @@ class ModuleTest(unittest.TestCase):
         self.folder = pathlib.Path(holder.name)
 
     def environment(self):
-        more = {"PYTHONPATH": str(MODULE), "PYTHONDONTWRITEBYTECODE": "1", "HUMAN": str(human())}
+        more = {"PYTHONPATH": str(MODULE), "PYTHONDONTWRITEBYTECODE": "1", "HUMAN": str(human(self.vertices))}
         if preload := os.environ.get("BACKBEND_PRELOAD"):
             # Python and NumPy keep memory to their end; that is not a leak of ours.
             more |= {"LD_PRELOAD": preload, "ASAN_OPTIONS": "detect_leaks=0:alloc_dealloc_mismatch=0"}

@@ -34,7 +34,7 @@ inline constexpr double kWorseThanClean = 1.6;
 
 /// A studio's rig may be so much worse than an equal share of the same turn, as a factor of what
 /// that exceeds rest by: uneven shares give the joint that turns most a third more.
-inline constexpr double kUnevenShares = 1.6;
+inline constexpr double kUnevenShares = 1.35;
 
 /// Curvature times half depth from which on the surface must fold, whatever the rig does.
 inline constexpr double kInfeasible = 1.0;

@@ -289,17 +289,17 @@ TEST(BookMeshFinding, AStudiosRigThatSharesABendUnevenlyIsNotToBlameForWhatEvery
   context.bones = 3;
   context.ideal = 40.0;  // of BB011's 25
   context.proxy = context.ideal_proxy = 38.0;
-  for (const double value : {45.0, 60.0, 70.0}) {
+  for (const double value : {45.0, 53.0, 60.0}) {
     context.value = value;
     context.own_shares = true;
     const Booking booking = book_mesh_finding(*find_check("BB011"), 25.0, context);
-    EXPECT_EQ(booking.owner, value < 64.0 ? Owner::skeleton : Owner::solver) << value;
-    EXPECT_EQ(booking.decides, value > 64.0) << value;
+    EXPECT_EQ(booking.owner, value < 54.0 ? Owner::skeleton : Owner::solver) << value;
+    EXPECT_EQ(booking.decides, value > 54.0) << value;
     context.own_shares = false;  // ours: held against the ideal bend itself
     EXPECT_EQ(book_mesh_finding(*find_check("BB011"), 25.0, context).owner, Owner::solver) << value;
   }
   // Of an area that is kept, its loss counts.
-  context = {.value = 0.42, .ideal = 0.6, .own_shares = true};
+  context = {.value = 0.48, .ideal = 0.6, .own_shares = true};
   context.ideal_proxy = 0.62;
   EXPECT_FALSE(book_mesh_finding(*find_check("BB030"), 0.75, context).decides);
   context.value = 0.3;
