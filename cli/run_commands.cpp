@@ -81,6 +81,7 @@ void RunOptions::apply_to(RunRequest& request) const {
     const HistoryIndex index(history);
     // One more than a trend shows: a night that is taken up again leaves its own out.
     request.history = index.last_nights(request.suite.name, kTrendNights + 1, {});
+    request.history_reports = index.reports();
     request.calibrated =
         last_calibration(fs::path(history).parent_path() / "calibration.json", request.today);
   }
@@ -379,7 +380,7 @@ void add_nightly(const Registry& registry) {
         if (!options->history.empty()) {
           CarryOver::Place place;
           place.history = options->history;
-          place.reports = HistoryIndex(options->history).reports();
+          place.reports = request.history_reports;
           place.inputs = night_inputs(request.suite, stamped_words(words));
           for (const std::string& word : stamped_words(words)) place.options += word + "\n";
           place.today = request.today;

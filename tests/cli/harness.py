@@ -75,11 +75,10 @@ def human(vertices=None):
     program = BACKBEND.stat()
     recipe = (SOURCE / "scenes/characters/human.toml").read_bytes()
     key = hashlib.sha256(recipe + f" {program.st_size} {program.st_mtime_ns}".encode()).hexdigest()[:16]
-    path = pathlib.Path(os.environ.get("BACKBEND_BUILD") or tempfile.gettempdir(), "backbend_test_bodies", key,
-                        f"human_{vertices}" if vertices else "", "human.glb")
+    bodies = pathlib.Path(os.environ.get("BACKBEND_BUILD") or tempfile.gettempdir(), "backbend_test_bodies")
+    path = bodies / key / (f"human_{vertices}.glb" if vertices else "human.glb")
     if not path.is_file():
         # A build's folder keeps none of the builds before; another test may be making this one.
-        bodies = path.parents[2 if vertices else 1]
         for other in bodies.glob("*") if "BACKBEND_BUILD" in os.environ else ():
             if other.name != key:
                 shutil.rmtree(other, ignore_errors=True)

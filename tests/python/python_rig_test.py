@@ -155,6 +155,15 @@ print(json.dumps([f for f in backbend.judge(body, EvenShares(body)).findings if 
 """))
         self.assertEqual(findings, [])
 
+    def test_arms_that_hang_below_the_end_of_the_chain_have_no_drift(self):
+        findings = json.loads(self.run_script(RIG + """
+import json
+higher = backbend.load(HUMAN, chest=body.anatomy.spine_to_head[len(body.anatomy.spine)])
+assert len(higher.anatomy.spine) == len(body.anatomy.spine) + 1
+print(json.dumps([f for f in backbend.judge(higher, EvenShares(higher)).findings if f.code in ("BB020", "BB021", "BB022") and f.verdict == "fail"]))
+"""))
+        self.assertEqual(findings, [])
+
     def test_it_is_a_system_like_any_other(self):
         self.run_script(RIG + """
 import gc

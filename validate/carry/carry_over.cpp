@@ -72,7 +72,7 @@ std::string calibration_text(const Report& report) {
 
 /// What is the same in a unit's own report and in that of its night: verdicts and their stories are
 /// made of baselines and waivers later.
-struct CarryOver::Said {
+struct CarryOver::NightFacts {
   struct OfCharacter {
     std::set<std::string> findings;  // their hashes
     std::string rigs;
@@ -81,7 +81,7 @@ struct CarryOver::Said {
   std::map<std::string, OfCharacter> character;
   std::string calibration;
 
-  explicit Said(const Report& report) : calibration(calibration_text(report)) {
+  explicit NightFacts(const Report& report) : calibration(calibration_text(report)) {
     for (const CharacterFacts& facts : report.characters) character[facts.name];
     for (const Finding& each : report.findings) {
       const auto found = character.find(each.character);
@@ -96,15 +96,15 @@ struct CarryOver::Said {
       rigs[each.character].rigs.push_back(each);
       rigs[each.character].rigs.back().verdict = Verdict::not_measured;
     }
-    for (auto& [name, said] : character) said.rigs = report_json_compact(rigs[name]);
+    for (auto& [name, facts] : character) facts.rigs = report_json_compact(rigs[name]);
   }
 
   /// Throws Damaged where a unit's own report says anything else than its night's.
-  void require(const Report& part) const {
-    const Said own(part);
-    for (const auto& [name, said] : own.character) {
+  void require_same(const Report& part) const {
+    const NightFacts own(part);
+    for (const auto& [name, facts] : own.character) {
       const auto found = character.find(name);
-      if (found == character.end() || found->second != said)
+      if (found == character.end() || found->second != facts)
         throw Damaged("does not say what the report of its night says");
     }
     if (part.characters.empty() && own.calibration != calibration)
@@ -211,13 +211,14 @@ fs::path CarryOver::entry_file(const std::string& unit) const {
 
 CarryOver::~CarryOver() = default;
 
-const CarryOver::Said& CarryOver::said_in(const fs::path& report, const std::string& hash) const {
-  auto found = said_.find({report, hash});
-  if (found == said_.end()) {
+const CarryOver::NightFacts& CarryOver::facts_of(const fs::path& report,
+                                                 const std::string& hash) const {
+  auto found = facts_.find({report, hash});
+  if (found == facts_.end()) {
     const std::string text = read_text(report);
-    found = said_.try_emplace({report, hash}).first;
+    found = facts_.try_emplace({report, hash}).first;
     if (content_hash(text) == hash)
-      found->second = std::make_unique<const Said>(parse_report(text));
+      found->second = std::make_unique<const NightFacts>(parse_report(text));
   }
   if (!found->second) throw Damaged("is of a night whose report is another by now");
   return *found->second;
@@ -245,7 +246,7 @@ std::optional<CarryOver::Result> CarryOver::find(
     const fs::path run =
         fs::absolute(place_.history).parent_path() / entry.at("run").get<std::string>();
     result.report = parse_report(entry.at("report").get<std::string>(), file.string());
-    said_in(run / "report.json", hash).require(result.report);
+    facts_of(run / "report.json", hash).require_same(result.report);
     if (!fits(result.report)) return std::nullopt;
     entry.at("files").get_to(result.files);
     // All are looked at before any is placed.

@@ -82,15 +82,15 @@ class CarryOver {
     std::string stamp;
     Result result;
   };
-  struct Said;
+  struct NightFacts;
   std::filesystem::path entry_file(const std::string& unit) const;
   /// What the report of a night says, read once. Throws as find() catches.
-  const Said& said_in(const std::filesystem::path& report, const std::string& hash) const;
+  const NightFacts& facts_of(const std::filesystem::path& report, const std::string& hash) const;
 
   Place place_;
   // By file and hash; null: the file's is another.
-  mutable std::map<std::pair<std::filesystem::path, std::string>, std::unique_ptr<const Said>>
-      said_;
+  mutable std::map<std::pair<std::filesystem::path, std::string>, std::unique_ptr<const NightFacts>>
+      facts_;
   std::map<std::string, Noted> noted_;  // by unit
 };
 

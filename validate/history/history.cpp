@@ -248,12 +248,6 @@ std::vector<Night> parse_history(std::string_view text, std::string_view name) {
   return nights;
 }
 
-std::vector<Night> read_history(const std::filesystem::path& file) {
-  std::error_code none;
-  if (!std::filesystem::exists(file, none)) return {};
-  return parse_history(read_text(file), file.string());
-}
-
 bool append_night(const std::filesystem::path& file, const Night& night) {
   const auto refuse = [&](const char* what) {
     const int error = errno;

@@ -63,10 +63,6 @@ std::string night_json(const Night& night);
 /// that is damaged (the last one too: a line without its line feed was cut short).
 std::vector<Night> parse_history(std::string_view text, std::string_view name);
 
-/// The nights of a history file in the order they were written; none where there is no file.
-/// Throws HistoryError, ReadError.
-std::vector<Night> read_history(const std::filesystem::path& file);
-
 /// Adds one night at the end in one write, flushed to the medium; lines that are there are never
 /// touched, and two writers do not mix. False where that report is the suite's last night already.
 /// Throws HistoryError where the file is damaged, WriteError.

@@ -19,7 +19,7 @@ namespace backbend::validate {
 /// Where it cannot be kept (a read-only folder, a busy one) it lives in memory.
 class HistoryIndex {
  public:
-  /// Brings the index up to date. Throws HistoryError for a damaged line, as read_history does;
+  /// Brings the index up to date. Throws HistoryError for a damaged line, as parse_history() does;
   /// ReadError.
   explicit HistoryIndex(const std::filesystem::path& history);
   ~HistoryIndex();

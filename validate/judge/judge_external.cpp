@@ -182,12 +182,7 @@ ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapp
                                  std::string_view channel, const glm::dvec3& left) {
   ChannelResponse out{std::string(channel), kReadAt_deg, 0.0, 0.0};
   const auto turn_at = [&](double angle) {
-    const solver::SpinePose pose =
-        system.solve(controls_at(system, pose_of(channel, angle), mapping));
-    glm::dvec3 sum = rotation_vector(glm::conjugate(pose.hip.turn) * pose.turn.front());
-    for (Index k = 1; k < pose.turn.size(); ++k)
-      sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
-    return sum;
+    return sum_of_turns(system.solve(controls_at(system, pose_of(channel, angle), mapping)));
   };
   const std::vector<glm::dvec3>& joint = system.rest().position;
   const glm::dvec3 chest = joint.back() - joint.front();

@@ -232,8 +232,8 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.ideal = ideal;
     facts.proxy = each.proxy.at(metric->id).value;
     facts.ideal_proxy = each.ideal_proxy.at(metric->id).value;
-    // Our ideal bend turns the hips' bone, too, and shares by arc length. Who built the rig may
-    // have turned each joint above the hips alike: what that shows is no fault of theirs.
+    // `even` also turns the hips' bone and distributes by arc length. Turning each joint above the
+    // hips equally is as sound, so what that shows as well is not a fault of the rig.
     const double shared = each.shared.at(metric->id).value;
     const bool plain_is_worse =
         check.sense == Sense::at_most ? shared > ideal : shared < ideal;  // false where NaN

@@ -10,6 +10,7 @@
 
 #include "skin/character/printable.h"
 #include "validate/live/external_rig.h"
+#include "validate/metrics/chain/chain.h"
 #include "validate/metrics/math/rotation.h"
 #include "validate/sweeps/sweep.h"
 
@@ -30,7 +31,7 @@ constexpr double kSeveral = 1.5, kApart = 0.5;
 constexpr std::array<std::string_view, 3> kAxes = {"extension", "side", "twist"};
 
 /// What one channel of the rig does to the spine.
-struct Response {
+struct ControlResponse {
   std::string control;
   char axis = 'X';
   glm::dvec3 share{0.0};         // about kAxes, of the angle
@@ -68,7 +69,7 @@ struct Response {
 };
 
 /// How well one control stands for a channel: what arrives, over how much of the spine.
-double quality(const Response& response, int axis) {
+double quality(const ControlResponse& response, int axis) {
   const double along = std::abs(response.share[axis]);
   return std::min(along, 1.0 / along) * (0.5 + response.over());
 }
@@ -97,9 +98,9 @@ class Prober {
 
   const ExternalRig& rig() const { return rig_; }
 
-  std::vector<Response> responses() const {
+  std::vector<ControlResponse> responses() const {
     std::vector<std::vector<double>> asked;
-    std::vector<Response> out;
+    std::vector<ControlResponse> out;
     for (Index c = 0; c < rest_.size(); ++c) {
       const std::string& name = rig_.channels()[c].name;
       const std::size_t dot = name.rfind('.');
@@ -116,7 +117,7 @@ class Prober {
   }
 
   /// All of a channel's controls together, at 30 degrees of the channel.
-  Response together(const std::vector<skin::SidecarControl>& controls) const {
+  ControlResponse together(const std::vector<skin::SidecarControl>& controls) const {
     constexpr double kAsked_deg = 30.0;
     std::vector<double> asked = rest_;
     for (const skin::SidecarControl& each : controls) {
@@ -126,18 +127,15 @@ class Prober {
         if (rig_.channels()[c].name == name)
           asked[c] += radians_from(kAsked_deg * each.sign / static_cast<double>(controls.size()));
     }
-    Response out;
+    ControlResponse out;
     read(asked, kAsked_deg, out);
     return out;
   }
 
  private:
-  void read(const std::vector<double>& control, double angle_deg, Response& out) const {
+  void read(const std::vector<double>& control, double angle_deg, ControlResponse& out) const {
     const solver::SpinePose pose = rig_.pose(control, solver::Detail::joints);
-    glm::dvec3 sum = rotation_vector(glm::conjugate(pose.hip.turn) * pose.turn.front());
-    for (Index k = 1; k < pose.turn.size(); ++k)
-      sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
-    sum /= radians_from(angle_deg);
+    const glm::dvec3 sum = sum_of_turns(pose) / radians_from(angle_deg);
     for (Index b = 1; b < middle_.size(); ++b)
       out.turn.push_back(
           rotation_vector(glm::conjugate(pose.turn[middle_[b - 1]]) * pose.turn[middle_[b]]) /
@@ -152,28 +150,29 @@ class Prober {
   std::vector<Index> middle_;  // of each bone, into the chain
 };
 
-skin::SidecarControl control_of(const Response& response, int axis) {
+skin::SidecarControl control_of(const ControlResponse& response, int axis) {
   return {std::string(kAxes[static_cast<Index>(axis)]), response.control,
           std::string(1, response.axis), response.share[axis] < 0.0 ? -1 : 1};
 }
 
 /// The best of those that pass; the first of equal ones.
 template <class Passes, class Value>
-const Response* best_of(const std::vector<Response>& responses, const Passes& passes,
-                        const Value& value) {
-  const Response* best = nullptr;
-  for (const Response& each : responses)
+const ControlResponse* best_of(const std::vector<ControlResponse>& responses, const Passes& passes,
+                               const Value& value) {
+  const ControlResponse* best = nullptr;
+  for (const ControlResponse& each : responses)
     if (passes(each) && (best == nullptr || value(each) > value(*best) + 1e-9)) best = &each;
   return best;
 }
 
 /// Controls that bend one place each: one for each place.
-std::vector<const Response*> chain_of(const std::vector<Response>& responses, int axis) {
-  std::vector<const Response*> sorted, chain;
-  for (const Response& each : responses)
+std::vector<const ControlResponse*> chain_of(const std::vector<ControlResponse>& responses,
+                                             int axis) {
+  std::vector<const ControlResponse*> sorted, chain;
+  for (const ControlResponse& each : responses)
     if (each.stands_for(axis)) sorted.push_back(&each);
-  std::ranges::stable_sort(sorted, {}, [](const Response* each) { return each->middle(); });
-  for (const Response* each : sorted) {
+  std::ranges::stable_sort(sorted, {}, [](const ControlResponse* each) { return each->middle(); });
+  for (const ControlResponse* each : sorted) {
     // A joint of the chain, in joints of the spine: bones that bend inside have several.
     const bool again = !chain.empty() && each->middle() - chain.back()->middle() < kApart;
     if (!again)
@@ -196,11 +195,11 @@ std::vector<skin::SidecarControl> ProposedMapping::controls() const {
 ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Character& character,
                                 const skin::Anatomy& anatomy) {
   const Prober prober(spec, character, anatomy);
-  const std::vector<Response> responses = prober.responses();
+  const std::vector<ControlResponse> responses = prober.responses();
   ProposedMapping out;
   out.rig = prober.rig().who();
   std::map<std::string, double> whole;  // controls for the whole spine: their quality for all axes
-  for (const Response& each : responses) {
+  for (const ControlResponse& each : responses) {
     whole.emplace(each.control, 0.0);
     for (int axis = 0; axis < 3; ++axis)
       if (each.stands_for(axis) && each.bends_several()) whole[each.control] += quality(each, axis);
@@ -214,10 +213,10 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
     out.others.push_back(ranked[i].second);
 
   for (int axis = 0; axis < 3; ++axis) {
-    const auto value = [&](const Response& each) { return quality(each, axis); };
-    const Response* one = best_of(
+    const auto value = [&](const ControlResponse& each) { return quality(each, axis); };
+    const ControlResponse* one = best_of(
         responses,
-        [&](const Response& each) {
+        [&](const ControlResponse& each) {
           return !ranked.empty() && each.control == ranked.front().second &&
                  each.stands_for(axis) && each.bends_several();
         },
@@ -225,22 +224,24 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
     if (one == nullptr)
       one = best_of(
           responses,
-          [&](const Response& each) { return each.stands_for(axis) && each.bends_several(); },
+          [&](const ControlResponse& each) {
+            return each.stands_for(axis) && each.bends_several();
+          },
           value);
-    std::vector<const Response*> chosen;
+    std::vector<const ControlResponse*> chosen;
     if (one != nullptr)
       chosen.push_back(one);
     else
       chosen = chain_of(responses, axis);
     ProposedChannel channel;
     channel.channel = kAxes[static_cast<Index>(axis)];
-    for (const Response* each : chosen) channel.controls.push_back(control_of(*each, axis));
+    for (const ControlResponse* each : chosen) channel.controls.push_back(control_of(*each, axis));
     if (channel.controls.empty()) {
       out.missing.push_back(channel.channel);
       if (axis == 0) out.missing.emplace_back("flexion");
       continue;
     }
-    const Response all = prober.together(channel.controls);
+    const ControlResponse all = prober.together(channel.controls);
     channel.share = all.share[axis];
     channel.over = all.over();
     out.channels.push_back(channel);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,7 @@ struct RunRequest {
   std::string character;             // the file as the user named it; empty: the suite's own
   std::optional<Baseline> baseline;  // what is approved: only new or worse fails then
   std::optional<std::vector<Night>> history;  // earlier nights, for the report's trends
+  std::set<std::string> history_reports;      // of all nights of it: content hashes
   std::string label;                          // label of this version in the history
   std::string today;       // `2026-11-22`; needed with either of the two, and for waivers to hold
   std::string calibrated;  // what the last whole calibration said; empty: not asked

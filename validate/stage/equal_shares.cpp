@@ -14,13 +14,10 @@ std::optional<solver::SpinePose> with_equal_shares(const Stage& stage,
   const skin::Anatomy& anatomy = stage.anatomy();
   const Index joints = anatomy.chest_index;
   // Two joints in one place are one of the chain: of which joint of it each one is.
-  const std::vector<glm::dvec3>& rest = stage.rest_chain().joint;
+  const std::vector<double>& along = stage.driver().joint_fractions();
   std::vector<Index> of_chain(joints + 1, 0);
-  for (Index k = 1; k <= joints; ++k) {
-    const glm::dvec3 at = skin::origin(nodes[static_cast<Index>(anatomy.spine[k])].world_from_node);
-    const Index here = of_chain[k - 1];
-    of_chain[k] = glm::distance(at, rest[here]) <= 1e-6 * anatomy.spine_length ? here : here + 1;
-  }
+  for (Index k = 1; k <= joints; ++k)
+    of_chain[k] = of_chain[k - 1] + (along[k] - along[k - 1] > 1e-6 ? 1 : 0);
   if (!pose.body || joints == 0 || pose.position.size() != of_chain.back() + 1) return std::nullopt;
 
   glm::dquat whole = glm::normalize(pose.chest.turn * glm::conjugate(pose.hip.turn));

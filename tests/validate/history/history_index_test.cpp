@@ -59,7 +59,7 @@ class Index : public testing::Test {
 
   /// The index says what the lines say.
   void expect_true(const HistoryIndex& found) const {
-    const std::vector<Night> all = read_history(file_);
+    const std::vector<Night> all = parse_history(read_text(file_), "h");
     EXPECT_EQ(found.night_count(), all.size());
     EXPECT_EQ(found.last_suite(), all.empty() ? "" : all.back().suite);
     std::vector<Night> nightly;

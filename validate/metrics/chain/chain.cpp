@@ -215,6 +215,13 @@ void measure_margin(const solver::SpinePose& pose, ChainMeasures& out) {
 
 }  // namespace
 
+glm::dvec3 sum_of_turns(const solver::SpinePose& pose) {
+  glm::dvec3 sum = rotation_vector(glm::conjugate(pose.hip.turn) * pose.turn.front());
+  for (std::size_t k = 1; k < pose.turn.size(); ++k)
+    sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
+  return sum;
+}
+
 double chain_length(std::span<const glm::dvec3> joint) {
   double length = 0.0;
   for (std::size_t i = 1; i < joint.size(); ++i) length += glm::distance(joint[i - 1], joint[i]);

@@ -18,6 +18,10 @@ struct ChainInput {
   double expected_length = 1.0;  // of rest: what the stretch option asks for
 };
 
+/// The turns of all joints from hips to chest, each against the one below, as rotation vectors in
+/// the axes of the one below, added up: what arrives at the chest, with the full turns.
+glm::dvec3 sum_of_turns(const solver::SpinePose& pose);
+
 /// How the arms moved against the chest control.
 struct ArmDrift {
   double rotation_deg = 0.0;  // the whole turn
