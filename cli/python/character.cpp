@@ -10,6 +10,7 @@
 #include "cli/python/picture.h"
 #include "cli/python/rig.h"
 #include "cli/python/working.h"
+#include "skin/anatomy/anatomy_hints.h"
 #include "skin/weights/inspect.h"
 #include "validate/judge/confirmed.h"
 #include "validate/judge/measured_series.h"
@@ -69,9 +70,7 @@ py::array weight_joints(const Shared& character) {
 }
 
 std::vector<std::string> joint_names(const Shared& character) {
-  std::vector<std::string> names;
-  for (const skin::Node& node : mesh(character).nodes) names.push_back(node.name);
-  return names;
+  return skin::reference_names(mesh(character));
 }
 
 std::vector<int> parents(const Shared& character) {
@@ -90,9 +89,10 @@ py::array rest_matrices(const Shared& character) {
 
 py::object anatomy(const Shared& character) {
   const skin::Anatomy& found = character->stage().anatomy();
+  const std::vector<std::string> name_of = joint_names(character);
   const auto names = [&](const std::vector<int>& nodes) {
     std::vector<std::string> out;
-    for (const int n : nodes) out.push_back(mesh(character).nodes[static_cast<Index>(n)].name);
+    for (const int n : nodes) out.push_back(name_of[static_cast<Index>(n)]);
     return out;
   };
   const auto vector = [](const glm::dvec3& v) { return py::make_tuple(v.x, v.y, v.z); };
@@ -352,7 +352,9 @@ void bind_character(py::module_& module) {
                              "Weights, vertices x 8, float32, largest first; they sum to 1.")
       .def_property_readonly("weight_joints", &weight_joints,
                              "The joint of each weight, vertices x 8, int32, into joints.")
-      .def_property_readonly("joints", &joint_names, "Names of the skeleton's nodes.")
+      .def_property_readonly("joints", &joint_names,
+                             "Names of the skeleton's nodes; `#12`, the file's node 12, where "
+                             "others share its name.")
       .def_property_readonly("parents", &parents, "Parent of each joint, -1 for none.")
       .def_property_readonly("rest_matrices", &rest_matrices,
                              "World from joint at rest, joints x 4 x 4, column vectors.")

@@ -1,6 +1,8 @@
 #include "skin/anatomy/anatomy_hints.h"
 
 #include <algorithm>
+#include <string_view>
+#include <unordered_map>
 
 #include "skin/anatomy/skeleton_shape.h"
 #include "skin/character/joint_names.h"
@@ -35,12 +37,18 @@ std::string without_namespaces(const std::string& name) {
   return name.substr(name.find_last_of(":|") + 1);
 }
 
-/// Nodes for which `is` holds: joints alone where there are any among them.
-template <typename Test>
-std::vector<int> nodes_that(const Character& character, const Test& is) {
+/// By node.
+std::vector<bool> are_joints(const Character& character) {
   std::vector<bool> is_joint(character.nodes.size(), false);
   for (const SkinJoint& joint : character.joints)
     is_joint[static_cast<std::size_t>(joint.node)] = true;
+  return is_joint;
+}
+
+/// Nodes for which `is` holds: joints alone where there are any among them.
+template <typename Test>
+std::vector<int> nodes_that(const Character& character, const Test& is) {
+  const std::vector<bool> is_joint = are_joints(character);
   std::vector<int> all, joints;
   for (std::size_t n = 0; n < character.nodes.size(); ++n) {
     if (!is(character.nodes[n])) continue;
@@ -75,10 +83,28 @@ int node_named(const Character& character, const std::string& name) {
                                         : "; the nearest is " + in_quotes(nearest)));
 }
 
+std::vector<std::string> reference_names(const Character& character) {
+  const std::vector<bool> is_joint = are_joints(character);
+  struct Bearers {
+    int joints = 0, others = 0;
+  };
+  std::unordered_map<std::string_view, Bearers> bearers;
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    Bearers& of_name = bearers[character.nodes[n].name];
+    ++(is_joint[n] ? of_name.joints : of_name.others);
+  }
+  std::vector<std::string> names;
+  for (std::size_t n = 0; n < character.nodes.size(); ++n) {
+    const Node& node = character.nodes[n];
+    const Bearers& same = bearers[node.name];
+    const bool alone = is_joint[n] ? same.joints == 1 : same.joints == 0 && same.others == 1;
+    names.push_back(alone ? node.name : "#" + std::to_string(node.file_node));
+  }
+  return names;
+}
+
 std::string reference_name(const Character& character, int node) {
-  const Node& at = character.nodes[static_cast<std::size_t>(node)];
-  const auto same = nodes_that(character, [&](const Node& other) { return other.name == at.name; });
-  return same.size() == 1 && same.front() == node ? at.name : "#" + std::to_string(at.file_node);
+  return reference_names(character)[static_cast<std::size_t>(node)];
 }
 
 std::vector<int> path_between(const Character& character, int from, int to) {

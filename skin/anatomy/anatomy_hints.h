@@ -1,4 +1,5 @@
 #pragma once
+#include <string>
 #include <vector>
 
 #include "skin/anatomy/anatomy.h"
@@ -20,7 +21,9 @@ struct HintedArms {
 /// (naming the nearest name) or where several share it.
 int node_named(const Character& character, const std::string& name);
 
-/// A name that node_named() takes for this node: its own, or `#12` where others share that.
+/// A name that node_named() takes for each node: its own, or `#12` where others share that.
+std::vector<std::string> reference_names(const Character& character);
+/// That of one node.
 std::string reference_name(const Character& character, int node);
 
 /// The way between two nodes of one tree, both included: up from `from`, then down to `to`. Empty

@@ -164,6 +164,38 @@ print(json.dumps([f for f in backbend.judge(higher, EvenShares(higher)).findings
 """))
         self.assertEqual(findings, [])
 
+    def measured(self, *files, rig):
+        """Names of each file's joints, and what is measured on it in one pose, as text."""
+        return json.loads(self.run_script(RIG + f"""
+import json
+class Short(backbend.PythonRig):  # without the last joint
+    def __init__(self, body):
+        self.whole = EvenShares(body)
+        super().__init__(["extension", "side", "twist"], ["hips", "spine", "chest", "neck"], body.parents[:4], body.rest_matrices[:4])
+    def pose(self, values):
+        return self.whole.pose(values)[:, :4]
+told = []
+for file in {files!r}:
+    body = backbend.load(file, hip="hips", chest="neck")
+    measured = body.measure(backbend.Rig({rig}(body), body), extension=40, side=10).metric
+    told.append([body.joints[:5], {{name: str(value) for name, value in measured.items()}}])
+print(json.dumps(told))
+"""))
+
+    def test_joints_that_share_a_name_are_told_apart_by_their_number(self):
+        (self.folder / "plain.glb").write_bytes(glb.tube())
+        (self.folder / "shared.glb").write_bytes(glb.tube(["hips", "spine", "spine", "neck", "head"]))
+        (_, plain), (names, shared) = self.measured("plain.glb", "shared.glb", rig="EvenShares")
+        self.assertEqual(names, ["hips", "#1", "#2", "neck", "head"])
+        self.assertTrue(plain)
+        self.assertEqual(plain, shared)
+
+    def test_of_joints_with_the_name_of_one_of_the_rig_the_one_in_its_place_follows_it(self):
+        (self.folder / "plain.glb").write_bytes(glb.tube())
+        (self.folder / "shared.glb").write_bytes(glb.tube(["hips", "spine", "chest", "neck", "spine"]))
+        (_, plain), (_, shared) = self.measured("plain.glb", "shared.glb", rig="Short")
+        self.assertEqual(plain, shared)
+
     def test_it_is_a_system_like_any_other(self):
         self.run_script(RIG + """
 import gc

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <cstring>
 #include <glm/gtc/matrix_inverse.hpp>
+#include <limits>
 
+#include "skin/anatomy/anatomy_hints.h"
 #include "skin/anatomy/arm_attachment.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/deform/skinning.h"
@@ -259,11 +261,11 @@ int ExternalRig::select(int joint) {
 
 void ExternalRig::match_joints() {
   const JointFinder finder(hello().joints);
-  Index moved = 0;
-  for (const skin::Node& node : character_.nodes) {
-    const int joint = finder.find(node.name);
+  const std::vector<std::string> reference = skin::reference_names(character_);
+  for (Index n = 0; n < character_.nodes.size(); ++n) {
+    int joint = finder.find_exactly(reference[n]);
+    if (joint < 0) joint = finder.find(character_.nodes[n].name);
     asked_.push_back(joint < 0 ? -1 : select(joint));
-    moved += joint >= 0 ? 1 : 0;
   }
   std::vector<std::string> names;
   for (const RigJoint& joint : hello().joints) names.push_back(joint.name);
@@ -275,6 +277,9 @@ void ExternalRig::match_joints() {
                      solver::did_you_mean(character_.nodes[n].name, names));
   }
   place_in_world();
+  leave_namesakes();
+  const auto moved =
+      std::count_if(asked_.begin(), asked_.end(), [](const int joint) { return joint >= 0; });
   for (Index k = 0; k <= anatomy_.chest_index; ++k) {
     const int n = anatomy_.spine[k];
     const int joint = selected_[static_cast<Index>(asked_[static_cast<Index>(n)])];
@@ -302,6 +307,29 @@ void ExternalRig::match_joints() {
     notes_.push_back("rig " + who_ +
                      ": bones of its spine bend inside (B-Bones); the chain is judged by their "
                      "segments, the mesh by linear blending of the joints, as the file has them");
+}
+
+/// Of several nodes that have a name of one joint, those are that joint which stand where it does;
+/// the others follow their parents. The spine keeps what it has.
+void ExternalRig::leave_namesakes() {
+  std::vector<double> nearest(selected_.size(), std::numeric_limits<double>::infinity());
+  std::vector<double> off(asked_.size(), 0.0);
+  for (Index n = 0; n < asked_.size(); ++n) {
+    if (asked_[n] < 0) continue;
+    const auto asked = static_cast<Index>(asked_[n]);
+    const glm::dmat4& rest = hello().joints[static_cast<Index>(selected_[asked])].rest;
+    off[n] =
+        glm::distance(origin(world_from_rig_ * rest), origin(character_.nodes[n].world_from_node));
+    nearest[asked] = std::min(nearest[asked], off[n]);
+  }
+  const auto of_the_spine = [&](const Index n) {
+    const auto end = anatomy_.spine.begin() + static_cast<std::ptrdiff_t>(anatomy_.chest_index) + 1;
+    return std::find(anatomy_.spine.begin(), end, static_cast<int>(n)) != end;
+  };
+  for (Index n = 0; n < asked_.size(); ++n)
+    if (asked_[n] >= 0 && !of_the_spine(n) &&
+        off[n] > nearest[static_cast<Index>(asked_[n])] + 1e-6 * anatomy_.spine_length)
+      asked_[n] = -1;
 }
 
 /// `joint` is the rig's where its segments stand for it; -1: the node alone.

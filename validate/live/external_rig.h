@@ -115,6 +115,7 @@ class ExternalRig {
   void add_to_chain(int node, int joint, const JointFinder& finder);
   int select(int joint);
   void place_in_world();
+  void leave_namesakes();
   void match_points();
   void check_rest();
   void check_rest_of_points() const;

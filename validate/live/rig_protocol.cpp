@@ -75,11 +75,13 @@ const json& list_of(const json& object, const char* key, std::size_t most) {
   return *found;
 }
 
-std::string take_name(const json& object, const std::string& where, std::set<std::string>& taken) {
+/// `cure` ends the line of a name that is taken.
+std::string take_name(const json& object, const std::string& where, std::set<std::string>& taken,
+                      const char* cure = "") {
   std::string name = text_of(object, "name", where);
   if (name.empty()) fail("hello: " + where + "name: missing");
   if (!taken.insert(name).second)
-    fail("hello: " + where + "name: " + in_quotes(name) + " is there twice");
+    fail("hello: " + where + "name: " + in_quotes(name) + " is there twice" + cure);
   return name;
 }
 
@@ -175,7 +177,9 @@ RigHello parse_hello(const std::string& line) {
     const std::string where = "joints/" + std::to_string(i) + "/";
     if (!joints[i].is_object()) fail("hello: " + where + " must be an object");
     RigJoint joint;
-    joint.name = take_name(joints[i], where, names);
+    joint.name = take_name(joints[i], where, names,
+                           "; a joint that shares its name is called by its number in the glTF "
+                           "file, such as #12");
     const double parent = number_of(joints[i], "parent", where, -1.0);
     if (parent != std::floor(parent) || parent < -1.0 || parent >= static_cast<double>(i))
       fail("hello: " + where + "parent: " + fixed(parent, 0) +

@@ -56,6 +56,10 @@ TEST(RigHello, IsRefusedNamingThePlace) {
             std::string::npos);
   EXPECT_EQ(why_refused(hello_with(channel + "," + channel, hips)),
             "hello: channels/1/name: 'a' is there twice");
+  EXPECT_EQ(
+      why_refused(hello_with(channel, hips + "," + joint("hips", 0))),
+      "hello: joints/1/name: 'hips' is there twice; a joint that shares its name is called by "
+      "its number in the glTF file, such as #12");
   EXPECT_EQ(why_refused(hello_with(channel, hips + "," + joint("chest", 1))),
             "hello: joints/1/parent: 1 is not a joint before this one (-1: none)");
   EXPECT_EQ(why_refused(hello_with(channel, "{\"name\": \"hips\"}")),
