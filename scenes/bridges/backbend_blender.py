@@ -180,6 +180,18 @@ def values_of(bone, channel):
     return bone, channel, 1.0
 
 
+def range_of(bone, key):
+    """(smallest, largest) of a custom property; None where it has no range of its own."""
+    try:
+        told = bone.id_properties_ui(key).as_dict()
+    except (KeyError, TypeError):  # declared by an add-on
+        return None
+    ends = told.get("min"), told.get("max")
+    if None in ends or not ends[0] < ends[1] or max(map(abs, ends)) > 1e9:  # Blender's own ends of a number
+        return None
+    return ends
+
+
 class Server:
     """One armature as backbend_rig.serve() asks for it. Controls in another armature are called
     `armature:bone`."""
@@ -309,7 +321,7 @@ class Server:
                 out.append((name, kind, math.degrees(bone.matrix_basis.to_euler("XYZ")[ROTATIONS[channel]]), is_control))
                 continue
             holder, key, unit = values_of(bone, channel)
-            out.append((name, kind, holder[key] / unit, is_control))
+            out.append((name, kind, holder[key] / unit, is_control, range_of(bone, channel) if kind == "scalar" else None))
         return out
 
     def declared_joints(self):

@@ -19,12 +19,22 @@ def own_streams():
     return sys.stdin.buffer, output
 
 
+def declared(name, kind, rest, is_control=True, ends=None):
+    """A channel as a hello has it."""
+    out = {"name": name, "kind": kind, "rest": rest}
+    if not is_control:
+        out["control"] = False
+    if ends is not None:
+        out["min"], out["max"] = ends
+    return out
+
+
 def serve(channels, joints, pose, program="", scene="", up="Y", metres_per_unit=1.0, pure=True, select=None,
           mesh=None, pose_with_points=None, streams=None):
     """Answers until backbend closes the stream.
 
     `channels`: [(name, kind, value at rest), ...]; kind is "rotation" (degrees), "translation" or "scalar".
-    A fourth value False: no animator sets it.
+    A fourth value False: no animator sets it. A fifth, (smallest, largest): what an animator can set.
     `joints`: [(name, index of the parent or -1, rest matrix), ...]; sixteen numbers, column by column.
     `pose(values)`: a value for every channel in, a matrix for every joint out.
     `mesh`, where the rig has a deformed one: (its points at rest, its triangles), flat lists of three numbers each.
@@ -43,8 +53,7 @@ def serve(channels, joints, pose, program="", scene="", up="Y", metres_per_unit=
 
     hello = {"schema": "backbend.rig/1", "program": program, "file": os.path.basename(scene), "up": up,
              "metres_per_unit": metres_per_unit, "pure": pure, "select": select is not None,
-             "channels": [{"name": name, "kind": kind, "rest": rest, **({"control": False} if is_control == [False] else {})}
-                          for name, kind, rest, *is_control in channels],
+             "channels": [declared(*channel) for channel in channels],
              "joints": [{"name": name, "parent": parent, "rest": [float(v) for v in rest]}
                         for name, parent, rest in joints]}
     if mesh is not None:

@@ -94,17 +94,29 @@ std::vector<SidecarControl> read_controls(const Reader& reader, const toml::tabl
   for (const toml::node& item : *list) {
     const toml::table* table = item.as_table();
     if (!table) reader.fail(item, "`control`: expected tables [[control]]");
-    reader.only(*table, {"channel", "control", "axis", "sign"});
+    reader.only(*table, {"channel", "control", "axis", "sign", "property", "per_degree"});
     SidecarControl control;
     control.channel = reader.word(*table, "channel", kChannels);
     control.control = reader.text(*table, "control");
     control.axis = reader.word(*table, "axis", kTurns);
-    if (control.channel.empty() || control.control.empty() || control.axis.empty())
-      reader.fail(*table, "a control needs `channel`, `control` and `axis`");
+    control.property = reader.text(*table, "property");
+    if (control.channel.empty() || control.control.empty() ||
+        control.axis.empty() == control.property.empty())
+      reader.fail(*table, "a control needs `channel`, `control`, and `axis` or `property`");
     if (const toml::node* sign = table->get("sign")) {
       const auto value = sign->value<std::int64_t>();
       if (!value || (*value != 1 && *value != -1)) reader.fail(*sign, "`sign` is neither 1 nor -1");
       control.sign = static_cast<int>(*value);
+    }
+    if (const toml::node* scale = table->get("per_degree")) {
+      const auto value = scale->value<double>();
+      if (!value || !std::isfinite(*value) || *value == 0.0)
+        reader.fail(*scale, "`per_degree` is not a finite number other than 0");
+      if (table->contains("sign")) reader.fail(*scale, "`per_degree` has the sign; remove `sign`");
+      control.per_degree = *value;
+    } else if (!control.property.empty()) {
+      reader.fail(*table,
+                  "a `property` needs `per_degree`: what a degree of the channel adds to it");
     }
     out.push_back(std::move(control));
   }
@@ -135,6 +147,13 @@ std::string quoted(const std::vector<std::string>& list) {
   std::string out = "[";
   for (const std::string& item : list) out += (out.size() > 1 ? ", " : "") + quoted(item);
   return out + "]";
+}
+
+/// The fewest digits that give the same number again.
+std::string shortest_text(double value) {
+  std::array<char, 40> number;
+  const auto end = std::to_chars(number.data(), number.data() + number.size(), value).ptr;
+  return {number.data(), end};
 }
 
 std::string axis_name(const glm::dvec3& v) {
@@ -229,6 +248,11 @@ void drop_parts(Character& character, const std::vector<bool>& drop) {
 
 }  // namespace
 
+std::string SidecarControl::own_channel() const {
+  if (!property.empty()) return property;
+  return {'r', static_cast<char>(axis.front() - 'X' + 'x')};
+}
+
 fs::path sidecar_path(const fs::path& character) {
   return character.parent_path() / (character.stem().string() + ".backbend.toml");
 }
@@ -321,16 +345,18 @@ std::string sidecar_text(const Sidecar& sidecar) {
          "  # prefixes to remove from joint names\n\n[space]\n";
   if (!sidecar.up.empty()) out += "up = " + quoted(sidecar.up) + "\n";
   if (!sidecar.forward.empty()) out += "forward = " + quoted(sidecar.forward) + "\n";
-  std::array<char, 40> number;
-  const auto end =
-      std::to_chars(number.data(), number.data() + number.size(), sidecar.metres_per_unit).ptr;
-  out += "metres_per_unit = " + std::string(number.data(), end) +
+  out += "metres_per_unit = " + shortest_text(sidecar.metres_per_unit) +
          "\n\n[meshes]\nleave_out = " + quoted(sidecar.leave_out) +
          "  # parts that are not judged\n";
   for (const SidecarControl& control : sidecar.controls)
     out += "\n[[control]]\nchannel = " + quoted(control.channel) +
-           "\ncontrol = " + quoted(control.control) + "\naxis = " + quoted(control.axis) +
-           "\nsign = " + std::to_string(control.sign) + "\n";
+           "\ncontrol = " + quoted(control.control) + "\n" +
+           (control.property.empty() ? "axis = " + quoted(control.axis)
+                                     : "property = " + quoted(control.property)) +
+           "\n" +
+           (control.per_degree != 0.0 ? "per_degree = " + shortest_text(control.per_degree)
+                                      : "sign = " + std::to_string(control.sign)) +
+           "\n";
   return out;
 }
 

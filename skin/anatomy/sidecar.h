@@ -12,10 +12,17 @@ struct Clip;
 
 /// A control of the artist's own rig that stands for one of our channels.
 struct SidecarControl {
-  std::string channel;  // extension, flexion, side or twist
-  std::string control;  // as the artist's program calls it
-  std::string axis;     // X, Y or Z: the axis it turns about
-  int sign = 1;         // -1 where its positive turn is our negative one
+  std::string channel;        // extension, flexion, side or twist
+  std::string control;        // as the artist's program calls it
+  std::string axis;           // X, Y or Z: the axis it turns about; empty: `property` is set
+  int sign = 1;               // -1 where its positive turn is our negative one
+  std::string property = "";  // another channel of the control, by the artist's program's name
+  // What a degree of our channel adds to it; 0: the channel's controls share the degree equally,
+  // each by its sign.
+  double per_degree = 0.0;
+
+  /// As rigs call it beside the control: `rx`, or the property.
+  std::string own_channel() const;
   bool operator==(const SidecarControl&) const = default;
 };
 

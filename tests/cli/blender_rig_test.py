@@ -20,6 +20,36 @@ def hero(folder, flip='""', more="", segments=1):
     return path
 
 
+# The rig in a collection, and a scene that has it from there in one of four forms.
+COLLECTION = """
+group = bpy.data.collections.new("hero")
+group.objects.link(rig)
+bpy.context.scene.collection.children.link(group)
+"""
+SHOT = """
+import sys
+import bpy
+bpy.ops.wm.read_factory_settings(use_empty=True)
+form, here = {form!r}, bpy.context.scene.collection
+with bpy.data.libraries.load({path!r}, link=True) as (_, wanted):
+    if "object" in form:
+        wanted.objects = ["rig"]
+    else:
+        wanted.collections = ["hero"]
+if "object" in form:
+    here.objects.link(wanted.objects[0])
+    if "overridden" in form:
+        wanted.objects[0].override_create(remap_local_usages=True)
+else:
+    empty = bpy.data.objects.new("hero", None)
+    empty.instance_type, empty.instance_collection = "COLLECTION", wanted.collections[0]
+    here.objects.link(empty)
+    if "overridden" in form:
+        wanted.collections[0].override_hierarchy_create(bpy.context.scene, bpy.context.view_layer, reference=empty)
+bpy.ops.wm.save_as_mainfile(filepath=sys.argv[sys.argv.index("--") + 1])
+"""
+
+
 class BlenderRig:
     """A rig that Blender makes, on a tube of its joints, and nights of it."""
 
@@ -36,7 +66,7 @@ class BlenderRig:
     def make(self, **options):
         return hero(self.folder, **options)
 
-    preset = "map.json"
+    preset, scene = "map.json", "hero.blend"
 
     def night(self, *sweeps, code):
         """A suite of single sweeps: (channel, degrees). `code` None: what it ends with is not asked."""
@@ -49,8 +79,8 @@ envelope = "human"
 mappings = ["chest"]
 [[rig]]
 name = "hero"
-solver = { system = "external", program = "blender", file = "hero.blend", map = "MAP" }
-""".replace("MAP", self.preset) + "".join(f'[[sweep]]\nchannel = "{channel}"\nto = {to}\nstep = 3\n' for channel, to in sweeps))
+solver = { system = "external", program = "blender", file = "SCENE", map = "MAP" }
+""".replace("MAP", self.preset).replace("SCENE", self.scene) + "".join(f'[[sweep]]\nchannel = "{channel}"\nto = {to}\nstep = 3\n' for channel, to in sweeps))
         result = self.backbend("nightly", "night.toml", "--hip", "spine0", "--chest", "spine4", "--quick", "-o", "night")
         self.assertIn(result.returncode, (0, 1, 5) if code is None else (code,), f"{result.stdout}\n{result.stderr}")
         return json.loads((self.folder / "night/report.json").read_text())
@@ -73,6 +103,19 @@ class Blender(BlenderRig, CommandTest):
                                    math.degrees(0.7), delta=60e-4)
             self.assertAlmostEqual(finding["value"], 30, delta=0.3)
         self.assertEqual([finding for finding in report["findings"] if finding["code"] in ("BB049", "BB044")], [])
+
+    def test_linked_and_overridden_characters_are_judged_as_their_own_file_is(self):
+        path = self.make(flip='"+ (0.5235987755982988 if var > 0.7 else 0)"', more=COLLECTION)
+        for form in ("object overridden", "instance", "instance overridden"):
+            with self.subTest(form):
+                self.scene = form.replace(" ", "_") + ".blend"
+                spine_rig.run_script(self.folder, SHOT.format(path=str(path), form=form), self.folder / self.scene)
+                report = self.night(("twist", 60), code=None)
+                (flip,) = [finding for finding in report["findings"]
+                           if (finding["code"], finding["sweep"]) == ("BB001", "twist")]
+                self.assertEqual(flip["place"]["joint"], "spine4")
+                self.assertAlmostEqual(flip["control_deg"], math.degrees(0.7), delta=60e-4)
+                self.assertAlmostEqual(flip["value"], 30, delta=0.3)
 
     def test_a_driver_that_calls_a_function_of_the_file_is_evaluated(self):
         self.make(flip='"+ jump(var)"', more="""
@@ -167,6 +210,23 @@ driver.expression = "SHAPE"
         report = json.loads((self.folder / "saved/report.json").read_text())
         self.assertTrue(all(row["measured"] for row in report["rigs"][0]["headroom"]))
         self.assertEqual([finding for finding in report["findings"] if finding["code"] == "BB049"], [])
+
+    def test_a_custom_property_that_turns_the_spine_is_found_with_its_scale(self):
+        path = self.make(more="""
+handle = rig.pose.bones["chest_ctl"]
+handle["roll"], handle["size"] = 0.0, 1.0
+handle.id_properties_ui("roll").update(min=-0.5, max=0.5)
+for k in range(1, 5):
+    rig.pose.bones[f"spine{k}"].driver_remove("rotation_euler", 1)
+    drive(rig.pose.bones[f"spine{k}"], "rotation_euler", 1, 'pose.bones["chest_ctl"]["roll"]', "radians(-120) * var / 4")
+""")
+        self.body.rename(path.with_suffix(".glb"))
+        told = self.assert_runs("inspect", "--rig", f"blender:{path}", "--hip", "spine0", "--chest", "spine4", "--json").stdout
+        found = json.loads(told)["channels"]
+        self.assertEqual([(each["control"], each["channel"]) for each in found["extension"]], [("chest_ctl", "rx")])
+        (twist,) = found["twist"]
+        self.assertEqual((twist["control"], twist["channel"]), ("chest_ctl", "roll"))
+        self.assertAlmostEqual(twist["per_degree"], -1 / 120, places=6)
 
     def test_b_bones_are_judged_by_their_segments(self):
         self.make(segments=4)

@@ -505,7 +505,10 @@ if kind in ("ik", "both"):
     controls["spine_C0_ik1_ctl"] = [(joint, 1.0 / len(spine[1:])) for joint in spine[1:]]
 if kind == "none":
     controls["hand_ctl"] = []
+# Name: the axis that it turns the whole spine about, and by how many degrees for one unit.
+properties = {{"torso_ctl.bend": (0, -45.0), "torso_ctl.roll_deg": (1, 1.0), "torso_ctl.squash": (0, 0.0)}} if kind == "properties" else {{}}
 channels = [(f"{{name}}.{{axis}}", "rotation", 0.0) for name in controls for axis in ("rx", "ry", "rz")]
+channels += [(name, "scalar", 0.0, True, (-2.0, 2.0) if name.endswith("bend") else None) for name in properties]
 channels.append(("mechanism.rx", "rotation", 0.0, False))
 
 def pose(values):
@@ -513,6 +516,11 @@ def pose(values):
     for k, (name, joints) in enumerate(controls.items()):
         for joint, share in joints:
             turn = [math.radians(share * value) for value in values[3 * k:3 * k + 3]]
+            own[joint] = example_rig.times(own[joint], example_rig.rotation(turn))
+    for (axis, per_unit), value in zip(properties.values(), values[3 * len(controls):]):
+        for joint in spine[1:]:
+            turn = [0.0, 0.0, 0.0]
+            turn[axis] = math.radians(per_unit * value / len(spine[1:]))
             own[joint] = example_rig.times(own[joint], example_rig.rotation(turn))
     if values[-1]:
         own[spine[1]] = example_rig.times(own[spine[1]], example_rig.rotation((math.radians(values[-1]), 0, 0)))
@@ -562,6 +570,21 @@ class Proposals(RigTest, CommandTest):
         report = self.check(self.fk("fk"))
         self.assertEqual(self.findings(report, "BB049"), [])
         self.assertTrue(all(row["measured"] for row in report["rigs"][0]["headroom"]))
+
+    def test_properties_stand_for_what_no_rotation_does_with_the_scale_that_was_measured(self):
+        found = self.proposed("properties")
+        self.assertEqual(sorted(found), ["extension", "twist"])
+        for channel, name, scale in (("extension", "bend", 1 / 45), ("twist", "roll_deg", 1.0)):
+            (control, own, per_degree), = found[channel]
+            self.assertEqual((control, own), ("torso_ctl", name))
+            self.assertAlmostEqual(per_degree, scale)
+
+    def test_a_property_is_saved_in_the_sidecar_and_check_takes_it(self):
+        told = self.assert_runs("inspect", self.body, "--chest", "neck", "--rig", self.fk("properties"), "--save").stdout
+        self.assertRegex(told, r"twist +torso_ctl roll_deg 1 a degree: 100 % arrive at the chest")
+        report = self.check(self.fk("properties"), code=None)
+        self.assertEqual(self.findings(report, "BB049"), [])
+        self.assertEqual({row["channel"] for row in report["rigs"][0]["headroom"] if row["measured"]}, {"extension", "flexion", "twist"})
 
     def test_a_rig_without_such_a_control_and_other_words_are_refused(self):
         self.assert_refused("inspect", self.body, "--chest", "neck", "--rig", self.fk("none"), "--quiet", names=["none of its 2 controls"])

@@ -39,7 +39,11 @@ std::vector<Turn> turns_of(const skin::Sidecar& sidecar, const PoseDegrees& pose
     if (count == 0) return {};
     for (const skin::SidecarControl& each : sidecar.controls) {
       if (each.channel != name) continue;
-      const double turn = direction * each.sign * degrees / static_cast<double>(count);
+      // What a property holds at rest is not known here.
+      if (!each.property.empty()) return {};
+      const double share =
+          each.per_degree != 0.0 ? each.per_degree : each.sign / static_cast<double>(count);
+      const double turn = direction * share * degrees;
       const auto known = std::find_if(turns.begin(), turns.end(), [&](const Turn& other) {
         return other.control == each.control && other.axis == each.axis;
       });

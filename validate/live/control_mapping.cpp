@@ -88,13 +88,12 @@ ControlMapping mapping_of(const std::vector<skin::SidecarControl>& controls) {
   ControlMapping mapping;
   mapping.source = "the sidecar";
   for (const skin::SidecarControl& each : controls) {
-    std::string axis = "r";
-    for (const char c : each.axis) axis += static_cast<char>(c >= 'A' && c <= 'Z' ? c + 32 : c);
+    const auto sharing = std::ranges::count(controls, each.channel, &skin::SidecarControl::channel);
     mapping.channels[each.channel].push_back(
-        {each.control + "." + axis, static_cast<double>(each.sign)});
+        {each.control + "." + each.own_channel(),
+         each.per_degree != 0.0 ? each.per_degree
+                                : static_cast<double>(each.sign) / static_cast<double>(sharing)});
   }
-  for (auto& [channel, targets] : mapping.channels)
-    for (ControlTarget& target : targets) target.per_degree /= static_cast<double>(targets.size());
   return mapping;
 }
 

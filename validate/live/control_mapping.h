@@ -30,7 +30,8 @@ struct ControlMapping {
 /// The bridges' JSON: docs/bridges/blender.md. Throws RigError naming file and place.
 ControlMapping read_mapping(const std::filesystem::path& file);
 ControlMapping parse_mapping(const std::string& text, const std::string& file);
-/// What a sidecar says: each channel's degrees are shared equally by its controls.
+/// What a sidecar says: each channel's degrees are shared equally by its controls but where it
+/// scales them.
 ControlMapping mapping_of(const std::vector<skin::SidecarControl>& controls);
 /// Of a rig whose channels are called as ours are.
 ControlMapping mapping_by_name(const RigHello& hello);

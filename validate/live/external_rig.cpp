@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cmath>
 #include <cstring>
+#include <future>
 #include <glm/gtc/matrix_inverse.hpp>
+#include <iterator>
 #include <limits>
 
 #include "skin/anatomy/anatomy_hints.h"
@@ -167,9 +169,9 @@ ExternalRig::ExternalRig(const solver::SystemSpec& spec, const skin::Character& 
   start(external_spec(spec));
   for (Index c = 0; c < hello().channels.size(); ++c) {
     const RigChannel& channel = hello().channels[c];
-    if (channel.control && channel.kind == solver::Channel::Kind::rotation) add_channel(c);
+    if (channel.control && channel.kind != solver::Channel::Kind::translation) add_channel(c);
   }
-  if (channels_.empty()) throw RigError(who_ + ": no control of it turns");
+  if (channels_.empty()) throw RigError(who_ + ": it has no control that turns and no property");
   match_and_select();
   check_rest();
 }
@@ -591,6 +593,12 @@ solver::SpinePose ExternalRig::pose_from(std::span<const glm::dmat4> joints) con
 ExternalRig::Answers ExternalRig::ask(std::span<const std::vector<double>> controls,
                                       RigServer& server, bool points) const {
   Answers out;
+  const auto append = [&out](Answers&& some) {
+    std::ranges::move(some.poses, std::back_inserter(out.poses));
+    std::ranges::move(some.points, std::back_inserter(out.points));
+  };
+  // One batch is read while the server works on the next.
+  std::future<Answers> reading;
   for (Index first = 0; first < controls.size();) {
     poll_interrupt();
     const Index count = std::min(server.batch(points), controls.size() - first);
@@ -599,19 +607,31 @@ ExternalRig::Answers ExternalRig::ask(std::span<const std::vector<double>> contr
       for (Index c = 0; c < channels_.size(); ++c)
         values.push_back(channels_[c].kind == solver::Channel::Kind::rotation ? degrees(control[c])
                                                                               : control[c]);
-    const RigServer::Answer answer = server.ask(values, count, points);
-    for (Index p = 0; p < count; ++p)
-      out.poses.push_back(
-          pose_from(std::span(answer.joints).subspan(p * selected_.size(), selected_.size())));
-    const Index of_pose = hello().points.size();
-    for (Index p = 0; points && p < count; ++p) {
-      std::vector<glm::vec3> world;
-      world.reserve(of_pose);
-      for (const glm::vec3& point : std::span(answer.points).subspan(p * of_pose, of_pose))
-        world.emplace_back(world_from_rig_ * glm::dvec4(point, 1.0));
-      out.points.push_back(std::make_shared<const std::vector<glm::vec3>>(std::move(world)));
-    }
+    RigServer::Answer answer = server.ask(values, count, points);
+    if (reading.valid()) append(reading.get());
     first += count;
+    if (first < controls.size())
+      reading = std::async(std::launch::async, [this, count, answer = std::move(answer)] {
+        return read(answer, count);
+      });
+    else
+      append(read(answer, count));
+  }
+  return out;
+}
+
+ExternalRig::Answers ExternalRig::read(const RigServer::Answer& answer, Index poses) const {
+  Answers out;
+  for (Index p = 0; p < poses; ++p)
+    out.poses.push_back(
+        pose_from(std::span(answer.joints).subspan(p * selected_.size(), selected_.size())));
+  const Index of_pose = answer.points.size() / poses;
+  for (Index p = 0; of_pose > 0 && p < poses; ++p) {
+    std::vector<glm::vec3> world;
+    world.reserve(of_pose);
+    for (const glm::vec3& point : std::span(answer.points).subspan(p * of_pose, of_pose))
+      world.emplace_back(world_from_rig_ * glm::dvec4(point, 1.0));
+    out.points.push_back(std::make_shared<const std::vector<glm::vec3>>(std::move(world)));
   }
   return out;
 }

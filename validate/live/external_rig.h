@@ -41,9 +41,9 @@ class ExternalRig {
   ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
               const skin::Anatomy& anatomy, const std::vector<skin::SidecarControl>& controls);
 
-  /// The same rig with every rotation that an animator sets for a channel, to find out which of
-  /// them stand for what: propose_mapping(). Maps nothing, and is not tried for a memory. Throws as
-  /// above, and where it has no such channel.
+  /// The same rig with every rotation and scalar that an animator sets for a channel, to find out
+  /// which of them stand for what: propose_mapping(). Maps nothing, and is not tried for a memory.
+  /// Throws as above, and where it has no such channel.
   struct ToBeTried {};
   ExternalRig(const solver::SystemSpec& spec, const skin::Character& character,
               const skin::Anatomy& anatomy, ToBeTried);
@@ -54,6 +54,10 @@ class ExternalRig {
   std::size_t server_count() const { return servers_.size(); }
   /// The rig's channels that the mapping moves, radians for rotations.
   const std::vector<solver::Channel>& channels() const { return channels_; }
+  /// As the rig declares one of them.
+  const RigChannel& declared(std::size_t channel) const {
+    return hello().channels[static_cast<std::size_t>(rig_channel_[channel])];
+  }
   std::vector<double> controls_for(const solver::BodyPose& body) const;
   /// Body channels that nothing stands for.
   bool maps(std::string_view channel) const { return !mapping_.targets(channel).empty(); }
@@ -128,6 +132,7 @@ class ExternalRig {
   };
   Answers ask(std::span<const std::vector<double>> controls, RigServer& server,
               bool points = false) const;
+  Answers read(const RigServer::Answer& answer, std::size_t poses) const;
   /// Asks a free server, and keeps the answers.
   Answers fetch(std::span<const std::vector<double>> controls, bool points = false) const;
   void keep(const Key& key, const solver::SpinePose& pose) const;

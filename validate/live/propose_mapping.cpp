@@ -20,6 +20,8 @@ namespace {
 using Index = std::size_t;
 
 constexpr double kTried_deg = 20.0;
+// A property that turns the chest by less does something else.
+constexpr double kLeastArrived_deg = 0.5;
 // Of the angle that a control is turned by: what must arrive about the channel's axis, what may
 // arrive about the others of that, and what the hips may turn.
 constexpr double kLeastShare = 0.5, kMostAcross = 0.5, kMostHips = 0.1;
@@ -30,13 +32,16 @@ constexpr double kSeveral = 1.5, kApart = 0.5;
 // Extension, side, twist.
 constexpr std::array<std::string_view, 3> kAxes = {"extension", "side", "twist"};
 
-/// What one channel of the rig does to the spine.
+/// What one channel of the rig does to the spine. `The angle` is what a rotation was turned by; of
+/// a property, which may be in any unit, what arrived at the chest.
 struct ControlResponse {
   std::string control;
-  char axis = 'X';
+  std::string axis, property;    // one of them is empty
+  double step = 0.0;             // of a property: by how much it was changed
+  double arrived_deg = 0.0;      // of a property
   glm::dvec3 share{0.0};         // about kAxes, of the angle
   std::vector<glm::dvec3> turn;  // of each bone against the one below, of the angle
-  double hips = 0.0;
+  double hips = 0.0;             // of the angle
 
   /// How many joints take part: 1 where all turn alike, 1/n where one does all.
   double over() const {
@@ -64,7 +69,8 @@ struct ControlResponse {
     glm::dvec3 across = share;
     across[axis_of_body] = 0.0;
     const double along = std::abs(share[axis_of_body]);
-    return along >= kLeastShare && glm::length(across) <= kMostAcross * along && hips <= kMostHips;
+    return (property.empty() || arrived_deg >= kLeastArrived_deg) && along >= kLeastShare &&
+           glm::length(across) <= kMostAcross * along && hips <= kMostHips;
   }
 };
 
@@ -104,15 +110,33 @@ class Prober {
     for (Index c = 0; c < rest_.size(); ++c) {
       const std::string& name = rig_.channels()[c].name;
       const std::size_t dot = name.rfind('.');
-      if (dot == std::string::npos || name.size() != dot + 3 || name[dot + 1] != 'r' ||
-          name[dot + 2] < 'x' || name[dot + 2] > 'z')
-        continue;  // a sidecar names a control and an axis
-      out.push_back({name.substr(0, dot), static_cast<char>(name[dot + 2] - 'a' + 'A'), {}, {}, 0});
+      if (dot == std::string::npos) continue;  // a sidecar names a control and its channel
+      ControlResponse response;
+      response.control = name.substr(0, dot);
+      const std::string channel = name.substr(dot + 1);
+      double by = radians_from(kTried_deg);
+      if (rig_.channels()[c].kind == solver::Channel::Kind::scalar) {
+        response.property = channel;
+        response.step = by = step_of(rig_.declared(c));
+      } else if (channel == "rx" || channel == "ry" || channel == "rz") {
+        response.axis = static_cast<char>(channel[1] - 'a' + 'A');
+      } else {
+        continue;
+      }
+      out.push_back(std::move(response));
       asked.push_back(rest_);
-      asked.back()[c] += radians_from(kTried_deg);
+      asked.back()[c] += by;
     }
     rig_.prepare(asked, solver::Detail::joints);
-    for (Index i = 0; i < out.size(); ++i) read(asked[i], kTried_deg, out[i]);
+    for (Index i = 0; i < out.size(); ++i) {
+      double angle = radians_from(kTried_deg);
+      if (!out[i].property.empty()) {
+        angle = glm::length(sum_of_turns(rig_.pose(asked[i], solver::Detail::joints)));
+        out[i].arrived_deg = degrees(angle);
+        if (out[i].arrived_deg < kLeastArrived_deg) continue;
+      }
+      read(asked[i], angle, out[i]);
+    }
     return out;
   }
 
@@ -120,28 +144,39 @@ class Prober {
   ControlResponse together(const std::vector<skin::SidecarControl>& controls) const {
     constexpr double kAsked_deg = 30.0;
     std::vector<double> asked = rest_;
-    for (const skin::SidecarControl& each : controls) {
-      const std::string name =
-          each.control + ".r" + static_cast<char>(each.axis.front() - 'A' + 'a');
-      for (Index c = 0; c < asked.size(); ++c)
-        if (rig_.channels()[c].name == name)
-          asked[c] += radians_from(kAsked_deg * each.sign / static_cast<double>(controls.size()));
-    }
+    for (const auto& [body_channel, targets] : mapping_of(controls).channels)
+      for (const ControlTarget& target : targets)
+        for (Index c = 0; c < asked.size(); ++c)
+          if (rig_.channels()[c].name == target.channel) {
+            const double by = kAsked_deg * target.per_degree;
+            asked[c] +=
+                rig_.channels()[c].kind == solver::Channel::Kind::scalar ? by : radians_from(by);
+          }
     ControlResponse out;
-    read(asked, kAsked_deg, out);
+    read(asked, radians_from(kAsked_deg), out);
     return out;
   }
 
  private:
-  void read(const std::vector<double>& control, double angle_deg, ControlResponse& out) const {
+  /// By how much a property is changed: half of the way to an end of its range, else by 1.
+  static double step_of(const RigChannel& property) {
+    if (std::isfinite(property.max) && property.max > property.rest)
+      return 0.5 * (property.max - property.rest);
+    if (std::isfinite(property.min) && property.min < property.rest)
+      return 0.5 * (property.min - property.rest);
+    return 1.0;
+  }
+
+  /// `angle` in radians.
+  void read(const std::vector<double>& control, double angle, ControlResponse& out) const {
     const solver::SpinePose pose = rig_.pose(control, solver::Detail::joints);
-    const glm::dvec3 sum = sum_of_turns(pose) / radians_from(angle_deg);
+    const glm::dvec3 sum = sum_of_turns(pose) / angle;
     for (Index b = 1; b < middle_.size(); ++b)
       out.turn.push_back(
           rotation_vector(glm::conjugate(pose.turn[middle_[b - 1]]) * pose.turn[middle_[b]]) /
-          radians_from(angle_deg));
+          angle);
     for (int a = 0; a < 3; ++a) out.share[a] = glm::dot(sum, axis_[static_cast<Index>(a)]);
-    out.hips = glm::length(rotation_vector(pose.hip.turn)) / radians_from(angle_deg);
+    out.hips = glm::length(rotation_vector(pose.hip.turn)) / angle;
   }
 
   ExternalRig rig_;
@@ -150,9 +185,19 @@ class Prober {
   std::vector<Index> middle_;  // of each bone, into the chain
 };
 
-skin::SidecarControl control_of(const ControlResponse& response, int axis) {
-  return {std::string(kAxes[static_cast<Index>(axis)]), response.control,
-          std::string(1, response.axis), response.share[axis] < 0.0 ? -1 : 1};
+/// One of `sharing` controls of a channel.
+skin::SidecarControl control_of(const ControlResponse& response, int axis, Index sharing) {
+  skin::SidecarControl out;
+  out.channel = kAxes[static_cast<Index>(axis)];
+  out.control = response.control;
+  out.axis = response.axis;
+  out.property = response.property;
+  const double along = response.share[axis];
+  if (response.property.empty())
+    out.sign = along < 0.0 ? -1 : 1;
+  else
+    out.per_degree = response.step / (along * response.arrived_deg * static_cast<double>(sharing));
+  return out;
 }
 
 /// The best of those that pass; the first of equal ones.
@@ -183,6 +228,22 @@ std::vector<const ControlResponse*> chain_of(const std::vector<ControlResponse>&
   return chain;
 }
 
+/// The controls that stand for an axis: one that bends several joints, first of all `preferred`,
+/// else a chain of those that bend one place each.
+std::vector<const ControlResponse*> controls_of(const std::vector<ControlResponse>& responses,
+                                                int axis, const std::string& preferred) {
+  const auto value = [&](const ControlResponse& each) { return quality(each, axis); };
+  const auto bends = [&](const ControlResponse& each) {
+    return each.stands_for(axis) && each.bends_several();
+  };
+  const ControlResponse* one = best_of(
+      responses,
+      [&](const ControlResponse& each) { return each.control == preferred && bends(each); }, value);
+  if (one == nullptr) one = best_of(responses, bends, value);
+  if (one != nullptr) return {one};
+  return chain_of(responses, axis);
+}
+
 }  // namespace
 
 std::vector<skin::SidecarControl> ProposedMapping::controls() const {
@@ -195,7 +256,9 @@ std::vector<skin::SidecarControl> ProposedMapping::controls() const {
 ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Character& character,
                                 const skin::Anatomy& anatomy) {
   const Prober prober(spec, character, anatomy);
-  const std::vector<ControlResponse> responses = prober.responses();
+  std::vector<ControlResponse> responses, properties;
+  for (ControlResponse& each : prober.responses())
+    (each.property.empty() ? responses : properties).push_back(std::move(each));
   ProposedMapping out;
   out.rig = prober.rig().who();
   std::map<std::string, double> whole;  // controls for the whole spine: their quality for all axes
@@ -205,6 +268,7 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
       if (each.stands_for(axis) && each.bends_several()) whole[each.control] += quality(each, axis);
   }
   out.tried = whole.size();
+  out.properties_tried = properties.size();
   std::vector<std::pair<double, std::string>> ranked;
   for (const auto& [control, value] : whole)
     if (value > 0.0) ranked.emplace_back(-value, control);
@@ -213,29 +277,12 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
     out.others.push_back(ranked[i].second);
 
   for (int axis = 0; axis < 3; ++axis) {
-    const auto value = [&](const ControlResponse& each) { return quality(each, axis); };
-    const ControlResponse* one = best_of(
-        responses,
-        [&](const ControlResponse& each) {
-          return !ranked.empty() && each.control == ranked.front().second &&
-                 each.stands_for(axis) && each.bends_several();
-        },
-        value);
-    if (one == nullptr)
-      one = best_of(
-          responses,
-          [&](const ControlResponse& each) {
-            return each.stands_for(axis) && each.bends_several();
-          },
-          value);
-    std::vector<const ControlResponse*> chosen;
-    if (one != nullptr)
-      chosen.push_back(one);
-    else
-      chosen = chain_of(responses, axis);
+    auto chosen = controls_of(responses, axis, ranked.empty() ? "" : ranked.front().second);
+    if (chosen.empty()) chosen = controls_of(properties, axis, "");
     ProposedChannel channel;
     channel.channel = kAxes[static_cast<Index>(axis)];
-    for (const ControlResponse* each : chosen) channel.controls.push_back(control_of(*each, axis));
+    for (const ControlResponse* each : chosen)
+      channel.controls.push_back(control_of(*each, axis, chosen.size()));
     if (channel.controls.empty()) {
       out.missing.push_back(channel.channel);
       if (axis == 0) out.missing.emplace_back("flexion");
@@ -251,6 +298,7 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
       for (skin::SidecarControl& each : channel.controls) {
         each.channel = "flexion";
         each.sign = -each.sign;
+        each.per_degree = -each.per_degree;
       }
       out.channels.push_back(std::move(channel));
     }
@@ -258,23 +306,32 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
   if (out.channels.empty())
     throw solver::RigError(out.rig + ": none of its " + std::to_string(out.tried) +
                            " controls, turned by " + number_text(kTried_deg) +
-                           " degrees about each axis, turns the chest against the hips");
+                           " degrees about each axis, turns the chest against the hips" +
+                           (properties.empty() ? "" : ", and none of its properties does"));
   return out;
 }
 
 std::string proposal_text(const ProposedMapping& proposal) {
   std::string text = "controls of " + skin::printable(proposal.rig) + ", " +
                      std::to_string(proposal.tried) + " turned by " + number_text(kTried_deg) +
-                     " degrees about each axis\n";
+                     " degrees about each axis" +
+                     (proposal.properties_tried == 0
+                          ? ""
+                          : ", and " + std::to_string(proposal.properties_tried) + " properties") +
+                     "\n";
   for (const ProposedChannel& channel : proposal.channels) {
     text += "  " + channel.channel + std::string(11 - channel.channel.size(), ' ');
     if (channel.opposite) {
       text += "the other way round\n";
       continue;
     }
-    for (Index i = 0; i < channel.controls.size(); ++i)
-      text += (i > 0 ? ", " : "") + skin::printable(channel.controls[i].control) + " " +
-              (channel.controls[i].sign < 0 ? "-" : "+") + channel.controls[i].axis;
+    for (Index i = 0; i < channel.controls.size(); ++i) {
+      const skin::SidecarControl& each = channel.controls[i];
+      text += (i > 0 ? ", " : "") + skin::printable(each.control) + " " +
+              (each.property.empty() ? (each.sign < 0 ? "-" : "+") + each.axis
+                                     : skin::printable(each.property) + " " +
+                                           number_text(each.per_degree) + " a degree");
+    }
     if (channel.controls.size() > 1) text += ", shared equally";
     text += ": " + number_text(100.0 * channel.share, 0) + " % arrive at the chest, over " +
             number_text(100.0 * channel.over, 0) + " % of the joints\n";
@@ -298,8 +355,10 @@ std::string proposal_json(const ProposedMapping& proposal) {
     for (const skin::SidecarControl& each : channel.controls)
       channels[channel.channel].push_back(
           {{"control", each.control},
-           {"channel", std::string("r") + static_cast<char>(each.axis.front() - 'A' + 'a')},
-           {"per_degree", each.sign / static_cast<double>(channel.controls.size())}});
+           {"channel", each.own_channel()},
+           {"per_degree", each.per_degree != 0.0
+                              ? each.per_degree
+                              : each.sign / static_cast<double>(channel.controls.size())}});
   }
   return nlohmann::ordered_json{{"channels", channels}}.dump(
       2, ' ', false, nlohmann::ordered_json::error_handler_t::replace);

@@ -20,7 +20,8 @@ struct ProposedChannel {
 
 struct ProposedMapping {
   std::string rig;
-  std::size_t tried = 0;  // controls
+  std::size_t tried = 0;             // controls
+  std::size_t properties_tried = 0;  // of them
   std::vector<ProposedChannel> channels;
   std::vector<std::string> missing;  // channels that no control stands for
   std::vector<std::string> others;   // controls that would do as well, best first
@@ -31,7 +32,9 @@ struct ProposedMapping {
 /// Turns every control of a rig by itself, by 20 degrees about each of its axes, and takes those
 /// that turn the chest against the hips about the axis of a body channel, leave the hips where they
 /// are, and turn little about the others. One control that bends several joints is taken before a
-/// chain of controls that bend one each, of which all are taken together. Throws as ExternalRig
+/// chain of controls that bend one each, of which all are taken together. A channel that no
+/// rotation stands for may have a property (a scalar channel), tried at half of the way to an end
+/// of its range, else one unit on. Throws as ExternalRig
 /// does, and solver::RigError where no control bends the spine.
 ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Character& character,
                                 const skin::Anatomy& anatomy);

@@ -168,6 +168,9 @@ RigHello parse_hello(const std::string& line) {
     channel.name = take_name(channels[i], where, names);
     channel.kind = kind_of(channels[i], where);
     channel.rest = number_of(channels[i], "rest", where, 0.0);
+    channel.min = number_of(channels[i], "min", where, -kNoEnd);
+    channel.max = number_of(channels[i], "max", where, kNoEnd);
+    if (!(channel.min < channel.max)) fail("hello: " + where + "min: must be below max");
     channel.control = truth_of(channels[i], "control", true, where);
     hello.channels.push_back(std::move(channel));
   }

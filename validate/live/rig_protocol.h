@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -22,13 +23,16 @@ struct ProtocolError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+inline constexpr double kNoEnd = std::numeric_limits<double>::infinity();
+
 /// One number that the server takes for a pose. Values on the wire: degrees for rotations, the
 /// rig's own unit for translations, plain numbers for scalars.
 struct RigChannel {
   std::string name;  // `chest.ry`
   solver::Channel::Kind kind = solver::Channel::Kind::rotation;
-  double rest = 0.0;    // as on the wire
-  bool control = true;  // an animator sets it; false: part of the mechanism
+  double rest = 0.0;                   // as on the wire
+  double min = -kNoEnd, max = kNoEnd;  // what an animator can set, as on the wire
+  bool control = true;                 // an animator sets it; false: part of the mechanism
 };
 
 struct RigJoint {

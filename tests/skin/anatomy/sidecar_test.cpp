@@ -37,6 +37,10 @@ Sidecar full_sidecar() {
   out.namespaces = {"hero:", "rig|"};
   out.envelope = "cartoon";
   out.controls = {{"extension", "chest_ctl", "X", -1}, {"twist", "chest_ctl", "Y", 1}};
+  SidecarControl property{"side", "torso\"ctl", ""};
+  property.property = "le\"an";
+  property.per_degree = -1.0 / 45.0;
+  out.controls.push_back(property);
   return out;
 }
 
@@ -92,7 +96,13 @@ TEST(Sidecar, RefusesWhatItDoesNotKnowNamingFileLineAndKey) {
   says("envelope = \"giant\"", "expected one of human");
   says("skeleton = 3", "expected a table");
   says("[[control]]\nchannel = \"twist\"", "needs");
-  says("[[control]]\nchannel = \"twist\"\ncontrol = \"c\"\naxis = \"X\"\nsign = 2", "`sign`");
+  const std::string control = "[[control]]\nchannel = \"twist\"\ncontrol = \"c\"\n";
+  says(control + "axis = \"X\"\nsign = 2", "`sign`");
+  says(control, "`axis` or `property`");
+  says(control + "axis = \"X\"\nproperty = \"bend\"", "`axis` or `property`");
+  says(control + "property = \"bend\"", "a `property` needs `per_degree`");
+  says(control + "property = \"bend\"\nper_degree = 0.0", "`per_degree`");
+  says(control + "axis = \"X\"\nsign = 1\nper_degree = 2", "remove `sign`");
   says("[skeleton", "hero.backbend.toml:2:");
   says("[skeleton]\nchest = \"\xFF\"", "hero.backbend.toml:");
 }
