@@ -6,7 +6,7 @@
 #include "render/trace/cameras.h"
 #include "solver/rig/nearest_name.h"
 #include "solver/rig/spine_system.h"
-#include "validate/clips/clip_judge.h"
+#include "validate/judge/judge_recorded.h"
 #include "validate/sweeps/suite.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/sweeps/sweep_named.h"

@@ -61,26 +61,4 @@ std::vector<double> control_travel(const skin::Clip& clip, const skin::ClipSweep
   return travel;
 }
 
-std::string frame_text(const skin::Clip& clip, const skin::ClipSweep& range, Index pose) {
-  const Index f = range.first + pose;
-  std::string text;
-  if (const auto control = leading_control(clip, range)) {
-    const double value = value_at(clip, f, *control);
-    text = clip.control[*control] + " " +
-           number_text(std::isfinite(value) ? value : static_cast<double>(pose), 3) + ", ";
-  }
-  if (clip.frame_number[f] < 0) return text + "pose " + std::to_string(pose);
-  return text + "frame " + std::to_string(clip.frame_number[f]) + " (" +
-         number_text(clip.time[f], 3) + " s)";
-}
-
-std::vector<int> frame_numbers_of(const skin::Clip& clip, const skin::ClipSweep& range) {
-  std::vector<int> out;
-  for (Index i = 0; i < range.count; ++i) {
-    const int number = clip.frame_number[range.first + i];
-    out.push_back(number < 0 ? static_cast<int>(i) : number);
-  }
-  return out;
-}
-
 }  // namespace backbend::validate

@@ -1,6 +1,5 @@
 #pragma once
 #include <optional>
-#include <string>
 #include <vector>
 
 #include "skin/clip/clip.h"
@@ -19,12 +18,5 @@ std::optional<std::size_t> leading_control(const skin::Clip& clip, const skin::C
 /// moves, nothing does, or a step stands still or is more than three times as wide as most: then
 /// only time tells how fast the body should turn.
 std::vector<double> control_travel(const skin::Clip& clip, const skin::ClipSweep& range);
-
-/// What a frame of a sweep is called, counted from the sweep's first: the value of its leading
-/// control, the file's own frame and second, or its number where poses have no time.
-std::string frame_text(const skin::Clip& clip, const skin::ClipSweep& range, std::size_t pose);
-
-/// The file's own number of each frame of a sweep; 0, 1, 2 ... where poses have no time.
-std::vector<int> frame_numbers_of(const skin::Clip& clip, const skin::ClipSweep& range);
 
 }  // namespace backbend::validate

@@ -12,7 +12,7 @@ namespace {
 using Index = std::size_t;
 
 PosedCharacter posed_at(const ClipScene& scene, Index frame) {
-  return {scene.system.pose(frame), scene.body.world_from_node(frame), scene.body.mesh(frame),
+  return {scene.system().pose(frame), scene.body.world_from_node(frame), scene.body.mesh(frame),
           nullptr};
 }
 
@@ -23,12 +23,12 @@ render::Bounds box_of(const ClipScene& scene, const std::vector<PosedCharacter>&
   return box;
 }
 
-ImageWitness witness_jump(const ClipScene& scene, const ClipSweepRecord& sweep, Index pose) {
+ImageWitness witness_jump(const ClipScene& scene, const SweepRecord& sweep, Index pose) {
   constexpr Index kReach = 8;  // frames on either side that say how the motion usually changes
   const Index first = pose - std::min(pose, kReach);
-  const Index end = std::min(sweep.range.count, pose + kReach + 1);
+  const Index end = std::min(sweep.poses.size(), pose + kReach + 1);
   std::vector<PosedCharacter> frames;
-  for (Index i = first; i < end; ++i) frames.push_back(posed_at(scene, sweep.range.first + i));
+  for (Index i = first; i < end; ++i) frames.push_back(posed_at(scene, frame_of(sweep.poses[i])));
   Photographer camera(scene.stage, box_of(scene, frames));
   std::vector<double> change;
   std::optional<PoseViews> before;
@@ -51,10 +51,10 @@ ImageWitness witness_jump(const ClipScene& scene, const ClipSweepRecord& sweep, 
 
 }  // namespace
 
-ImageWitness clip_witness(const ClipScene& scene, const ClipSweepRecord& sweep,
+ImageWitness clip_witness(const ClipScene& scene, const SweepRecord& sweep,
                           const Finding& finding) {
   const auto pose = static_cast<Index>(finding.pose_index);
-  const Index frame = sweep.range.first + pose;
+  const Index frame = frame_of(sweep.poses[pose]);
   const Witness pictures = find_check(finding.code)->pictures;
   if (pictures == Witness::jump && pose > 1) return witness_jump(scene, sweep, pose);
   if (pictures != Witness::kink && pictures != Witness::slices) {
@@ -63,7 +63,7 @@ ImageWitness clip_witness(const ClipScene& scene, const ClipSweepRecord& sweep,
     return none;
   }
   const std::vector<glm::dmat4> even =
-      even_bend(scene.stage.character(), scene.stage.anatomy(), scene.system, scene.body, frame);
+      even_bend(scene.stage.character(), scene.stage.anatomy(), scene.system(), scene.body, frame);
   const ClipSystem ideal(scene.stage.character(), scene.stage.anatomy(), even);
   const std::vector<PosedCharacter> both = {
       posed_at(scene, frame), {ideal.pose(0), even, scene.body.blended(even), nullptr}};

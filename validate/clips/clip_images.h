@@ -8,7 +8,6 @@ namespace backbend::validate {
 /// slice, how the torso differs from an even bend with the same ends and weights. Not measured,
 /// with a note, where no picture metric looks at the check. `finding.pose_index` is a frame of
 /// `sweep`.
-ImageWitness clip_witness(const ClipScene& scene, const ClipSweepRecord& sweep,
-                          const Finding& finding);
+ImageWitness clip_witness(const ClipScene& scene, const SweepRecord& sweep, const Finding& finding);
 
 }  // namespace backbend::validate

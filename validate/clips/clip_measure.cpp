@@ -20,8 +20,6 @@ using Index = std::size_t;
 using skin::origin;
 
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-// Fewer frames have no pace to compare a step with (see find_clip_flips).
-constexpr Index kLeastFrames = 5;
 // A clavicle that turns by less than this over a whole clip was not animated: float files round a
 // hundredth of it.
 constexpr double kAnimatedDeg = 0.05;
@@ -323,19 +321,16 @@ bool hangs_from_twin(const skin::Character& character, const skin::Anatomy& anat
   return false;
 }
 
-/// The joints of the spine between hips and chest, the chest itself where the arms hang from it.
-std::vector<int> joints_with_shares(const skin::Character& character,
-                                    const skin::Anatomy& anatomy) {
+/// How many joints of the spine lie between hips and chest, the chest itself included where the
+/// arms hang from it.
+Index joints_with_shares(const skin::Character& character, const skin::Anatomy& anatomy) {
   Index last = anatomy.chest_index;
   const int chest = anatomy.spine[last];
   bool carries = false;
   for (const int root : arm_roots(anatomy))
     carries = carries || spine_above(character, anatomy, root) == chest ||
               hangs_from_twin(character, anatomy, root, chest);
-  if (!carries && last > 0) --last;
-  std::vector<int> out;
-  for (Index k = 1; k <= last; ++k) out.push_back(static_cast<int>(k));
-  return out;
+  return !carries && last > 0 ? last - 1 : last;
 }
 
 /// Whether the body has arms or legs and they keep their rest pose throughout a sweep: an animator
@@ -357,27 +352,27 @@ bool limbs_rest(const skin::Character& character, const skin::Anatomy& anatomy,
   return any;
 }
 
-std::vector<ShareExcess> shares_of(const skin::Character& character, const ClipBody& body,
-                                   const skin::Anatomy& anatomy, const ClipRecord& record,
-                                   const ClipSweepRecord& sweep) {
-  const skin::ClipSweep& range = sweep.range;
+std::vector<ShareExcess> shares_of(const Stage& stage, const ClipBody& body,
+                                   const skin::ClipSweep& range, const Recording& recording,
+                                   bool of_controls) {
+  const skin::Character& character = stage.character();
+  const skin::Anatomy& anatomy = stage.anatomy();
   std::vector<glm::dvec3> turn;
   for (Index f = range.first; f < range.first + range.count; ++f)
-    for (const int w : record.share_joint) {
-      const WatchedJoint& joint = record.watched[static_cast<Index>(w)];
+    for (Index k = 1; k <= recording.share_joints; ++k) {
+      const WatchedJoint& joint = recording.watched[k];
       turn.push_back(
           rotation_vector(glm::conjugate(body.turn(f, joint.base)) * body.turn(f, joint.node)));
     }
   // Without controls, how the joints share the motion is up to the animator.
-  const bool of_controls = !sweep.control.empty();
   const bool of_rig = of_controls || limbs_rest(character, anatomy, body, range);
   const skin::Mirror mirror = skin::mirror_of(character, anatomy);
   MotionFacts facts{of_controls,
                     of_rig && skin::spine_is_in_the_middle(character, anatomy, mirror)};
-  for (Index k = 0; k <= record.share_joint.size(); ++k)  // the spine from the hips on
+  for (Index k = 0; k <= recording.share_joints; ++k)  // the spine from the hips on
     facts.rest_place.push_back(
         skin::origin(character.nodes[static_cast<Index>(anatomy.spine[k])].world_from_node));
-  return joint_excess(turn, record.share_joint.size(), skin::body_axes(anatomy, mirror), facts);
+  return joint_excess(turn, recording.share_joints, skin::body_axes(anatomy, mirror), facts);
 }
 
 /// Degrees that any joint of the chain turns by for each degree of control; a pose has the larger
@@ -404,48 +399,102 @@ void measure_gain(const ClipSystem& system, const skin::ClipSweep& range,
 /// degree, so smaller jumps can be told than from second to second.
 constexpr double kSmallestWithControlsDeg = 5.0;
 
-/// Jumps of a sweep from its frame `skipped` on; frames are those of the whole sweep. `along`: its
+/// Jumps of a sweep from its frame `skipped` on; poses are those of the whole sweep. `along`: its
 /// seconds, or how far its controls have gone.
-ClipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
+FlipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
                       const skin::ClipSweep& range, const std::vector<double>& along, Index skipped,
                       const ClipSettings& settings) {
   const std::vector<glm::dquat> turns = watched_turns(body, watched, range);
   const std::span<const glm::dquat> all(turns);
-  ClipReport out = find_clip_flips({watched.size(), all.subspan(skipped * watched.size()),
+  FlipReport out = find_clip_flips({watched.size(), all.subspan(skipped * watched.size()),
                                     std::span<const double>(along).subspan(skipped)},
                                    settings);
-  for (ClipJump& jump : out.jumps) jump.frame += skipped;
-  out.not_finite_frame += skipped;
+  for (Jump& jump : out.jumps) jump.pose += skipped;
+  out.not_finite_pose += skipped;
+  return out;
+}
+
+/// Whether a metric says something of all poses of a sweep.
+void set_applies(MetricId id, bool applies, std::vector<PoseRecord>& poses) {
+  for (PoseRecord& pose : poses) pose.left_out[static_cast<Index>(id)] = !applies;
+}
+
+/// Motion that a rig solved, or nobody knows what; see Owner.
+Owner owner_of_motion(const skin::Clip& clip) {
+  return clip.control.empty() && !clip.joint.empty() ? Owner::motion : Owner::rig;
+}
+
+/// A frame of the clip bent evenly, measured.
+PoseRecord measure_even_bend(const Stage& stage, const ClipBody& body, const ClipSystem& system,
+                             const BodyMetrics& metrics, Index frame) {
+  const std::vector<glm::dmat4> even =
+      even_bend(stage.character(), stage.anatomy(), system, body, frame);
+  const ClipSystem ideal(stage.character(), stage.anatomy(), even);
+  PosedCharacter posed;
+  posed.spine = ideal.pose(0);
+  posed.mesh = body.blended(even);
+  PoseRecord out;
+  out.control = {0.0};
+  out.body.twist = ideal.twist_deg(0);
+  measure_pose(metrics, rig_at_rest(ideal), posed, out, Crossing::left_out);
   return out;
 }
 
 }  // namespace
 
+SweepRecord plan_sweep(const skin::Clip& clip, const skin::ClipSweep& range) {
+  SweepRecord out;
+  out.sweep.name = range.name;
+  out.sweep.step_deg = 0.0;
+  const std::optional<Index> control = leading_control(clip, range);
+  if (control) out.sweep.channel = clip.control[*control];
+  out.poses.resize(range.count);
+  for (Index i = 0; i < range.count; ++i) {
+    PoseRecord& pose = out.poses[i];
+    const Index f = range.first + i;
+    pose.control = {static_cast<double>(f)};
+    pose.control_deg = static_cast<double>(i);
+    if (control) {
+      const double value = clip.control_value[f * clip.control.size() + *control];
+      if (std::isfinite(value)) pose.control_deg = value;
+    }
+    if (clip.frame_number[f] < 0) continue;
+    pose.frame = clip.frame_number[f];
+    pose.time_s = clip.time[f];
+  }
+  return out;
+}
+
 void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
-                   const BodyMetrics* metrics, std::size_t frame, PoseRecord& record) {
-  record.control = {static_cast<double>(frame)};
+                   const BodyMetrics* metrics, PoseRecord& record) {
+  const Index frame = frame_of(record);
   record.body.twist = system.twist_deg(frame);
   const solver::SpinePose& pose = system.pose(frame);
   if (metrics != nullptr) {
     PosedCharacter posed;
     posed.spine = pose;
     posed.mesh = body.mesh(frame);
-    measure_pose(*metrics, at_rest, posed, record);
+    measure_pose(*metrics, at_rest, posed, record, Crossing::left_out);
   } else {
     const auto curve = system.intended_curve(record.control, kCurvePoints);
     const ChainMeasures chain =
         measure_chain({pose, system.rest(), curve, at_rest.curve, record.body.twist});
     record.at(MetricId::non_finite) = {chain.finite ? 0.0 : 1.0, -1};
     for (const Metric& metric : metric_table())
-      if (chain.finite && metric.from_chain != nullptr && metric.in_clips == InClips::as_poses)
+      if (chain.finite && metric.from_chain != nullptr && metric.of_frames)
         record.at(metric.id) = metric.from_chain({system, pose, chain});
   }
   // What only a control can say; arms are measured over the whole sweep.
   for (const Metric& metric : metric_table())
-    if (metric.in_clips != InClips::as_poses) record.at(metric.id) = {};
+    if (!metric.of_frames) {
+      record.at(metric.id) = {};
+      record.left_out.set(static_cast<Index>(metric.id));
+    }
   int joint = -1;
   const double corner = system.corner_deg(frame, joint);
   record.at(MetricId::chain_kink) = {corner, joint};
+  if (system.rest().position.size() >= kLeastForCorners)
+    record.left_out.reset(static_cast<Index>(MetricId::chain_kink));
 }
 
 std::vector<WatchedJoint> watched_joints(const skin::Character& character,
@@ -575,63 +624,79 @@ std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::ve
   return out;
 }
 
-ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& anatomy,
-                        const skin::Clip& clip, const ClipBody& body, const ClipSystem& system,
-                        const BodyMetrics* metrics, Progress& progress) {
-  ClipRecord record;
-  record.watched = watched_joints(character, anatomy);
-  record.has_corners = system.rest().position.size() >= kLeastForCorners;
+RigRecord measure_clip(const Stage& stage, const skin::Clip& clip, const ClipBody& body,
+                       const BodyMetrics* metrics, Progress& progress) {
+  const skin::Character& character = stage.character();
+  const skin::Anatomy& anatomy = stage.anatomy();
+  auto made = std::make_unique<ClipSystem>(character, anatomy, body);
+  const ClipSystem& system = *made;
+  RigRecord record;
+  record.plan.name = clip.name;
+  record.plan.spec.system = system.name();
   record.has_mesh = metrics != nullptr;
   if (metrics != nullptr) record.surface = metrics->scope();
-  record.share_joint = joints_with_shares(character, anatomy);
-  const JointMeasures joints(character, anatomy, clip, body, record.watched);
-  record.has_slides = body.fit() != ClipFit::points;
-  record.has_arms = joints.any_arms() && record.has_slides;
-  const bool clavicles_rest = record.has_arms && joints.clavicles_rest();
+  Recording& recording = record.recording.emplace();
+  recording.owner = owner_of_motion(clip);
+  recording.watched = watched_joints(character, anatomy);
+  recording.share_joints = joints_with_shares(character, anatomy);
+  if (metrics != nullptr)
+    recording.even_bend = [&stage, &body, &system, metrics](const PoseRecord& pose) {
+      return measure_even_bend(stage, body, system, *metrics, frame_of(pose));
+    };
+  const JointMeasures joints(character, anatomy, clip, body, recording.watched);
+  const bool has_slides = body.fit() != ClipFit::points;
+  const bool has_arms = joints.any_arms() && has_slides;
+  const bool clavicles_rest = has_arms && joints.clavicles_rest();
   const RigAtRest at_rest = rig_at_rest(system);
   progress.start("frames", clip.frame_count());
   for (const skin::ClipSweep& range : clip.sweeps) {
     poll_interrupt();
-    ClipSweepRecord sweep;
-    sweep.range = range;
-    const std::optional<Index> control = leading_control(clip, range);
-    if (control) sweep.control = clip.control[*control];
-    sweep.poses.resize(range.count);
+    SweepRecord sweep = plan_sweep(clip, range);
     oneapi::tbb::parallel_for(Index{0}, range.count, [&](Index i) {
-      PoseRecord& pose = sweep.poses[i];
-      measure_frame(body, system, at_rest, metrics, range.first + i, pose);
-      pose.control_deg = static_cast<double>(i);
-      if (control) {
-        const double value = clip.control_value[(range.first + i) * clip.control.size() + *control];
-        if (std::isfinite(value)) pose.control_deg = value;
-      }
+      measure_frame(body, system, at_rest, metrics, sweep.poses[i]);
       progress.step();
     });
     const std::vector<double> time = times_of(clip, range);
-    const bool arms_are_still =
-        record.has_arms && joints.controls_leave_arms(range, sweep.no_drift_reason);
-    sweep.drift_applies = clavicles_rest || arms_are_still;
-    if (sweep.drift_applies) {
-      sweep.no_drift_reason.clear();
-      joints.measure_drift(range, sweep.poses);
-    }
-    if (record.has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
-    sweep.shares = shares_of(character, body, anatomy, record, sweep);
+    std::string no_drift_reason;
+    // Turns of the clavicles are drift where nobody turns them, or where the clip says which
+    // controls moved and none of them is an arm's.
+    const bool arms_are_still = has_arms && joints.controls_leave_arms(range, no_drift_reason);
+    const bool has_drift = clavicles_rest || arms_are_still;
+    if (has_drift) joints.measure_drift(range, sweep.poses);
+    if (has_slides) joints.measure_slides(range, time, arms_are_still, sweep.poses);
+    set_applies(MetricId::arm_drift, has_drift, sweep.poses);
+    set_applies(MetricId::arm_shift, has_slides && range.count >= kLeastFrames, sweep.poses);
+    sweep.shares = shares_of(stage, body, range, recording, !sweep.sweep.channel.empty());
     sweep.response = control_response(clip, range, anatomy, character, body);
-    sweep.rest_lead = rest_lead(anatomy, body, range);
-    sweep.travel = control_travel(clip, range);
+    const Index lead = rest_lead(anatomy, body, range);
+    const std::vector<double> travel = control_travel(clip, range);
     ClipSettings settings;
-    if (!sweep.travel.empty()) {
+    if (!travel.empty()) {
+      sweep.sweep.step_deg = travel.back() / static_cast<double>(travel.size() - 1);
       settings.smallest_deg = kSmallestWithControlsDeg;
       // A rig answers alike from degree to degree, and its sweeps are not cut off.
       settings.two_frames_deg = 0.0;
       settings.at_end = 1.5;
-      measure_gain(system, range, sweep.travel, sweep.poses);
+      measure_gain(system, range, travel, sweep.poses);
     }
-    sweep.flips = find_flips(body, record.watched, range,
-                             sweep.travel.empty() ? time : sweep.travel, sweep.rest_lead, settings);
+    set_applies(MetricId::gain, !travel.empty(), sweep.poses);
+    sweep.flips =
+        find_flips(body, recording.watched, range, travel.empty() ? time : travel, lead, settings);
+    if (lead > 0)
+      recording.notes.push_back(
+          range.name + ": begins with the rest pose; jumps are looked for after the first " +
+          (lead == 1 ? "frame" : std::to_string(lead) + " frames"));
+    if (has_arms && !has_drift)
+      recording.notes.push_back(range.name +
+                                ": arm drift (BB020) does not apply: " + no_drift_reason);
     record.sweeps.push_back(std::move(sweep));
   }
+  // A held pose beside real motion is fine; a clip of held poses alone is a gap.
+  const bool any = std::ranges::any_of(
+      record.sweeps, [](const SweepRecord& each) { return each.poses.size() >= kLeastFrames; });
+  for (SweepRecord& sweep : record.sweeps)
+    sweep.searched = !any || !sweep.flips.finite || sweep.poses.size() >= kLeastFrames;
+  record.system = std::move(made);
   progress.finish();
   return record;
 }

@@ -2,50 +2,19 @@
 #include "validate/clips/clip_system.h"
 #include "validate/clips/control_response.h"
 #include "validate/measure/measure.h"
-#include "validate/metrics/chain/bend_shares.h"
 #include "validate/metrics/chain/clip_flip.h"
 
 namespace backbend::validate {
 
-/// One sweep of a clip as it was measured; frames are those of the clip from `range.first` on.
-struct ClipSweepRecord {
-  skin::ClipSweep range;
-  std::vector<PoseRecord> poses;
-  ClipReport flips;            // joints are those of ClipRecord::watched
-  std::size_t rest_lead = 0;   // first frames that are the rest pose and the way from it: no motion
-  std::string control;         // the leading control, empty where the clip names none that moves
-  std::vector<double> travel;  // control_travel(): then there is a gain
-  // Whether turns of the clavicles are drift here: nobody turns them, or the clip says which
-  // controls moved and none of them is an arm's.
-  bool drift_applies = false;
-  std::string no_drift_reason;              // why not
-  std::vector<ShareExcess> shares;          // one per frame; share_excess() where controls are kept
-  std::optional<ControlResponse> response;  // of the one channel that the sweep moves
-};
+/// The frame of the clip that a pose of its record is.
+inline std::size_t frame_of(const PoseRecord& pose) {
+  return static_cast<std::size_t>(pose.control.front());
+}
 
-/// A joint whose turns are searched for jumps.
-struct WatchedJoint {
-  enum class Against {
-    below,  // the joint below it on the chain, or the spine joint that it hangs from
-    hips,   // what all joints up to it add up to: small jumps of many joints in one direction
-    world   // the hips themselves
-  };
-  int node = -1, base = -1;  // base: -1 for the world
-  Against against = Against::below;
-  std::string name;
-};
-
-/// Everything measured on one clip.
-struct ClipRecord {
-  std::vector<WatchedJoint> watched;
-  std::vector<ClipSweepRecord> sweeps;
-  bool has_mesh = false;
-  SurfaceScope surface;          // what may be asked of it
-  bool has_corners = false;      // enough joints to hold one against its neighbours
-  bool has_arms = false;         // arm roots that hang from the spine, and are not fitted
-  bool has_slides = false;       // where joints stand is the clip's own, not fitted
-  std::vector<int> share_joint;  // watched joints that ClipSweepRecord::shares counts
-};
+/// The system of a record that measure_clip() made.
+inline const ClipSystem& clip_system(const RigRecord& clip) {
+  return static_cast<const ClipSystem&>(*clip.system);
+}
 
 /// The hips in the world, the chain joints above them, neck and head, and the arm roots, as far as
 /// they hang from the spine, each against its base; then all from the second joint on against the
@@ -74,14 +43,17 @@ std::vector<glm::dquat> watched_turns(const ClipBody& body,
 std::vector<double> path_pops(const std::vector<glm::dvec3>& path, const std::vector<double>& time,
                               const ClipSettings& settings = {});
 
-/// Measures one frame by itself: all but what is measured over its whole sweep (arms, slides).
-/// `metrics` is null for a skeleton without a body.
-void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
-                   const BodyMetrics* metrics, std::size_t frame, PoseRecord& record);
+/// A sweep's frames, none of them measured.
+SweepRecord plan_sweep(const skin::Clip& clip, const skin::ClipSweep& range);
 
-/// Measures every frame. `metrics` is null for a skeleton without a body.
-ClipRecord measure_clip(const skin::Character& character, const skin::Anatomy& anatomy,
-                        const skin::Clip& clip, const ClipBody& body, const ClipSystem& system,
-                        const BodyMetrics* metrics, Progress& progress);
+/// Measures one planned frame by itself: all but what is measured over its whole sweep (arms,
+/// slides, gain), which is left out. `metrics` is null for a skeleton without a body.
+void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRest& at_rest,
+                   const BodyMetrics* metrics, PoseRecord& record);
+
+/// Measures every frame. `metrics` is null for a skeleton without a body. The record keeps
+/// references to all but the progress, as long as its even_bend is called.
+RigRecord measure_clip(const Stage& stage, const skin::Clip& clip, const ClipBody& body,
+                       const BodyMetrics* metrics, Progress& progress);
 
 }  // namespace backbend::validate

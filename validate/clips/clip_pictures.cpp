@@ -9,6 +9,7 @@
 #include "validate/clips/clip_images.h"
 #include "validate/evidence/finding_view.h"
 #include "validate/evidence/heat_picture.h"
+#include "validate/judge/judge.h"
 #include "validate/model/digest.h"
 #include "validate/text/escape.h"
 
@@ -33,8 +34,8 @@ class ClipCamera {
   }
 
   PosedCharacter posed(Index frame) const {
-    return {scene_.system.pose(frame), scene_.body.world_from_node(frame), scene_.body.mesh(frame),
-            nullptr};
+    return {scene_.system().pose(frame), scene_.body.world_from_node(frame),
+            scene_.body.mesh(frame), nullptr};
   }
 
   /// The body's facing in a frame: its hips' heading, on the ground.
@@ -111,22 +112,14 @@ class ClipCamera {
   render::Settings settings_;
 };
 
-const ClipSweepRecord* sweep_of(const ClipScene& scene, const Finding& finding) {
-  for (const ClipSweepRecord& each : scene.record.sweeps)
-    if (each.range.name == finding.sweep) return &each;
-  return nullptr;
-}
-
 /// The worst findings, one of each check.
-std::vector<Index> pictured(const ClipScene& scene, const Report& report) {
+std::vector<Index> pictured(const Report& report) {
   const Digest digest(report);
   std::vector<Index> out;
   std::vector<std::string> codes;
   for (const Finding* finding : digest.worst(report.findings.size())) {
     if (out.size() == kPictured) break;
-    if (finding->pose_index < 0 || sweep_of(scene, *finding) == nullptr ||
-        std::ranges::find(codes, finding->code) != codes.end())
-      continue;
+    if (finding->pose_index < 0 || std::ranges::find(codes, finding->code) != codes.end()) continue;
     codes.push_back(finding->code);
     out.push_back(static_cast<Index>(finding - report.findings.data()));
   }
@@ -136,9 +129,9 @@ std::vector<Index> pictured(const ClipScene& scene, const Report& report) {
 void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFolder& folder,
                      const std::string& place, bool in_page, Index index, Report& report) {
   Finding& finding = report.findings[index];
-  const ClipSweepRecord& sweep = *sweep_of(scene, finding);
+  const SweepRecord& sweep = *sweep_of(scene.record, finding);
   const auto in_sweep = static_cast<Index>(finding.pose_index);
-  const Index frame = sweep.range.first + in_sweep;
+  const Index frame = frame_of(sweep.poses[in_sweep]);
   const PosedCharacter here = camera.posed(frame);
   const FindingView view = view_of(camera.bend(frame), finding);
   const auto mark = scene.places.point(here.mesh.position, here.world_from_node, finding);
@@ -162,7 +155,7 @@ void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFol
     const std::vector<double> control = {static_cast<double>(frame)};
     heat = metric_heat(
         scene.stage, scene.metrics,
-        {scene.system, control, here, glm::radians(scene.system.twist_deg(frame)), false, true},
+        {scene.system(), control, here, glm::radians(scene.system().twist_deg(frame)), false, true},
         finding);
     if (heat.value.empty() && in_sweep > 0)
       heat = distance_heat(here, camera.posed(frame - 1), height, "moved since the frame before");
@@ -178,28 +171,29 @@ void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFol
 }
 
 /// Half the largest extent that the body has in any frame.
-double largest_radius(const ClipScene& scene, const ClipSweepRecord& sweep, Index step) {
+double largest_radius(const ClipScene& scene, const SweepRecord& sweep, Index step) {
   double radius = 0.0;
-  for (Index i = 0; i < sweep.range.count; i += step) {
-    const render::Bounds box = render::bounds_of(scene.body.mesh(sweep.range.first + i).position);
+  for (Index i = 0; i < sweep.poses.size(); i += step) {
+    const render::Bounds box =
+        render::bounds_of(scene.body.mesh(frame_of(sweep.poses[i])).position);
     if (!box.is_empty()) radius = std::max(radius, 0.5 * glm::distance(box.low, box.high));
   }
   return radius;
 }
 
-void shoot_sweep(const ClipScene& scene, ClipCamera& camera, const ClipSweepRecord& sweep,
-                 Index step, const OutputFolder& folder, Progress& progress, SweepSeries& series) {
+void shoot_sweep(const ClipScene& scene, ClipCamera& camera, const SweepRecord& sweep, Index step,
+                 const OutputFolder& folder, Progress& progress, SweepSeries& series) {
   const double radius = largest_radius(scene, sweep, step);
   if (!(radius > 0.0) || !std::isfinite(radius)) return;
-  series.frame.assign(sweep.range.count, "");
-  for (Index i = 0; i < sweep.range.count; i += step) {
+  series.frame.assign(sweep.poses.size(), "");
+  for (Index i = 0; i < sweep.poses.size(); i += step) {
     poll_interrupt();
     const std::string name = "review/" + file_word(series.sweep) + "." +
                              std::to_string(kFirstFrame + static_cast<int>(i)) + ".png";
-    folder.write(name, render::encode_png(camera.small(sweep.range.first + i, radius)));
+    folder.write(name, render::encode_png(camera.small(frame_of(sweep.poses[i]), radius)));
     // The frames around one that was taken show it.
     const Index first = i - std::min(i, (step - 1) / 2);
-    const Index last = std::min(sweep.range.count, i + step);
+    const Index last = std::min(sweep.poses.size(), i + step);
     std::fill(series.frame.begin() + static_cast<std::ptrdiff_t>(first),
               series.frame.begin() + static_cast<std::ptrdiff_t>(last), name);
     progress.step();
@@ -212,26 +206,24 @@ void make_clip_pictures(const ClipScene& scene, const PicturePlan& plan, const O
                         Progress& progress, Report& report) {
   folder.prepare();
   ClipCamera camera(scene, plan);
-  const std::vector<Index> chosen = pictured(scene, report);
+  const std::vector<Index> chosen = pictured(report);
   Index frames = 0;
-  for (const ClipSweepRecord& sweep : scene.record.sweeps) frames += sweep.range.count;
+  for (const SweepRecord& sweep : scene.record.sweeps) frames += sweep.poses.size();
   const Index step = std::max<Index>(1, (frames + kMostFrames - 1) / kMostFrames);
   progress.start("pictures", chosen.size() + frames / step);
   for (Finding& finding : report.findings) finding.image.note = "not looked at: worse ones were";
   for (Index n = 0; n < chosen.size(); ++n) {
     poll_interrupt();
     Finding& finding = report.findings[chosen[n]];
-    finding.image = clip_witness(scene, *sweep_of(scene, finding), finding);
+    finding.image = clip_witness(scene, *sweep_of(scene.record, finding), finding);
     picture_finding(scene, camera, folder,
                     "findings/" + file_word(finding.sweep) + "_" + finding.code, n < kMeshes,
                     chosen[n], report);
     progress.step();
   }
-  for (const ClipSweepRecord& sweep : scene.record.sweeps)
-    for (RigResult& rig : report.rigs)
-      for (SweepSeries& series : rig.sweeps)
-        if (series.sweep == sweep.range.name)
-          shoot_sweep(scene, camera, sweep, step, folder, progress, series);
+  for (Index s = 0; s < scene.record.sweeps.size(); ++s)
+    shoot_sweep(scene, camera, scene.record.sweeps[s], step, folder, progress,
+                report.rigs.front().sweeps[s]);
   progress.finish();
 }
 

@@ -1,5 +1,5 @@
 #pragma once
-#include "validate/clips/clip_judge.h"
+#include "validate/clips/clip_measure.h"
 #include "validate/files/output_folder.h"
 #include "validate/judge/place.h"
 #include "validate/stage/stage.h"
@@ -12,9 +12,9 @@ struct ClipScene {
   const Stage& stage;
   const BodyMetrics& metrics;
   const ClipBody& body;
-  const ClipSystem& system;
-  const ClipRecord& record;
+  const RigRecord& record;
   const PlaceNames& places;
+  const ClipSystem& system() const { return clip_system(record); }
 };
 
 /// Pictures of a clip, into the run's folder: of its worst findings, one of each check, the frame

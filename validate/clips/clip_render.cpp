@@ -4,11 +4,9 @@
 #include <stdexcept>
 
 #include "skin/character/printable.h"
-#include "validate/clips/clip_frames.h"
-#include "validate/clips/clip_judge.h"
 #include "validate/evidence/worst_metric.h"
 #include "validate/files/hash.h"
-#include "validate/metrics/chain/chain_corner.h"
+#include "validate/judge/judge_recorded.h"
 #include "validate/model/report.h"
 
 namespace backbend::validate {
@@ -27,7 +25,9 @@ ClipPoses::ClipPoses(const ClipFiles& files) : input_(read_clip_input(files)) {
       names += (names.empty() ? "" : ", ") + skin::in_quotes(each.name);
     throw CharacterError(clip.file_name + ": has several sweeps; choose one with --clip: " + names);
   }
-  frame_numbers_ = frame_numbers_of(clip, sweep());
+  poses_ = plan_sweep(clip, sweep());
+  for (Index i = 0; i < poses_.poses.size(); ++i)
+    frame_numbers_.push_back(poses_.poses[i].frame.value_or(static_cast<int>(i)));
   body_ =
       std::make_unique<const ClipBody>(stage().character(), stage().anatomy(), clip, files.names);
   system_ = std::make_unique<const ClipSystem>(stage().character(), stage().anatomy(), *body_);
@@ -60,7 +60,7 @@ PosedCharacter ClipPoses::posed(Index pose) const {
   return {system_->pose(frame), body_->world_from_node(frame), body_->mesh(frame), nullptr};
 }
 
-std::string ClipPoses::text(Index pose) const { return frame_text(input_.clip, sweep(), pose); }
+std::string ClipPoses::text(Index pose) const { return frame_text(poses_, pose); }
 
 std::vector<float> ClipPoses::strain(const BodyMetrics& body, Index pose,
                                      const PosedCharacter& posed) const {
@@ -72,12 +72,11 @@ std::vector<float> ClipPoses::strain(const BodyMetrics& body, Index pose,
 
 std::string ClipPoses::worst_metric(Index pose, const PosedCharacter& /*posed*/) const {
   const BodyMetrics metrics(stage().character(), stage().anatomy(), stage().driver());
-  PoseRecord record;
-  measure_frame(*body_, *system_, rig_at_rest(*system_), &metrics, sweep().first + pose, record);
-  const ClipScope scope{.surface = metrics.scope(),
-                        .has_corners = system_->rest().position.size() >= kLeastForCorners};
+  PoseRecord record = poses_.poses[pose];
+  measure_frame(*body_, *system_, rig_at_rest(*system_), &metrics, record);
+  const MetricScope scope{system_->rest(), metrics.scope()};
   return worst_of(record, clip_limits(),
-                  [&](const Metric& metric) { return is_applicable(metric, scope); });
+                  [&](const Metric& metric) { return is_applicable(metric, scope, record); });
 }
 
 Index ClipPoses::pose_of_frame(int number) const {

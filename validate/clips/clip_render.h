@@ -1,6 +1,6 @@
 #pragma once
 #include "validate/clips/clip_input.h"
-#include "validate/clips/clip_system.h"
+#include "validate/clips/clip_measure.h"
 #include "validate/evidence/picture_job.h"
 #include "validate/tasks/pictures_ahead.h"
 
@@ -39,6 +39,7 @@ class ClipPoses : public PoseSource {
   PicturesAhead pictures_ahead_;
   ClipInput input_;
   std::vector<int> frame_numbers_;
+  SweepRecord poses_;  // none of them measured
   std::unique_ptr<const ClipBody> body_;
   std::unique_ptr<const ClipSystem> system_;
 };

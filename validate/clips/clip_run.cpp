@@ -6,12 +6,14 @@
 #include "skin/anatomy/anatomy_hints.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
+#include "validate/clips/clip_canary.h"
 #include "validate/clips/clip_input.h"
-#include "validate/clips/clip_judge.h"
 #include "validate/clips/clip_pictures.h"
 #include "validate/clips/clip_sensitivity.h"
 #include "validate/evidence/artist.h"
 #include "validate/files/hash.h"
+#include "validate/judge/judge_recorded.h"
+#include "validate/judge/owner.h"
 #include "validate/judge/place.h"
 #include "validate/judge/verdict.h"
 #include "validate/night/run.h"
@@ -91,24 +93,17 @@ std::string blending_note(double error, double spine_length) {
                        "measured");
 }
 
-struct Judged {
-  const skin::Character& character;
-  const skin::Anatomy& anatomy;
-  const BodyMetrics* metrics;
-  const std::optional<skin::Sidecar>& sidecar;
-  const Stage* stage = nullptr;  // with a body
-};
+const PoseRecord& pose_of(const RigRecord& record, const Finding& finding) {
+  return sweep_of(record, finding)->poses[static_cast<Index>(finding.pose_index)];
+}
 
 /// What to set in the artist's program, where the clip says which channels moved and the sidecar
 /// which controls they are.
 void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const skin::Clip& clip,
-                   std::vector<Finding>& findings) {
+                   const RigRecord& record, std::vector<Finding>& findings) {
   if (!sidecar) return;
   for (Finding& finding : findings) {
-    const auto sweep = std::find_if(clip.sweeps.begin(), clip.sweeps.end(),
-                                    [&](const auto& each) { return each.name == finding.sweep; });
-    if (sweep == clip.sweeps.end() || finding.pose_index < 0) continue;
-    const Index frame = sweep->first + static_cast<Index>(finding.pose_index);
+    const Index frame = frame_of(pose_of(record, finding));
     PoseDegrees pose;
     for (Index k = 0; k < clip.control.size(); ++k) {
       const double value = clip.control_value[frame * clip.control.size() + k];
@@ -119,34 +114,34 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const skin::Clip
   }
 }
 
-/// Fills in the place on the body of every finding.
-void name_places(const Judged& on, const skin::Clip& clip, const ClipBody& body,
-                 std::vector<Finding>& findings) {
-  const PlaceNames names(on.character, on.anatomy, on.metrics);
+/// Fills in the place on the body of every finding. `metrics` is null without a body.
+void name_places(const Stage& stage, const BodyMetrics* metrics, const ClipBody& body,
+                 const RigRecord& record, std::vector<Finding>& findings) {
+  const PlaceNames names(stage.character(), stage.anatomy(), metrics);
   for (Finding& finding : findings) {
-    const auto sweep = std::find_if(clip.sweeps.begin(), clip.sweeps.end(),
-                                    [&](const auto& each) { return each.name == finding.sweep; });
-    const bool posed = finding.slice >= 0 && on.metrics != nullptr && finding.pose_index >= 0 &&
-                       sweep != clip.sweeps.end();
-    names.name(posed ? body.mesh(sweep->first + static_cast<Index>(finding.pose_index)).position
-                     : std::vector<glm::vec3>{},
-               finding);
+    const bool posed = finding.slice >= 0 && metrics != nullptr;
+    names.name(
+        posed ? body.mesh(frame_of(pose_of(record, finding))).position : std::vector<glm::vec3>{},
+        finding);
   }
 }
 
-Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judged& on,
-                  Progress& progress) {
+/// `metrics` is null for a skeleton without a body.
+Report judge_body(const ClipRequest& request, const ClipInput& input, const Stage& stage,
+                  const BodyMetrics* metrics, Progress& progress) {
+  const skin::Clip& clip = input.clip;
+  const skin::Character& character = stage.character();
+  const skin::Anatomy& anatomy = stage.anatomy();
   Report report;
   report.suite = "check";
-  report.title = "Judging YOUR RIG: the motion of " + clip.file_name + " on " +
-                 (on.metrics == nullptr ? "its own joints (no body was given: chain only)"
-                                        : on.character.file_name);
+  report.title =
+      "Judging YOUR RIG: the motion of " + clip.file_name + " on " +
+      (metrics == nullptr ? "its own joints (no body was given: chain only)" : character.file_name);
   report.provenance = program_versions();
   report.provenance["clip " + clip.name] = hash_text(clip.content_hash_high, clip.content_hash_low);
-  const ClipBody body(on.character, on.anatomy, clip, request.names);
-  const ClipSystem system(on.character, on.anatomy, body);
+  const ClipBody body(character, anatomy, clip, request.names);
 
-  report.characters.push_back(facts_of(on.character, on.anatomy, "the clip"));
+  report.characters.push_back(facts_of(character, anatomy, "the clip"));
   CharacterFacts& facts = report.characters.back();
   report.provenance["character " + facts.name] = facts.hash;
   facts.notes.push_back(std::to_string(clip.frame_count()) + " frames in " +
@@ -156,64 +151,41 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
   for (const skin::Warning& warning : clip.warnings) facts.notes.push_back(warning.message);
   for (const std::string& note : body.notes()) facts.notes.push_back(note);
   if (const double error = body.blending_error(); std::isfinite(error))
-    facts.notes.push_back(blending_note(error, on.anatomy.spine_length));
-  if (on.metrics != nullptr)
-    for (std::string& why : on.metrics->why_not()) facts.notes.push_back(std::move(why));
-  if (const double bent = bend_at_rest(clip, on.anatomy, body); bent > 0.0)
+    facts.notes.push_back(blending_note(error, anatomy.spine_length));
+  if (metrics != nullptr)
+    for (std::string& why : metrics->why_not()) facts.notes.push_back(std::move(why));
+  if (const double bent = bend_at_rest(clip, anatomy, body); bent > 0.0)
     facts.notes.push_back(
         "not written from the rest pose: with all recorded controls at 0 the spine "
         "is bent by " +
         number_text(bent, 1) + " deg against the body's bind pose; angles count from there");
   if (request.on_character) request.on_character(report.title, facts);
 
+  RigRecord record = measure_clip(stage, clip, body, metrics, progress);
+  record.recording->command = request.command;
+  facts.notes.insert(facts.notes.end(), record.recording->notes.begin(),
+                     record.recording->notes.end());
   const LimitSet limits = clip_limits();
-  const ClipContext context{on.character, on.anatomy, clip,   body,
-                            system,       on.metrics, limits, request.command};
-  const ClipRecord record =
-      measure_clip(on.character, on.anatomy, clip, body, system, on.metrics, progress);
-  for (const ClipSweepRecord& sweep : record.sweeps) {
-    if (sweep.rest_lead > 0)
-      report.characters.back().notes.push_back(
-          sweep.range.name + ": begins with the rest pose; jumps are looked for after the first " +
-          (sweep.rest_lead == 1 ? "frame" : std::to_string(sweep.rest_lead) + " frames"));
-    if (record.has_arms && !sweep.drift_applies)
-      report.characters.back().notes.push_back(
-          sweep.range.name + ": arm drift (BB020) does not apply: " + sweep.no_drift_reason);
-  }
-  report.findings = judge_clip(record, context);
-  book_clip_owners(context, record, report.findings);
-  name_places(on, clip, body, report.findings);
-  say_to_artist(on.sidecar, clip, report.findings);
-
-  RigResult rig;
-  rig.character = on.character.name;
-  rig.rig = clip.name;
-  rig.system = "clip";
-  rig.coverage = clip_coverage(record);
-  rig.sweeps = clip_series(record, limits);
-  for (const SweepSeries& series : rig.sweeps)
-    for (const auto& [name, values] : series.metric)
-      for (const double value : values) {
-        if (!std::isfinite(value)) continue;
-        const auto [worst, is_new] = rig.summary.emplace(name, value);
-        if (!is_new)
-          worst->second = name == "slice_area" ? std::min(worst->second, value)
-                                               : std::max(worst->second, value);
-      }
-  report.rigs.push_back(std::move(rig));
+  const Envelope envelope = *find_envelope("sweep");
+  const JudgeContext context{stage, limits, envelope, ""};
+  report.findings = judge_rig(record, context);
+  if (metrics != nullptr) book_owners(stage, *metrics, record, false, report.findings);
+  std::ranges::stable_partition(
+      report.findings, [](const Finding& finding) { return finding.verdict == Verdict::fail; });
+  name_places(stage, metrics, body, record, report.findings);
+  say_to_artist(input.sidecar, clip, record, report.findings);
+  report.rigs.push_back(result_of(record, context, report.findings));
   report.checks = legend(report, limits);
-  if (on.stage != nullptr && on.metrics != nullptr && !request.folder.empty() &&
-      request.pictures.enabled)
-    make_clip_pictures({*on.stage, *on.metrics, body, system, record,
-                        PlaceNames(on.character, on.anatomy, on.metrics)},
+  if (metrics != nullptr && !request.folder.empty() && request.pictures.enabled)
+    make_clip_pictures({stage, *metrics, body, record, PlaceNames(character, anatomy, metrics)},
                        request.pictures, OutputFolder(request.folder), progress, report);
-  if (std::any_of(clip.sweeps.begin(), clip.sweeps.end(),
-                  [](const skin::ClipSweep& sweep) { return sweep.count >= 10; }))
-    report.canaries.push_back(clip_canary(record, context));
+  if (std::ranges::any_of(clip.sweeps,
+                          [](const skin::ClipSweep& sweep) { return sweep.count >= 10; }))
+    report.canaries.push_back(clip_canary(record, clip, body, anatomy));
   for (std::string& line : clip_sensitivity(record)) report.detectors.push_back(std::move(line));
   if (!report.findings.empty()) report.next = {"backbend explain " + report.findings.front().code};
   // Captured or keyed motion has no rig that could be asked.
-  if (is_better_asked_live(record) && owner_of_motion(clip) == Owner::rig)
+  if (is_better_asked_live(record) && record.recording->owner == Owner::rig)
     report.next.push_back(live_command(clip, request.character));
   conclude(report);
   return report;
@@ -222,18 +194,17 @@ Report judge_body(const ClipRequest& request, const skin::Clip& clip, const Judg
 }  // namespace
 
 Report run_clip(const ClipRequest& request, Progress& progress) {
-  const ClipInput input = read_clip_input(request);
-  if (input.stage == nullptr) {
-    const skin::Character skeleton = bare_skeleton(input.clip);
-    const skin::Anatomy anatomy =
-        up_to_the_neck(skeleton, skeleton_anatomy(skeleton, with_clip(input.hints, input.clip)));
-    return judge_body(request, input.clip, {skeleton, anatomy, nullptr, input.sidecar}, progress);
+  ClipInput input = read_clip_input(request);
+  if (input.stage != nullptr) {
+    const Stage& stage = *input.stage;
+    const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+    return judge_body(request, input, stage, &metrics, progress);
   }
-  const Stage& stage = *input.stage;
-  const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
-  return judge_body(request, input.clip,
-                    {stage.character(), stage.anatomy(), &metrics, input.sidecar, &stage},
-                    progress);
+  skin::Character skeleton = bare_skeleton(input.clip);
+  skin::Anatomy anatomy =
+      up_to_the_neck(skeleton, skeleton_anatomy(skeleton, with_clip(input.hints, input.clip)));
+  const Stage stage(std::move(skeleton), std::move(anatomy));
+  return judge_body(request, input, stage, nullptr, progress);
 }
 
 }  // namespace backbend::validate

@@ -3,7 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "validate/clips/clip_judge.h"
+#include "validate/judge/judge_recorded.h"
+#include "validate/metrics/chain/clip_flip.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/text/shell_word.h"
 
@@ -18,35 +19,35 @@ constexpr double kCoarseDeg = 10.0;
 constexpr Index kNamed = 6;
 
 /// The smallest jump that is surely found anywhere in a sweep, at any joint by itself.
-double smallest_found(const ClipRecord& record, const ClipSweepRecord& sweep) {
+double smallest_found(const RigRecord& record, const SweepRecord& sweep) {
   double most = 0.0;
   for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j)
-    if (record.watched[j].against != WatchedJoint::Against::hips)
+    if (record.recording->watched[j].against != WatchedJoint::Against::hips)
       most = std::max(most, sweep.flips.detectable_deg[j]);
   return sweep.flips.detectable_deg.empty() ? std::nan("") : most;
 }
 
-bool is_coarse(const ClipRecord& record, const ClipSweepRecord& sweep) {
-  return !sweep.travel.empty() && !(smallest_found(record, sweep) <= kCoarseDeg);
+bool is_coarse(const RigRecord& record, const SweepRecord& sweep) {
+  return sweep.sweep.step_deg > 0.0 && !(smallest_found(record, sweep) <= kCoarseDeg);
 }
 
 std::string degrees_text(double deg) {
   return std::isfinite(deg) && deg <= 180.0 ? number_text(deg, 1) + " deg" : "none";
 }
 
-std::string jumps_line(const ClipRecord& record) {
+std::string jumps_line(const RigRecord& record) {
   std::vector<double> calm;
   double most = 0.0;
   std::string busiest;
-  for (const ClipSweepRecord& sweep : record.sweeps)
+  for (const SweepRecord& sweep : record.sweeps)
     for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j) {
       const double deg = sweep.flips.detectable_deg[j];
-      const bool is_sum = record.watched[j].against == WatchedJoint::Against::hips;
+      const bool is_sum = record.recording->watched[j].against == WatchedJoint::Against::hips;
       if (!std::isfinite(deg) || is_sum) continue;
       calm.push_back(sweep.flips.calm_deg[j]);
       if (deg > most) {
         most = deg;
-        busiest = record.watched[j].name;
+        busiest = record.recording->watched[j].name;
       }
     }
   if (calm.empty()) return "flips: no sweep has the five frames that tell a jump from motion";
@@ -57,12 +58,12 @@ std::string jumps_line(const ClipRecord& record) {
 }
 
 /// The smallest jump that is surely found in each sweep of controls, the coarsest first.
-std::string sweeps_line(const ClipRecord& record) {
+std::string sweeps_line(const RigRecord& record) {
   std::vector<std::pair<double, std::string>> sweeps;
-  for (const ClipSweepRecord& sweep : record.sweeps)
-    if (!sweep.travel.empty()) {
+  for (const SweepRecord& sweep : record.sweeps)
+    if (sweep.sweep.step_deg > 0.0) {
       const double deg = smallest_found(record, sweep);
-      sweeps.emplace_back(std::isfinite(deg) ? deg : 360.0, sweep.range.name);
+      sweeps.emplace_back(std::isfinite(deg) ? deg : 360.0, sweep.sweep.name);
     }
   if (sweeps.empty()) return {};
   std::ranges::stable_sort(sweeps, [](const auto& a, const auto& b) { return a.first > b.first; });
@@ -75,43 +76,42 @@ std::string sweeps_line(const ClipRecord& record) {
   return "flips by sweep: the smallest jump that is surely found: " + text;
 }
 
-std::string coarse_line(const ClipRecord& record) {
+std::string coarse_line(const RigRecord& record) {
   std::string text;
-  for (const ClipSweepRecord& sweep : record.sweeps)
+  for (const SweepRecord& sweep : record.sweeps)
     if (is_coarse(record, sweep))
-      text += (text.empty() ? "" : ", ") + sweep.range.name + " (a frame every " +
-              number_text(sweep.travel.back() / static_cast<double>(sweep.travel.size() - 1), 2) +
-              " deg)";
+      text += (text.empty() ? "" : ", ") + sweep.sweep.name + " (a frame every " +
+              number_text(sweep.sweep.step_deg, 2) + " deg)";
   return text.empty() ? text
                       : "too coarse for jumps of " + number_text(kCoarseDeg, 0) +
                             " deg, which may hide there: " + text +
                             "; the rig itself, asked live, is bisected";
 }
 
-bool any_controls(const ClipRecord& record) {
+bool any_controls(const RigRecord& record) {
   return std::ranges::any_of(record.sweeps,
-                             [](const ClipSweepRecord& sweep) { return !sweep.control.empty(); });
+                             [](const SweepRecord& sweep) { return !sweep.sweep.channel.empty(); });
 }
 
 /// The widest limit that any joint was held to by its share of the spine's turn; 0 where none was.
-double widest_share_limit(const ClipRecord& record) {
+double widest_share_limit(const RigRecord& record) {
   double widest = 0.0;
-  for (const ClipSweepRecord& sweep : record.sweeps)
+  for (const SweepRecord& sweep : record.sweeps)
     for (const auto& share : sweep.shares)
       if (share.joint >= 0) widest = std::max(widest, share.limit_deg);
   return widest;
 }
 
-std::string kinks_line(const ClipRecord& record) {
+std::string kinks_line(const RigRecord& record) {
   const double limit = widest_share_limit(record);
   if (any_controls(record))
     return limit > 0.0 ? "kinks: one joint beyond its share of the bend is found from " +
                              number_text(limit, 1) + " deg in every sweep"
                        : "";
   // As counter_turns() needs them.
-  constexpr Index kLeastJoints = 3, kLeastFrames = 5;
-  const bool has_shares = record.share_joint.size() >= kLeastJoints &&
-                          std::ranges::any_of(record.sweeps, [](const ClipSweepRecord& sweep) {
+  constexpr Index kLeastJoints = 3;
+  const bool has_shares = record.recording->share_joints >= kLeastJoints &&
+                          std::ranges::any_of(record.sweeps, [](const SweepRecord& sweep) {
                             return sweep.shares.size() >= kLeastFrames;
                           });
   if (!has_shares) return {};
@@ -124,17 +124,17 @@ std::string kinks_line(const ClipRecord& record) {
 
 }  // namespace
 
-std::vector<std::string> clip_sensitivity(const ClipRecord& record) {
+std::vector<std::string> clip_sensitivity(const RigRecord& record) {
   std::vector<std::string> out = {jumps_line(record), sweeps_line(record), coarse_line(record),
                                   kinks_line(record)};
   std::erase(out, std::string());
   return out;
 }
 
-bool is_better_asked_live(const ClipRecord& record) {
-  return !any_controls(record) ||
-         std::ranges::any_of(
-             record.sweeps, [&](const ClipSweepRecord& sweep) { return is_coarse(record, sweep); });
+bool is_better_asked_live(const RigRecord& record) {
+  return !any_controls(record) || std::ranges::any_of(record.sweeps, [&](const SweepRecord& sweep) {
+    return is_coarse(record, sweep);
+  });
 }
 
 std::string live_command(const skin::Clip& clip, const std::filesystem::path& character) {

@@ -48,14 +48,14 @@ int only_control(const skin::Clip& clip, const skin::ClipSweep& range) {
 
 }  // namespace
 
-std::optional<ControlResponse> control_response(const skin::Clip& clip,
+std::optional<ChannelResponse> control_response(const skin::Clip& clip,
                                                 const skin::ClipSweep& range,
                                                 const skin::Anatomy& anatomy,
                                                 const skin::Character& character,
                                                 const ClipBody& body) {
   const int control = only_control(clip, range);
   if (control < 0 || !(glm::length(anatomy.left) > 0.5)) return std::nullopt;
-  ControlResponse out;
+  ChannelResponse out;
   out.channel = clip.control[static_cast<Index>(control)];
   const bool bends_back = out.channel == "extension",
              bends = bends_back || out.channel == "flexion";

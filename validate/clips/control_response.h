@@ -1,24 +1,15 @@
 #pragma once
 #include <optional>
-#include <string>
 
 #include "skin/anatomy/anatomy.h"
 #include "skin/clip/clip.h"
 #include "validate/clips/clip_body.h"
+#include "validate/measure/measure.h"
 
 namespace backbend::validate {
 
-/// The part of a body channel's angle that arrives at the chest, in a sweep of this channel alone.
-struct ControlResponse {
-  std::string channel;       // extension, flexion, side or twist
-  std::size_t pose = 0;      // of the sweep: where it was read
-  double asked_deg = 0.0;    // by how much the channel differs there from its least
-  double arrived_deg = 0.0;  // about the channel's axis; negative: the other way round
-  double other_deg = 0.0;    // about the axes that the channel does not turn about
-  double share() const { return arrived_deg / asked_deg; }
-};
-
-/// Reads it where the channel is nearest to 30 degrees from its value nearest to rest, as the sum
+/// The part of a body channel's angle that arrives at the chest, in a sweep of this channel alone:
+/// read where the channel is nearest to 30 degrees from its value nearest to rest, as the sum
 /// of the turns of the spine's joints from hips to chest, each against the one below, between those
 /// two frames: 30 degrees are far from every branch, and the sum does not wrap. Axes are those of
 /// the body at rest: left for extension and flexion, the line from hips to chest for twist, the one
@@ -26,7 +17,7 @@ struct ControlResponse {
 ///
 /// Nothing where the clip records no such channel, a sweep moves several or moves its one by less
 /// than 5 degrees, or the skeleton has no known left.
-std::optional<ControlResponse> control_response(const skin::Clip& clip,
+std::optional<ChannelResponse> control_response(const skin::Clip& clip,
                                                 const skin::ClipSweep& range,
                                                 const skin::Anatomy& anatomy,
                                                 const skin::Character& character,

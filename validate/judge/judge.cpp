@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "validate/judge/judge_recorded.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/text/shell_word.h"
 #include "validate/verdicts/booking.h"
@@ -58,7 +59,7 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   finding.code = code;
   finding.character = context.stage.character().name;
   finding.rig = rig.plan.name;
-  finding.mapping = mapping_name(rig.mapping);
+  finding.mapping = rig.mapping_text();
   finding.sweep = sweep.sweep.name;
   finding.pose = pose.text();
   finding.control_deg = control_deg;
@@ -67,8 +68,32 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   finding.owner = check.owner;
   finding.inside_envelope = context.envelope.contains(pose);
   finding.verdict = finding.inside_envelope ? Verdict::fail : Verdict::stress;
-  finding.reproduce = command_for(rig, context.character, context.stage.chain(), pose);
+  if (!rig.recording) {
+    finding.reproduce = command_for(rig, context.character, context.stage.chain(), pose);
+    return finding;
+  }
+  if (check.owner == Owner::solver || check.subject == Subject::chain)
+    finding.owner = rig.recording->owner;
+  finding.reproduce = rig.recording->command;
+  finding.image.note = "not looked at: no pictures were made";
   return finding;
+}
+
+Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
+                      std::string_view code, std::size_t index) {
+  const PoseRecord& pose = sweep.poses[index];
+  Finding finding = start_finding(rig, context, sweep, code, pose.body, pose.control_deg);
+  finding.pose_index = static_cast<int>(index);
+  if (rig.recording) finding.pose = frame_text(sweep, index);
+  finding.frame = pose.frame;
+  if (pose.frame) finding.time_s = pose.time_s;
+  return finding;
+}
+
+const SweepRecord* sweep_of(const RigRecord& rig, const Finding& finding) {
+  const auto found = std::ranges::find_if(
+      rig.sweeps, [&](const SweepRecord& each) { return each.sweep.name == finding.sweep; });
+  return found == rig.sweeps.end() ? nullptr : &*found;
 }
 
 namespace {
@@ -112,19 +137,28 @@ bool is_infeasible(const Check& check, const PoseRecord& pose) {
   return pose.at(MetricId::feasibility).value >= infeasible_from(check);
 }
 
-struct Worst {
-  std::size_t pose = 0;
-  double excess = 0.0;
-};
+/// Whether the gain of a pose is that of a jump, which is a finding already. A rig's intervals are
+/// cut where it jumps, a recording's are not.
+bool is_of_jump(const RigRecord& rig, const SweepRecord& sweep, std::size_t pose) {
+  if (!rig.recording) return !sweep.flips.jumps.empty();
+  return std::ranges::any_of(sweep.flips.jumps, [&](const Jump& jump) {
+    return std::ranges::any_of(jump.joints, [&](const JointJump& joint) {
+      return pose >= jump.pose && pose <= jump.pose + joint.frames_out + 1;
+    });
+  });
+}
 
 /// The worst pose among those (inside or beyond the envelope) that fail. `feasible`: only those
 /// that the body is not too thick for, so that an infeasible pose hides none of them.
-std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& sweep,
-                                   const Metric& metric, const JudgeContext& context, bool inside,
-                                   bool feasible) {
+std::optional<std::size_t> worst_failing(const RigRecord& rig, const SweepRecord& sweep,
+                                         const Metric& metric, const JudgeContext& context,
+                                         bool inside, bool feasible) {
+  // Of equal values up to rounding a recording's first frame is the worst.
+  const double worse_by = rig.recording ? 1.0 + 1e-3 : 1.0;
   const Check& check = metric.check();
   const double single = context.limits.of(check.code).value;
-  std::optional<Worst> worst;
+  std::optional<std::size_t> worst;
+  double most = 0.0;
   for (std::size_t i = 0; i < sweep.poses.size(); ++i) {
     const PoseRecord& pose = sweep.poses[i];
     if (pose.inside != inside || !is_applicable(rig, metric, pose)) continue;
@@ -132,8 +166,11 @@ std::optional<Worst> worst_failing(const RigRecord& rig, const SweepRecord& swee
     const double value = pose.at(metric.id).value;
     const double limit = limit_at(check.code, single, compound_load(context.envelope, pose.body));
     if (judge(check, value, limit) != Verdict::fail) continue;
+    if (metric.id == MetricId::gain && is_of_jump(rig, sweep, i)) continue;
     const double here = excess(check, value, limit);
-    if (!worst || here > worst->excess) worst = Worst{i, here};
+    if (worst && !(here > most * worse_by)) continue;
+    worst = i;
+    most = here;
   }
   return worst;
 }
@@ -163,10 +200,13 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
                        const Metric& metric, std::size_t index) {
   const Check& check = metric.check();
   const PoseRecord& pose = sweep.poses[index];
-  Finding finding = start_finding(rig, context, sweep, check.code, pose.body, pose.control_deg);
-  finding.pose_index = static_cast<int>(index);
+  Finding finding = start_finding(rig, context, sweep, check.code, index);
   finding.value = pose.at(metric.id).value;
   set_place(metric, pose.at(metric.id).place, rig.system->joint_names(), finding);
+  if (rig.recording) {
+    describe_recorded(rig, context, sweep, metric, finding);
+    return finding;
+  }
   const double single = finding.limit, load = compound_load(context.envelope, pose.body);
   finding.limit = limit_at(check.code, single, load);
   finding.geometry["first_deg"] = first_failing_deg(rig, sweep, metric, context);
@@ -184,7 +224,30 @@ Finding metric_finding(const RigRecord& rig, const JudgeContext& context, const 
   return finding;
 }
 
+/// A joint's own bone, at rest. A recording's spine is known up to the neck.
+glm::dvec3 bone_at_rest(const RigRecord& rig, const JudgeContext& context, std::size_t joint) {
+  const std::vector<glm::dvec3>& place = rig.system->rest().position;
+  if (!rig.recording) {
+    const std::size_t below = std::min(joint, place.size() - 2);
+    return place[below + 1] - place[below];
+  }
+  const std::vector<int>& spine = context.stage.anatomy().spine;
+  const auto at = [&](std::size_t k) {
+    const int node = spine[std::min(k, spine.size() - 1)];
+    return glm::dvec3(
+        context.stage.character().nodes[static_cast<std::size_t>(node)].world_from_node[3]);
+  };
+  return at(joint + 1) - at(joint);
+}
+
 }  // namespace
+
+void set_response(const ChannelResponse& response, Finding& finding) {
+  finding.value = response.share();
+  finding.geometry["asked_deg"] = response.asked_deg;
+  finding.geometry["arrived_deg"] = response.arrived_deg;
+  finding.geometry["other_deg"] = response.other_deg;
+}
 
 std::string joint_name(const RigRecord& rig, int joint) {
   return name_at(rig.system->joint_names(), joint);
@@ -211,26 +274,61 @@ bool is_applicable(const RigRecord& rig, const Metric& metric, const PoseRecord&
   return is_applicable(metric, {rig.system->rest(), rig.surface, rig.has_arms}, pose);
 }
 
+std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& context,
+                                     const SweepRecord& sweep,
+                                     std::span<const ShareExcess> shares) {
+  const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
+  std::size_t worst = 0;
+  for (std::size_t i = 1; i < shares.size(); ++i)
+    if (over(shares[i]) > over(shares[worst]) + 1e-3) worst = i;
+  if (shares.empty() || !(over(shares[worst]) > 0.0)) return std::nullopt;
+  const auto poses =
+      std::ranges::count_if(shares, [&](const ShareExcess& each) { return over(each) > 0.0; });
+  const ShareExcess& excess = shares[worst];
+  const auto joint = static_cast<std::size_t>(excess.joint) + 1;  // the hips have no share
+  const PoseRecord& pose = sweep.poses[worst];
+  Finding finding = rig.recording
+                        ? start_finding(rig, context, sweep, "BB010", worst)
+                        : start_finding(rig, context, sweep, "BB010", pose.body, pose.control_deg);
+  finding.value = excess.deg;
+  finding.limit = excess.limit_deg;
+  finding.joint =
+      rig.recording ? rig.recording->watched[joint].name : joint_name(rig, static_cast<int>(joint));
+  finding.detail = finding.joint + words_of(excess, bone_at_rest(rig, context, joint)) + ", in " +
+                   std::to_string(poses) + " of " + std::to_string(shares.size()) +
+                   (rig.recording ? " frames" : " poses");
+  if (rig.recording) finding.geometry["frames"] = static_cast<double>(poses);
+  return finding;
+}
+
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context) {
   std::vector<Finding> findings;
   for (const SweepRecord& sweep : rig.sweeps) {
-    for (const Jump& jump : sweep.flips.jumps)
-      findings.push_back(flip_finding(rig, context, sweep, jump));
+    const std::size_t first = findings.size();
+    const auto is_told = [&](std::string_view code) {
+      return std::any_of(findings.begin() + static_cast<std::ptrdiff_t>(first), findings.end(),
+                         [&](const Finding& each) { return each.code == code; });
+    };
+    if (rig.recording)
+      judge_recorded(rig, context, sweep, findings);
+    else
+      for (const Jump& jump : sweep.flips.jumps)
+        findings.push_back(flip_finding(rig, context, sweep, jump));
     for (const Metric& metric : metric_table()) {
       const Check& check = metric.check();
-      if (!check.decides) continue;
-      // The gain of an interval that holds a jump is that jump, which is a finding already.
-      if (metric.id == MetricId::gain && !sweep.flips.jumps.empty()) continue;
-      const bool on_mesh = check.subject == Subject::mesh && metric.id != MetricId::feasibility;
+      if (!check.decides || is_told(check.code)) continue;
+      const bool on_mesh =
+          !rig.recording && check.subject == Subject::mesh && metric.id != MetricId::feasibility;
       auto worst = worst_failing(rig, sweep, metric, context, true, on_mesh);
       if (!worst) worst = worst_failing(rig, sweep, metric, context, true, false);
       if (!worst) worst = worst_failing(rig, sweep, metric, context, false, on_mesh);
       if (!worst) worst = worst_failing(rig, sweep, metric, context, false, false);
-      if (worst) findings.push_back(metric_finding(rig, context, sweep, metric, worst->pose));
+      if (worst) findings.push_back(metric_finding(rig, context, sweep, metric, *worst));
     }
   }
   std::stable_sort(findings.begin(), findings.end(), [&](const Finding& a, const Finding& b) {
-    if (a.inside_envelope != b.inside_envelope) return a.inside_envelope;
+    if ((a.verdict == Verdict::fail) != (b.verdict == Verdict::fail))
+      return a.verdict == Verdict::fail;
     return excess(*find_check(a.code), a.value, a.limit) >
            excess(*find_check(b.code), b.value, b.limit);
   });
@@ -247,14 +345,14 @@ struct Miss {
 
 /// Checks by sweep that are over their limit inside the envelope because of the skeleton or the
 /// pose.
-using Advisories = std::set<std::pair<std::string, std::string>>;
+using Advisories = std::set<std::pair<const SweepRecord*, std::string>>;
 
-Advisories advisories_in(const std::vector<Finding>& findings) {
+Advisories advisories_in(const RigRecord& rig, const std::vector<Finding>& findings) {
   Advisories out;
   for (const Finding& finding : findings)
     if (finding.inside_envelope && finding.verdict != Verdict::fail &&
         (finding.owner == Owner::skeleton || finding.owner == Owner::pose))
-      out.emplace(finding.sweep, finding.code);
+      out.emplace(sweep_of(rig, finding), finding.code);
   return out;
 }
 
@@ -269,7 +367,7 @@ std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context
     const double value = pose.at(metric.id).value;
     const double limit = limit_at(check.code, context.limits.of(check.code).value, load);
     if (judge(check, value, limit) != Verdict::fail) continue;
-    if (pose.inside && advisories.contains({sweep.sweep.name, std::string(check.code)})) continue;
+    if (pose.inside && advisories.contains({&sweep, std::string(check.code)})) continue;
     // Nor does a pose that the body is too thick for count, where a milder pose has decided.
     if (pose.inside && check.subject == Subject::mesh && is_infeasible(check, pose)) continue;
     const double here = excess(check, value, limit);
@@ -282,7 +380,7 @@ std::optional<Miss> worst_miss(const RigRecord& rig, const JudgeContext& context
 
 std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& context,
                                   const std::vector<Finding>& findings) {
-  const Advisories advisories = advisories_in(findings);
+  const Advisories advisories = advisories_in(rig, findings);
   std::vector<Headroom> result;
   for (const std::string_view channel : kBendChannels) {
     Headroom headroom;
@@ -322,7 +420,7 @@ std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& cont
 
 Corners corners_of(const RigRecord& rig, const JudgeContext& context,
                    const std::vector<Finding>& findings) {
-  const Advisories advisories = advisories_in(findings);
+  const Advisories advisories = advisories_in(rig, findings);
   Corners corners;
   corners.needed = !corner_sweeps(context.envelope).empty();
   double worst = 0.0;
@@ -350,20 +448,29 @@ std::vector<Coverage> coverage_of(const RigRecord& rig) {
   for (const SweepRecord& sweep : rig.sweeps) {
     ++flips.planned;
     // A rig that cannot take a sweep did not move in it.
-    const bool taken = std::ranges::all_of(sweep.poses, &PoseRecord::taken);
+    const bool taken = sweep.searched && std::ranges::all_of(sweep.poses, &PoseRecord::taken);
     ++(!taken ? flips.not_applicable : sweep.flips.certified ? flips.measured : flips.not_measured);
   }
   flips.planned += rig.search.paths;
   flips.measured += rig.search.paths - rig.search.unsure;
   flips.not_measured += rig.search.unsure;
   result.push_back(flips);
+  if (rig.recording) {
+    Coverage responses{"BB049", 0, 0, 0, 0};
+    for (const SweepRecord& sweep : rig.sweeps) {
+      ++responses.planned;
+      ++(sweep.response ? responses.measured : responses.not_applicable);
+    }
+    result.push_back(responses);
+  }
   for (const Metric& metric : metric_table()) {
     const Check& check = metric.check();
     if (check.subject == Subject::mesh && !rig.has_mesh) continue;
     Coverage coverage{std::string(check.code), 0, 0, 0, 0};
     for (const SweepRecord& sweep : rig.sweeps) {
       for (const PoseRecord& pose : sweep.poses) {
-        if (metric.id == MetricId::return_to_rest && !pose.rest_noted) continue;  // once for a rig
+        // Once for a rig.
+        if (metric.id == MetricId::return_to_rest && !pose.rest_noted && !rig.recording) continue;
         ++coverage.planned;
         if (!is_applicable(rig, metric, pose)) {
           ++coverage.not_applicable;
@@ -386,9 +493,10 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
   for (const SweepRecord& sweep : rig.sweeps) {
     SweepSeries series;
     series.sweep = sweep.sweep.name;
-    series.channel = sweep.sweep.channel;
-    series.mapping = mapping_name(rig.mapping);
+    series.channel = sweep.sweep.channel.empty() ? "frame" : sweep.sweep.channel;
+    series.mapping = rig.mapping_text();
     for (const std::string_view channel : kChannels) {
+      if (rig.recording) break;  // its poses are not in channels
       std::vector<double> degrees;
       for (const PoseRecord& pose : sweep.poses) degrees.push_back(*pose.body.find(channel));
       const bool bend = std::ranges::find(kBendChannels, channel) != kBendChannels.end();
@@ -400,7 +508,7 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
       const std::string name(metric.name);
       std::vector<double>& values = series.metric[name];
       for (const PoseRecord& pose : sweep.poses)
-        values.push_back(is_applicable(rig, metric, pose)
+        values.push_back(rig.recording || is_applicable(rig, metric, pose)
                              ? pose.at(metric.id).value
                              : std::numeric_limits<double>::quiet_NaN());
       if (std::none_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); })) {
@@ -411,6 +519,38 @@ std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits)
       series.metric_limit[name] = limits.of(metric.code).value;
     }
     result.push_back(std::move(series));
+  }
+  return result;
+}
+
+RigResult result_of(const RigRecord& rig, const JudgeContext& context,
+                    const std::vector<Finding>& findings) {
+  RigResult result;
+  result.character = context.stage.character().name;
+  result.rig = rig.plan.name;
+  result.system = rig.plan.spec.system;
+  result.mapping = rig.mapping_text();
+  result.role = rig.plan.role;
+  for (const auto& [key, value] : rig.system->options()) {
+    result.options[key] = rig_text({"", {{key, value}}}).substr(key.size() + 2);
+  }
+  result.headroom = headroom_of(rig, context, findings);
+  result.corners = corners_of(rig, context, findings);
+  result.search = rig.search;
+  result.coverage = coverage_of(rig);
+  result.sweeps = series_of(rig, context.limits);
+  for (const SweepSeries& series : result.sweeps) {
+    for (const auto& [name, values] : series.metric) {
+      const Metric* metric = metric_named(name);
+      const bool low_is_bad = metric != nullptr && metric->check().sense == Sense::at_least;
+      for (const double value : values) {
+        if (!std::isfinite(value)) continue;
+        const auto [worst, is_new] = result.summary.emplace(name, value);
+        if (!is_new)
+          worst->second =
+              low_is_bad ? std::min(worst->second, value) : std::max(worst->second, value);
+      }
+    }
   }
   return result;
 }

@@ -18,8 +18,8 @@ struct JudgeContext {
   std::string character;  // the words that name it and its joints in reproduce lines
 };
 
-/// Every finding of one rig: flips one by one, for the other checks the worst pose of each sweep
-/// where a limit is exceeded, inside the envelope if anywhere there. Worst first.
+/// Every finding of one rig or recording: flips one by one, for the other checks the worst pose of
+/// each sweep where a limit is exceeded, inside the envelope if anywhere there. Worst first.
 std::vector<Finding> judge_rig(const RigRecord& rig, const JudgeContext& context);
 
 /// How far a pose inside the envelope goes beyond the end of one channel, by taking several at
@@ -36,6 +36,21 @@ double limit_at(std::string_view code, double limit, double load);
 /// A finding of a check at a pose of a sweep, with everything but its value and its story.
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg);
+/// The same at one of the sweep's own poses.
+Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
+                      std::string_view code, std::size_t pose);
+
+/// The sweep that a finding of the rig is of; null for none.
+const SweepRecord* sweep_of(const RigRecord& rig, const Finding& finding);
+
+/// A joint that leaves its share of the bend over some poses of a sweep, or turns too far and other
+/// joints turn back: kink, or roll where it turns about its own bone. `shares`: one per pose; empty
+/// where they were not measured. At the pose that is furthest over its limit.
+std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& context,
+                                     const SweepRecord& sweep, std::span<const ShareExcess> shares);
+
+/// Puts a channel's answer into its finding: BB049.
+void set_response(const ChannelResponse& response, Finding& finding);
 
 /// The command that renders a character (the words that name it and its joints), the chain of it
 /// that was driven, under a rig at a pose.
@@ -63,8 +78,13 @@ Corners corners_of(const RigRecord& rig, const JudgeContext& context,
 /// Planned, measured and not measured, for every check that is measured at poses.
 std::vector<Coverage> coverage_of(const RigRecord& rig);
 
-/// The plotted values of a rig; NaN where a metric does not apply to a pose.
+/// The plotted values of a rig; NaN where a metric does not apply to a pose. Of a recording all
+/// that was measured.
 std::vector<SweepSeries> series_of(const RigRecord& rig, const LimitSet& limits);
+
+/// Everything that a report says of a rig but its verdict. `findings`: as for headroom_of().
+RigResult result_of(const RigRecord& rig, const JudgeContext& context,
+                    const std::vector<Finding>& findings);
 
 /// Whether a value of this metric means anything at this pose of the rig.
 bool is_applicable(const RigRecord& rig, const Metric& metric, const PoseRecord& pose);

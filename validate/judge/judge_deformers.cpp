@@ -289,10 +289,8 @@ DeformerJudgement judge_deformers(const RigRecord& rig, const JudgeContext& cont
 void cut_headroom(const RigRecord& rig, const std::vector<Finding>& findings,
                   std::vector<Headroom>& headroom) {
   for (const Finding& finding : findings) {
-    const auto sweep = std::ranges::find(rig.sweeps, finding.sweep, [](const SweepRecord& each) {
-      return std::string_view(each.sweep.name);
-    });
-    if (sweep == rig.sweeps.end()) continue;
+    const SweepRecord* sweep = sweep_of(rig, finding);
+    if (sweep == nullptr) continue;
     const double dirty_from = std::min(std::abs(finding.geometry.at("before_deg")),
                                        std::abs(finding.geometry.at("after_deg")));
     for (Headroom& each : headroom) {

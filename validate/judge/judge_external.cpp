@@ -60,14 +60,11 @@ Finding response_finding(const RigRecord& rig, const JudgeContext& context,
                                   pose_of(response.channel, kReadAt_deg), kReadAt_deg);
   // Whatever the envelope: all that is said of this channel rests on it.
   finding.verdict = Verdict::fail;
-  finding.value = response.share();
   finding.detail = "of " + number_text(response.asked_deg, 1) + " deg of " + response.channel +
                    " (" + targets_text(external, response.channel) + "), " +
                    number_text(response.arrived_deg, 1) +
                    " arrive at the chest: " + cause_of(response);
-  finding.geometry["asked_deg"] = response.asked_deg;
-  finding.geometry["arrived_deg"] = response.arrived_deg;
-  finding.geometry["other_deg"] = response.other_deg;
+  set_response(response, finding);
   finding.image.note = "no picture metric looks at this";
   return finding;
 }
@@ -98,12 +95,9 @@ void judge_memory(const RigRecord& rig, const JudgeContext& context, const Exter
   out.findings.push_back(std::move(finding));
 }
 
-/// A joint that leaves its share of the bend over some poses of a sweep, or turns too far and other
-/// joints turn back: kink, or roll where it turns about its own bone. Where the sweep has a jump,
-/// that tells of it.
-std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& context,
-                                     const SweepRecord& sweep) {
-  if (!sweep.flips.jumps.empty()) return std::nullopt;
+/// What each pose of a sweep has beyond its share of the bend.
+std::vector<ShareExcess> shares_of(const RigRecord& rig, const JudgeContext& context,
+                                   const SweepRecord& sweep) {
   const Index joints = rig.system->rest().turn.size() - 1;
   std::vector<glm::dvec3> turn;
   for (const PoseRecord& record : sweep.poses) {
@@ -111,30 +105,12 @@ std::optional<Finding> share_finding(const RigRecord& rig, const JudgeContext& c
     for (Index k = 1; k <= joints; ++k)
       turn.push_back(rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]));
   }
-  const std::vector<glm::dvec3>& place = rig.system->rest().position;
   const skin::Anatomy& anatomy = context.stage.anatomy();
   const skin::Character& body = context.stage.character();
   const skin::Mirror mirror = skin::mirror_of(body, anatomy);
-  const std::vector<ShareExcess> shares =
-      joint_excess(turn, joints, skin::body_axes(anatomy, mirror),
-                   {true, skin::spine_is_in_the_middle(body, anatomy, mirror), place});
-  const auto over = [](const ShareExcess& each) { return each.deg - each.limit_deg; };
-  Index worst = 0, poses = 0;
-  for (Index i = 0; i < shares.size(); ++i) {
-    if (over(shares[i]) > over(shares[worst]) + 1e-3) worst = i;
-    poses += over(shares[i]) > 0.0 ? 1 : 0;
-  }
-  if (poses == 0) return std::nullopt;
-  const ShareExcess& excess = shares[worst];
-  const PoseRecord& record = sweep.poses[worst];
-  Finding finding = start_finding(rig, context, sweep, "BB010", record.body, record.control_deg);
-  finding.value = excess.deg;
-  finding.limit = excess.limit_deg;
-  finding.joint = joint_name(rig, excess.joint + 1);
-  const Index below = std::min(static_cast<Index>(excess.joint) + 1, place.size() - 2);
-  finding.detail = finding.joint + words_of(excess, place[below + 1] - place[below]) + ", in " +
-                   std::to_string(poses) + " of " + std::to_string(shares.size()) + " poses";
-  return finding;
+  return joint_excess(
+      turn, joints, skin::body_axes(anatomy, mirror),
+      {true, skin::spine_is_in_the_middle(body, anatomy, mirror), rig.system->rest().position});
 }
 
 }  // namespace
@@ -223,9 +199,13 @@ ExternalJudgement judge_external(const RigRecord& rig, const JudgeContext& conte
     out.unanswered.emplace_back(channel);
   }
   out.coverage.push_back(responses);
-  for (const SweepRecord& sweep : rig.sweeps)
-    if (std::ranges::all_of(sweep.poses, &PoseRecord::taken))
-      if (auto finding = share_finding(rig, context, sweep)) out.findings.push_back(*finding);
+  for (const SweepRecord& sweep : rig.sweeps) {
+    // A jump in the sweep tells of it.
+    if (!sweep.flips.jumps.empty() || !std::ranges::all_of(sweep.poses, &PoseRecord::taken))
+      continue;
+    if (auto finding = share_finding(rig, context, sweep, shares_of(rig, context, sweep)))
+      out.findings.push_back(*finding);
+  }
   judge_memory(rig, context, *external, out);
   return out;
 }

@@ -6,19 +6,11 @@
 
 namespace backbend::validate {
 
-/// The part of a body channel's angle that arrives at the chest of a rig.
-struct ChannelResponse {
-  std::string channel;
-  double asked_deg = 0.0;
-  double arrived_deg = 0.0;  // about the channel's axis; negative: the other way round
-  double other_deg = 0.0;    // about the axes that the channel does not turn about
-  double share() const { return arrived_deg / asked_deg; }
-};
-
-/// Reads it at 30 degrees of one channel alone, far from every branch, as the sum of the turns of
-/// the chain's joints, each against the one below, in the hips' axes. Axes are those of the body at
-/// rest: `left` for extension (which turns about it backwards) and flexion; the line from hips to
-/// chest for twist, to the left; the one across both for side, to the left.
+/// The part of a body channel's angle that arrives at the chest of a rig: read at 30 degrees of one
+/// channel alone, far from every branch, as the sum of the turns of the chain's joints, each
+/// against the one below, in the hips' axes. Axes are those of the body at rest: `left` for
+/// extension (which turns about it backwards) and flexion; the line from hips to chest for twist,
+/// to the left; the one across both for side, to the left.
 ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapping mapping,
                                  std::string_view channel, const glm::dvec3& left);
 

@@ -17,18 +17,14 @@
 namespace backbend::validate {
 namespace {
 
-PoseDegrees pose_of(const RigRecord& rig, const Finding& finding) {
-  const auto sweep =
-      std::find_if(rig.sweeps.begin(), rig.sweeps.end(),
-                   [&](const SweepRecord& each) { return each.sweep.name == finding.sweep; });
-  return sweep->sweep.pose_at(finding.control_deg);
-}
-
 /// Solves and measures single poses again with other rigs, weights or skinning.
 class SecondOpinions {
  public:
   SecondOpinions(const Stage& stage, const BodyMetrics& body, const RigRecord& rig)
-      : stage_(stage), body_(body), rig_(rig), even_(stage.build({"even", {}})) {}
+      : stage_(stage),
+        body_(body),
+        rig_(rig),
+        even_(rig.recording ? nullptr : stage.build({"even", {}})) {}
 
   /// Must be called before proxy() or ideal_proxy().
   void make_proxy() {
@@ -154,6 +150,21 @@ void book_rest_shape(const Check& check, double ideal, Finding& finding) {
       "; advisory: the rest spine turns so sharply there that the ideal bend shows it, too";
 }
 
+constexpr std::string_view kTooThick = "; too thick to bend this far, no fault of the rig";
+
+/// What is a solver's of a rig is that of whoever made the motion, of a recording.
+void book_motion(Owner of_motion, const Finding& finding, const MeshContext& facts,
+                 Booking& booking) {
+  // A clip moves the limbs on purpose, and what turns over at their roots turns over under the even
+  // bend as well. Areas add up: the spine's own share is what is left.
+  if (finding.code == "BB033" && booking.owner == Owner::solver &&
+      facts.value - facts.ideal <= finding.limit)
+    booking = {booking.verdict, Owner::weights, false};
+  if (booking.owner == Owner::solver) booking.owner = of_motion;
+  // Captured or keyed motion bends the skin as intended: it is not compared with an even bend.
+  if (booking.owner == Owner::motion) booking.decides = false;
+}
+
 }  // namespace
 
 void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& rig,
@@ -165,7 +176,12 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     bool on_mesh = false;
     Crossing crossing = Crossing::left_out;  // unless a finding is of them
     PoseDegrees pose;
+    const PoseRecord* recorded = nullptr;
     PoseRecord ideal, proxy, ideal_proxy, dual, blended, shared, shared_proxy;
+  };
+  // Of a recording by its frame: a control may come back to a value.
+  const auto place_of = [&](const Finding& finding) {
+    return std::pair(finding.sweep, rig.recording ? finding.pose_index : finding.control_deg);
   };
   std::map<std::pair<std::string, double>, Opinions> by_pose;
   bool any_on_mesh = false;
@@ -174,23 +190,32 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     const Metric* metric = metric_of(finding.code);
     if (metric == nullptr) continue;
     const bool on_mesh = check.subject == Subject::mesh;
-    if (!on_mesh && is_ideal) continue;  // it is its own ideal
-    Opinions& each = by_pose[{finding.sweep, finding.control_deg}];
-    each.pose = pose_of(rig, finding);
+    if (!on_mesh && (is_ideal || rig.recording)) continue;  // it is its own ideal
+    Opinions& each = by_pose[place_of(finding)];
+    if (rig.recording)
+      each.recorded = &sweep_of(rig, finding)->poses[static_cast<std::size_t>(finding.pose_index)];
+    else
+      each.pose = sweep_of(rig, finding)->sweep.pose_at(finding.control_deg);
     each.on_mesh = each.on_mesh || on_mesh;
     if (metric->id == MetricId::self_intersection) each.crossing = Crossing::measured;
     any_on_mesh = any_on_mesh || on_mesh;
   }
-  if (any_on_mesh) opinions.make_proxy();
-  const double rows = any_on_mesh && stage.anatomy().chest_index > 0
+  // A recording is compared with its own frames bent evenly, and with nothing else.
+  const bool solved_on_mesh = any_on_mesh && !rig.recording;
+  if (solved_on_mesh) opinions.make_proxy();
+  const double rows = solved_on_mesh && stage.anatomy().chest_index > 0
                           ? rows_per_bone(stage)
                           : std::numeric_limits<double>::infinity();
-  const double longest = longest_bone(stage);
-  const bool in_pieces = any_on_mesh && torso_in_pieces(stage);
+  const double longest = rig.recording ? 0.0 : longest_bone(stage);
+  const bool in_pieces = solved_on_mesh && torso_in_pieces(stage);
   std::vector<Opinions*> todo;
   for (auto& [place, each] : by_pose) todo.push_back(&each);
   oneapi::tbb::parallel_for(std::size_t{0}, todo.size(), [&](std::size_t i) {
     Opinions& each = *todo[i];
+    if (each.recorded != nullptr) {
+      each.ideal = rig.recording->even_bend(*each.recorded);
+      return;
+    }
     each.ideal = opinions.ideal(each.pose, each.crossing);
     if (!each.on_mesh) return;
     each.proxy = opinions.proxy(each.pose, each.crossing);
@@ -203,10 +228,11 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   for (Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
     const Metric* metric = metric_of(finding.code);
-    const auto found = by_pose.find({finding.sweep, finding.control_deg});
+    const auto found = by_pose.find(place_of(finding));
     const bool on_mesh = check.subject == Subject::mesh;
     if (metric != nullptr && !on_mesh && is_ideal) book_rest_shape(check, finding.value, finding);
-    if (metric == nullptr || found == by_pose.end() || (!on_mesh && is_ideal)) continue;
+    if (metric == nullptr || found == by_pose.end()) continue;
+    if (!on_mesh && (is_ideal || rig.recording)) continue;
     const Opinions& each = found->second;
     const double ideal = each.ideal.at(metric->id).value;
     if (!on_mesh) {
@@ -244,15 +270,21 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     facts.own_shares = std::isfinite(shared);
     facts.infeasible = each.ideal.at(MetricId::feasibility).value;
     facts.judging_weights = judges_weights;
-    facts.bones = static_cast<int>(stage.anatomy().chest_index);
+    facts.bones = rig.recording ? 0 : static_cast<int>(stage.anatomy().chest_index);
     facts.longest_bone = longest;
     facts.rows_per_bone = rows;
     facts.in_pieces = in_pieces;
-    const Booking booking = book_mesh_finding(check, finding.limit, facts);
+    Booking booking = book_mesh_finding(check, finding.limit, facts);
+    if (rig.recording) book_motion(rig.recording->owner, finding, facts, booking);
     finding.owner = booking.owner;
     if (!booking.decides) finding.verdict = Verdict::stress;
-    const double dual = each.dual.at(metric->id).value;
     finding.geometry["ideal"] = ideal;
+    if (rig.recording) {
+      finding.detail += "; an even bend with the same ends gives " + number_text(ideal, 3);
+      if (booking.owner == Owner::pose) finding.detail += kTooThick;
+      continue;
+    }
+    const double dual = each.dual.at(metric->id).value;
     finding.geometry["dual_quaternion"] = dual;
     finding.detail += "; the ideal bend gives " + verdict_text(check, ideal, finding.limit);
     if (std::isfinite(shared)) {
@@ -276,9 +308,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     if (booking.owner == Owner::skeleton)
       finding.detail += "; " + skeleton_text(stage, check, finding, facts.ideal_proxy,
                                              plain_is_worse ? "an equal share" : "the ideal bend");
-    if (booking.owner == Owner::pose) {
-      finding.detail += "; too thick to bend this far, no fault of the rig";
-    }
+    if (booking.owner == Owner::pose) finding.detail += kTooThick;
   }
 }
 

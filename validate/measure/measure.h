@@ -1,12 +1,16 @@
 #pragma once
 #include <array>
+#include <bitset>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "render/trace/cameras.h"
 #include "validate/measure/metric_table.h"
+#include "validate/metrics/chain/bend_shares.h"
 #include "validate/metrics/chain/chain.h"
 #include "validate/metrics/chain/flip.h"
 #include "validate/metrics/surface/body_metrics.h"
@@ -24,7 +28,10 @@ struct PoseRecord {
   bool taken = true;        // false: the rig has no control for it, and nothing of it is applicable
   bool rest_noted = false;  // the one pose of a rig that carries its return to rest (BB044)
   std::vector<double> control;
+  std::optional<int> frame;  // of a recording: the file's own number, and its second
+  double time_s = 0.0;
   std::array<Measured, kMetricCount> metric;
+  std::bitset<kMetricCount> left_out;  // metrics that say nothing of this pose, or were not asked
   ArmDrift arms;
   render::Bounds bounds;  // of the posed mesh, world space
 
@@ -32,13 +39,53 @@ struct PoseRecord {
   Measured& at(MetricId id) { return metric[static_cast<std::size_t>(id)]; }
 };
 
-struct SweepRecord {
-  Sweep sweep;
-  std::vector<PoseRecord> poses;
-  FlipReport flips;
+/// The part of a body channel's angle that arrives at the chest of a rig.
+struct ChannelResponse {
+  std::string channel;       // extension, flexion, side or twist
+  double asked_deg = 0.0;    // of the channel
+  double arrived_deg = 0.0;  // about the channel's axis; negative: the other way round
+  double other_deg = 0.0;    // about the axes that the channel does not turn about
+  std::size_t pose = 0;      // of a recorded sweep: where it was read
+  double share() const { return arrived_deg / asked_deg; }
 };
 
-/// Everything measured on one rig under one mapping.
+struct SweepRecord {
+  Sweep sweep;  // of a recording: its name, leading channel (empty: none is known to move), and
+                // step_deg: how far its channels go from frame to frame; 0: only time is known
+  std::vector<PoseRecord> poses;
+  FlipReport flips;
+  // Of a recording: false where it is too short to be searched for jumps, beside one that is not;
+  // what each frame has beyond its share of the bend, and the answer of the one channel that moves.
+  bool searched = true;
+  std::vector<ShareExcess> shares;
+  std::optional<ChannelResponse> response;
+};
+
+/// A joint of a recording whose turns are searched for jumps.
+struct WatchedJoint {
+  enum class Against {
+    below,  // the joint below it on the chain, or the spine joint that it hangs from
+    hips,   // what all joints up to it add up to: small jumps of many joints in one direction
+    world   // the hips themselves
+  };
+  int node = -1, base = -1;  // base: -1 for the world
+  Against against = Against::below;
+  std::string name;
+};
+
+/// What is known of motion that was recorded and not solved here: its frames are the samples, all
+/// of them count, and nobody can be asked what lies between.
+struct Recording {
+  Owner owner = Owner::rig;           // of the motion
+  std::string command;                // that judges it again
+  std::vector<WatchedJoint> watched;  // the joints that FlipReport counts; entry k is spine joint k
+  std::size_t share_joints = 0;       // spine joints above the hips whose shares are compared
+  std::vector<std::string> notes;     // what was left out, a line each
+  /// A pose of it bent evenly, with the same ends and weights, measured; empty without a body.
+  std::function<PoseRecord(const PoseRecord&)> even_bend;
+};
+
+/// Everything measured on one rig under one mapping, or on a recording, which has none.
 struct RigRecord {
   RigPlan plan;
   solver::Mapping mapping = solver::Mapping::chest;
@@ -48,6 +95,10 @@ struct RigRecord {
   bool has_mesh = false;  // the surface was measured too
   SurfaceScope surface;   // what may be asked of it
   bool has_arms = true;   // that the chest carries
+  std::optional<Recording> recording;
+
+  /// `chest` or `even`; empty for a recording.
+  std::string_view mapping_text() const { return recording ? "" : mapping_name(mapping); }
 };
 
 /// Measures the chain alone, over the given sweeps. Every metric of the chain is filled, here and

@@ -38,15 +38,14 @@ Measured chain_kink(const ChainReading& at) {
 bool kinks_can_be_told(const MetricScope& scope, const PoseRecord&) {
   return scope.surface.has_kinks;
 }
-bool clip_kinks_can_be_told(const ClipScope& scope) { return scope.surface.has_kinks; }
 
 constexpr std::array<Metric, kMetricCount> kTable = {{
-    {.id = MetricId::gain, .name = "gain", .code = "BB002", .in_clips = InClips::own_way},
+    {.id = MetricId::gain, .name = "gain", .code = "BB002", .of_frames = false},
     {.id = MetricId::flip_margin,
      .name = "flip_margin",
      .code = "BB003",
      .place = PlaceKind::joint,
-     .in_clips = InClips::not_applicable,
+     .of_frames = false,
      .from_chain =
          [](const ChainReading& at) {
            return Measured{at.chain.least_margin_deg, at.chain.least_margin_joint};
@@ -57,9 +56,8 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .name = "chain_kink",
      .code = "BB010",
      .place = PlaceKind::joint,
-     .in_clips = InClips::own_way,
-     .from_chain = chain_kink,
-     .applies_to_clip = [](const ClipScope& scope) { return scope.has_corners; }},
+     .of_frames = false,
+     .from_chain = chain_kink},
     {.id = MetricId::uneven_bend,
      .name = "uneven_bend",
      .code = "BB013",
@@ -71,25 +69,23 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
     {.id = MetricId::arm_drift,
      .name = "arm_drift",
      .code = "BB020",
-     .in_clips = InClips::own_way,
+     .of_frames = false,
      .from_chain =
          [](const ChainReading& at) {
            return Measured{at.chain.arms.rotation_deg, -1};
-         },
-     .applies_to_clip = [](const ClipScope& scope) { return scope.has_drift; }},
+         }},
     {.id = MetricId::arm_shift,
      .name = "arm_shift",
      .code = "BB021",
-     .in_clips = InClips::own_way,
+     .of_frames = false,
      .from_chain =
          [](const ChainReading& at) {
            return Measured{100.0 * at.chain.arms.shift, -1};
-         },
-     .applies_to_clip = [](const ClipScope& scope) { return scope.has_slides; }},
+         }},
     {.id = MetricId::lost_twist,
      .name = "lost_twist",
      .code = "BB040",
-     .in_clips = InClips::not_applicable,
+     .of_frames = false,
      .from_chain =
          [](const ChainReading& at) {
            return Measured{std::abs(lost_twist(at)), -1};
@@ -103,7 +99,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
     {.id = MetricId::end_gap,
      .name = "end_gap",
      .code = "BB041",
-     .in_clips = InClips::not_applicable,
+     .of_frames = false,
      .from_chain =
          [](const ChainReading& at) {
            return Measured{100.0 * at.chain.end_gap, -1};
@@ -124,8 +120,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
          [](const BodyReading& at) {
            return Measured{at.pose.slices.kink_worst_deg, at.pose.slices.kink_slice};
          },
-     .applies = kinks_can_be_told,
-     .applies_to_clip = clip_kinks_can_be_told},
+     .applies = kinks_can_be_told},
     {.id = MetricId::surface_fold,
      .name = "surface_fold",
      .code = "BB012",
@@ -135,13 +130,13 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
          [](const BodyReading& at) {
            return Measured{100.0 * at.pose.slices.folded, at.pose.slices.fold_slice};
          },
-     .applies = [](const MetricScope& scope, const PoseRecord&) { return scope.surface.has_folds; },
-     .applies_to_clip = [](const ClipScope& scope) { return scope.surface.has_folds; }},
+     .applies = [](const MetricScope& scope,
+                   const PoseRecord&) { return scope.surface.has_folds; }},
     {.id = MetricId::arm_slide,
      .name = "arm_slide",
      .code = "BB022",
      .place = PlaceKind::vertex,
-     .in_clips = InClips::not_applicable,  // arms move on purpose
+     .of_frames = false,  // arms move on purpose
      .from_body =
          [](const BodyReading& at) {
            return Measured{100.0 * at.pose.arm_drift, at.pose.arm_drift_vertex};
@@ -156,8 +151,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
          [](const BodyReading& at) {
            return Measured{at.pose.slices.twist_jump_worst_deg, at.pose.slices.twist_jump_slice};
          },
-     .applies = kinks_can_be_told,
-     .applies_to_clip = clip_kinks_can_be_told},
+     .applies = kinks_can_be_told},
     {.id = MetricId::slice_area,
      .name = "slice_area",
      .code = "BB030",
@@ -176,8 +170,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
            return Measured{100.0 * std::abs(at.pose.surface.volume_change), -1};
          },
      .applies = [](const MetricScope& scope,
-                   const PoseRecord&) { return scope.surface.has_volume; },
-     .applies_to_clip = [](const ClipScope& scope) { return scope.surface.has_volume; }},
+                   const PoseRecord&) { return scope.surface.has_volume; }},
     {.id = MetricId::strain,
      .name = "strain",
      .code = "BB032",
@@ -216,7 +209,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .name = "chain_twist_jump",
      .code = "BB014",
      .place = PlaceKind::joint,
-     .in_clips = InClips::not_applicable,  // no twist is known that the chain should carry
+     .of_frames = false,  // no twist is known that the chain should carry
      .from_chain =
          [](const ChainReading& at) {
            return Measured{at.chain.twist_jump_deg, at.chain.twist_jump_joint};
@@ -225,26 +218,23 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
          [](const MetricScope& scope, const PoseRecord&) {
            return scope.rest.position.size() >= kLeastTwistJumpJoints;
          }},
-    {.id = MetricId::predictability,
-     .name = "predictability",
-     .code = "BB042",
-     .in_clips = InClips::not_applicable},
+    {.id = MetricId::predictability, .name = "predictability", .code = "BB042", .of_frames = false},
     {.id = MetricId::mirror,
      .name = "mirror_asymmetry",
      .code = "BB043",
      .place = PlaceKind::joint,
-     .in_clips = InClips::not_applicable},  // a clip has no mirrored pose
+     .of_frames = false},  // a clip has no mirrored pose
     {.id = MetricId::return_to_rest,
      .name = "return_to_rest",
      .code = "BB044",
      .place = PlaceKind::joint,
-     .in_clips = InClips::not_applicable,
+     .of_frames = false,
      .applies = [](const MetricScope&, const PoseRecord& pose) { return pose.rest_noted; }},
     {.id = MetricId::range_of_motion,
      .name = "range_of_motion",
      .code = "BB045",
      .place = PlaceKind::joint,
-     .in_clips = InClips::not_applicable,
+     .of_frames = false,
      // A human range fits no snake.
      .applies = [](const MetricScope& scope, const PoseRecord&) { return scope.has_arms; }},
     {.id = MetricId::uneven_twist,
@@ -259,7 +249,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
      .name = "self_intersection",
      .code = "BB034",
      .place = PlaceKind::vertex,
-     .in_clips = InClips::not_applicable,  // limbs pass close by on purpose
+     .of_frames = false,  // limbs pass close by on purpose
      .growth = Growth::with_square,
      .from_body =
          [](const BodyReading& at) {
@@ -276,8 +266,7 @@ constexpr std::array<Metric, kMetricCount> kTable = {{
                                            at.pose.slice_pose, at.body.window());
            return Measured{jump.angle_deg, jump.slice};
          },
-     .applies = kinks_can_be_told,
-     .applies_to_clip = clip_kinks_can_be_told},
+     .applies = kinks_can_be_told},
 }};
 
 const Metric* find(std::string_view Metric::*field, std::string_view text) {
@@ -295,12 +284,8 @@ const Metric* metric_of(std::string_view code) { return find(&Metric::code, code
 const Metric* metric_named(std::string_view name) { return find(&Metric::name, name); }
 
 bool is_applicable(const Metric& metric, const MetricScope& scope, const PoseRecord& pose) {
-  return pose.taken && (metric.applies == nullptr || metric.applies(scope, pose));
-}
-
-bool is_applicable(const Metric& metric, const ClipScope& scope) {
-  return metric.in_clips != InClips::not_applicable &&
-         (metric.applies_to_clip == nullptr || metric.applies_to_clip(scope));
+  return pose.taken && !pose.left_out[static_cast<std::size_t>(metric.id)] &&
+         (metric.applies == nullptr || metric.applies(scope, pose));
 }
 
 }  // namespace backbend::validate

@@ -75,18 +75,6 @@ struct MetricScope {
   bool has_arms = true;
 };
 
-/// The same of one sweep of a clip.
-struct ClipScope {
-  SurfaceScope surface;
-  bool has_corners = false;  // enough joints to hold one against its neighbours
-  bool has_drift = false;    // nobody turns the clavicles on purpose
-  bool has_slides = false;   // where joints are is the clip's own, and over enough frames
-};
-
-/// How a clip's frames are measured: as a rig's poses, in the clip's own way over the whole sweep,
-/// or not at all, for lack of a control that the value belongs to.
-enum class InClips { as_poses, own_way, not_applicable };
-
 /// How the limit grows with the load of a pose that uses several channels at once
 /// (compound_load()): not at all, as an angle or a length, or as an area.
 enum class Growth { none, with_load, with_square };
@@ -98,14 +86,13 @@ struct Metric {
   std::string_view name;  // in plots and report.json
   std::string_view code;  // of the check that judges it
   PlaceKind place = PlaceKind::none;
-  InClips in_clips = InClips::as_poses;
+  bool of_frames = true;  // a recorded frame has it by itself, as a pose does
   Growth growth = Growth::none;
   /// How one pose's value is read. A metric with neither is filled over a sweep or a rig.
   Measured (*from_chain)(const ChainReading&) = nullptr;
   Measured (*from_body)(const BodyReading&) = nullptr;
-  /// Null: to every pose that the rig takes, and to every clip that in_clips allows.
+  /// Null: to every pose that the rig takes.
   bool (*applies)(const MetricScope&, const PoseRecord&) = nullptr;
-  bool (*applies_to_clip)(const ClipScope&) = nullptr;
 
   const Check& check() const;
 };
@@ -116,8 +103,7 @@ const std::array<Metric, kMetricCount>& metric_table();
 const Metric* metric_of(std::string_view code);
 const Metric* metric_named(std::string_view name);
 
-/// Whether a value of this metric means anything at this pose, or in this sweep of a clip.
+/// Whether a value of this metric means anything at this pose.
 bool is_applicable(const Metric& metric, const MetricScope& scope, const PoseRecord& pose);
-bool is_applicable(const Metric& metric, const ClipScope& scope);
 
 }  // namespace backbend::validate

@@ -72,12 +72,12 @@ bool geometry_explains(const SweepRecord& sweep, std::size_t pose, const JudgeCo
 }
 
 /// Whether the rig's own surface is known to jump there (BB037).
-bool surface_explains(const SweepRecord& sweep, std::size_t pose,
+bool surface_explains(const RigRecord& rig, const SweepRecord& sweep, std::size_t pose,
                       const std::vector<Finding>& findings) {
   const double a = sweep.poses[pose >= 2 ? pose - 2 : 0].control_deg;
   const double b = sweep.poses[std::min(pose + 1, sweep.poses.size() - 1)].control_deg;
   return std::ranges::any_of(findings, [&](const Finding& finding) {
-    return finding.code == "BB037" && finding.sweep == sweep.sweep.name &&
+    return finding.code == "BB037" && sweep_of(rig, finding) == &sweep &&
            finding.control_deg >= std::min(a, b) && finding.control_deg <= std::max(a, b);
   });
 }
@@ -338,7 +338,7 @@ void ImagePass::look(std::span<const RigRecord> rigs, std::span<std::vector<Find
     for (const SweepRecord& sweep : rigs[r].sweeps) {
       for (std::size_t i = 0; i < findings[r].size(); ++i) {
         Finding& finding = findings[r][i];
-        if (finding.sweep != sweep.sweep.name) continue;
+        if (sweep_of(rigs[r], finding) != &sweep) continue;
         if (!shown[i]) {
           finding.image.note = "not looked at: worse ones of this check were";
           continue;
@@ -379,7 +379,7 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
     const std::vector<double> score = pop_scores(change);
     for (std::size_t p = 1; p < score.size(); ++p) {
       if (!(score[p] > kPopScore) || turns_a_corner(sweep, p) ||
-          geometry_explains(sweep, p, context) || surface_explains(sweep, p, findings))
+          geometry_explains(sweep, p, context) || surface_explains(rig, sweep, p, findings))
         continue;
       const PoseRecord& pose = sweep.poses[p];
       out.push_back(start_finding(rig, context, sweep, "BB070", pose.body, pose.control_deg));
@@ -392,10 +392,8 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
   for (const Finding& finding : findings) {
     if (!finding.image.measured || finding.image.visible) continue;
     if (!(seen_size(finding) > check_of(finding).always_seen)) continue;
-    const auto sweep = std::ranges::find(rig.sweeps, finding.sweep, [](const SweepRecord& each) {
-      return std::string_view(each.sweep.name);
-    });
-    if (sweep == rig.sweeps.end()) continue;
+    const SweepRecord* sweep = sweep_of(rig, finding);
+    if (sweep == nullptr) continue;
     out.push_back(start_finding(rig, context, *sweep, "BB070",
                                 sweep->sweep.pose_at(finding.control_deg), finding.control_deg));
     out.back().detail = finding.code + " measures " + number_text(finding.value, 2) + " " +

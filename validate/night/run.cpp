@@ -79,42 +79,6 @@ CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& a
   return facts;
 }
 
-namespace {
-
-RigResult result_of(const RigRecord& record, const JudgeContext& context,
-                    const std::vector<Finding>& findings) {
-  RigResult result;
-  result.character = context.stage.character().name;
-  result.rig = record.plan.name;
-  result.system = record.plan.spec.system;
-  result.mapping = mapping_name(record.mapping);
-  result.role = record.plan.role;
-  for (const auto& [key, value] : record.system->options()) {
-    result.options[key] = rig_text({"", {{key, value}}}).substr(key.size() + 2);
-  }
-  result.headroom = headroom_of(record, context, findings);
-  result.corners = corners_of(record, context, findings);
-  result.search = record.search;
-  result.coverage = coverage_of(record);
-  result.sweeps = series_of(record, context.limits);
-  for (const SweepSeries& series : result.sweeps) {
-    for (const auto& [name, values] : series.metric) {
-      const Metric* metric = metric_named(name);
-      const bool low_is_bad = metric != nullptr && metric->check().sense == Sense::at_least;
-      for (const double value : values) {
-        if (!std::isfinite(value)) continue;
-        const auto [worst, is_new] = result.summary.emplace(name, value);
-        if (!is_new)
-          worst->second =
-              low_is_bad ? std::min(worst->second, value) : std::max(worst->second, value);
-      }
-    }
-  }
-  return result;
-}
-
-}  // namespace
-
 std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   std::vector<CheckLegend> rows;
   for (const Check& check : all_checks()) {
@@ -225,11 +189,9 @@ std::string agreement_line(const std::vector<Finding>& findings) {
 void name_places(const Stage& stage, const PlaceNames& names, const RigRecord& record,
                  std::vector<Finding>& findings) {
   for (Finding& finding : findings) {
-    const auto sweep = std::ranges::find(record.sweeps, finding.sweep, [](const SweepRecord& each) {
-      return std::string_view(each.sweep.name);
-    });
+    const SweepRecord* sweep = sweep_of(record, finding);
     // Only the side of a slice needs the body in its pose.
-    const bool posed = finding.slice >= 0 && sweep != record.sweeps.end();
+    const bool posed = finding.slice >= 0 && sweep != nullptr;
     names.name(
         posed ? stage
                     .pose(*record.system,
@@ -248,13 +210,12 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const RigRecord&
   const ExternalRig* external = external_rig(*record.system);
   if (!external && !sidecar) return;
   for (Finding& finding : findings) {
-    for (const SweepRecord& each : record.sweeps) {
-      if (each.sweep.name != finding.sweep) continue;
-      const PoseDegrees pose = each.sweep.pose_at(finding.control_deg);
-      finding.artist =
-          external ? control_lines(*external, controls_at(*record.system, pose, record.mapping))
-                   : artist_lines(*sidecar, pose);
-    }
+    const SweepRecord* sweep = sweep_of(record, finding);
+    if (sweep == nullptr) continue;
+    const PoseDegrees pose = sweep->sweep.pose_at(finding.control_deg);
+    finding.artist =
+        external ? control_lines(*external, controls_at(*record.system, pose, record.mapping))
+                 : artist_lines(*sidecar, pose);
   }
 }
 

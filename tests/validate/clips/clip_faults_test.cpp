@@ -15,8 +15,9 @@
 #include "skin/character/matrix_facts.h"
 #include "skin/gltf/gltf_reader.h"
 #include "tests/skin/shared_characters.h"
-#include "validate/clips/clip_judge.h"
+#include "validate/clips/clip_measure.h"
 #include "validate/files/import.h"
+#include "validate/judge/judge_recorded.h"
 #include "validate/metrics/surface/rigid_fit.h"
 
 namespace backbend::validate {
@@ -44,14 +45,11 @@ struct Motion {
   skin::Clip clip;
 
   std::vector<Finding> findings(const skin::Clip& played) const {
-    const ClipBody body(character, anatomy, played, {});
-    const ClipSystem system(character, anatomy, body);
+    const Stage stage(character, anatomy);
+    const ClipBody body(stage.character(), stage.anatomy(), played, {});
     Progress progress(Progress::Style::none);
-    const ClipRecord record =
-        measure_clip(character, anatomy, played, body, system, nullptr, progress);
-    const LimitSet limits = clip_limits();
-    return judge_clip(record,
-                      {character, anatomy, played, body, system, nullptr, limits, "backbend"});
+    const RigRecord record = measure_clip(stage, played, body, nullptr, progress);
+    return judge_rig(record, {stage, clip_limits(), *find_envelope("sweep"), ""});
   }
   Index joint(const std::string& joint_name) const {
     const auto found = std::find(clip.joint.begin(), clip.joint.end(), joint_name);

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 
 #include "validate/metrics/math/median.h"
@@ -175,8 +176,8 @@ class JointMotion {
   int count() const { return spaces_.front().count(); }
 
   /// Finds the jumps, widest first, and takes each out of the steps.
-  std::vector<ClipJump> find() {
-    std::vector<ClipJump> out;
+  std::vector<Jump> find() {
+    std::vector<Jump> out;
     std::vector<double> residual(steps());
     std::vector<bool> dismissed(steps(), false);
     for (int k = 0; k < count(); ++k) residual[index(k)] = plain_residual(k);
@@ -189,13 +190,13 @@ class JointMotion {
           widest = k;
       if (widest < 0) return out;
       const Explanation best = explain(widest);
-      std::vector<ClipJump> here = judge(best);
+      std::vector<Jump> here = judge(best);
       if (here.empty()) {
         dismissed[index(widest)] = true;
         continue;
       }
       for (Steps& steps : spaces_) steps.take_out(best);
-      for (ClipJump& jump : here) out.push_back(jump);
+      for (Jump& jump : here) out.push_back(std::move(jump));
       const int reach = settings_.median_reach + settings_.longest_out;
       for (int k = std::max(0, best.step[0] - reach);
            k <= std::min(count() - 1, best.last() + reach); ++k) {
@@ -316,7 +317,7 @@ class JointMotion {
   }
 
   /// The jumps of an explanation that the motion around does not explain.
-  std::vector<ClipJump> judge(const Explanation& place) const {
+  std::vector<Jump> judge(const Explanation& place) const {
     const double limit = explained(place);
     const Steps& steps = spaces_[calmer_space(place)];
     std::array<double, 2> size{};
@@ -327,10 +328,14 @@ class JointMotion {
       size[index(i)] = steps.left_over(k, expected);
       excess[index(i)] = rotation(steps.turn(k)) * glm::conjugate(rotation(expected));
     }
-    std::vector<ClipJump> out;
+    std::vector<Jump> out;
     const auto add = [&](int step, std::size_t frames_out, double radians) {
       if (radians > limit && !is_leap(step))
-        out.push_back({joint_, index(step), frames_out, degrees(radians), degrees(limit)});
+        out.push_back({.pose = index(step),
+                       .joints = {{.joint = joint_,
+                                   .size_deg = degrees(radians),
+                                   .expected_deg = degrees(limit),
+                                   .frames_out = frames_out}}});
     };
     if (place.count == 1) {
       add(place.step[0], 0, size[0]);
@@ -356,29 +361,34 @@ class JointMotion {
 
 }  // namespace
 
-ClipReport find_clip_flips(const ClipMotion& clip, const ClipSettings& settings) {
+FlipReport find_clip_flips(const ClipMotion& clip, const ClipSettings& settings) {
   assert(clip.turn.size() == clip.time.size() * clip.joint_count);
-  ClipReport out;
+  FlipReport out;
+  out.certified = false;
   for (std::size_t i = 0; i < clip.turn.size(); ++i)
     if (!is_finite(clip.turn[i])) {
       out.finite = false;
-      out.not_finite_frame = i / clip.joint_count;
+      out.not_finite_pose = i / clip.joint_count;
       return out;
     }
   out.detectable_deg.assign(clip.joint_count, kInfinity);
   out.calm_deg.assign(clip.joint_count, kInfinity);
-  if (clip.time.size() < 5) return out;
+  if (clip.time.size() < kLeastFrames) return out;
+  out.certified = true;
+  std::map<std::size_t, Jump> jumps;  // by frame
   for (std::size_t joint = 0; joint < clip.joint_count; ++joint) {
     JointMotion motion(clip, joint, settings);
-    for (const ClipJump& jump : motion.find()) out.jumps.push_back(jump);
+    for (const Jump& jump : motion.find()) {
+      Jump& there = jumps[jump.pose];
+      there.pose = jump.pose;
+      there.joints.push_back(jump.joints.front());
+    }
     std::vector<double> detectable;  // with every jump taken out: what the motion itself hides
     for (int k = 0; k < motion.count(); ++k) detectable.push_back(degrees(motion.detectable(k)));
     out.detectable_deg[joint] = *std::max_element(detectable.begin(), detectable.end());
     out.calm_deg[joint] = upper_median(detectable);
   }
-  std::ranges::stable_sort(out.jumps, [](const ClipJump& a, const ClipJump& b) {
-    return a.frame != b.frame ? a.frame < b.frame : a.joint < b.joint;
-  });
+  for (auto& [frame, jump] : jumps) out.jumps.push_back(std::move(jump));
   return out;
 }
 

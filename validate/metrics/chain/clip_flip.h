@@ -1,9 +1,7 @@
 #pragma once
 #include <span>
-#include <string>
-#include <vector>
 
-#include "validate/metrics/math/rotation.h"
+#include "validate/metrics/chain/flip.h"
 
 namespace backbend::validate {
 
@@ -38,23 +36,8 @@ struct ClipSettings {
   int longest_out = 4;   // frames that a joint may stay away for "out and back" to be one event
 };
 
-struct ClipJump {
-  std::size_t joint = 0;
-  std::size_t frame = 0;       // the jump lies between this frame and the next
-  std::size_t frames_out = 0;  // 0: the turn holds; else the joint is back after so many frames
-  double size_deg = 0.0;       // the turn that the motion on both sides leaves over
-  double expected_deg = 0.0;   // the largest that the motion around would explain there
-};
-
-/// Jumps of a clip, by rising frame, then joint.
-struct ClipReport {
-  std::vector<ClipJump> jumps;
-  /// Per joint: the smallest jump that is found at its busiest place, and in the calmer half of its
-  /// steps; degrees.
-  std::vector<double> detectable_deg, calm_deg;
-  bool finite = true;
-  std::size_t not_finite_frame = 0;
-};
+/// Fewer frames have no pace to compare a step with.
+inline constexpr std::size_t kLeastFrames = 5;
 
 /// The discrete test for baked motion. Frames cannot be bisected, so this is an outlier test and no
 /// certificate. Per joint and step from frame to frame:
@@ -74,7 +57,8 @@ struct ClipReport {
 /// multiplied on from either side keeps them in one of the two. Paces are per second, so uneven
 /// keys do not count as jumps; q and -q are one rotation.
 ///
-/// A clip of fewer than five frames has no jumps, and detects none (detectable_deg infinite).
-ClipReport find_clip_flips(const ClipMotion& clip, const ClipSettings& settings = {});
+/// Jumps of several joints between the same two frames are one, of all of them. A clip of fewer
+/// than kLeastFrames has no jumps, detects none (detectable_deg infinite) and is not certified.
+FlipReport find_clip_flips(const ClipMotion& clip, const ClipSettings& settings = {});
 
 }  // namespace backbend::validate

@@ -215,7 +215,7 @@ class Search {
     const Motion left = has_left ? motion(at(a.t - width).sample, a.sample, set_.length) : none;
     const Motion right = has_right ? motion(b.sample, at(b.t + width).sample, set_.length) : none;
 
-    Jump jump{a.t + 0.5 * width, a.t, b.t, FlipClass::other, {}};
+    Jump jump{.t = a.t + 0.5 * width, .before = a.t, .after = b.t, .joints = {}};
     for (std::size_t j = 0; j < a.sample.turn.size(); ++j) {
       const glm::dquat before = rotation(0.5 * left.turn[j]) * a.sample.turn[j];
       const glm::dquat after = rotation(-0.5 * right.turn[j]) * b.sample.turn[j];

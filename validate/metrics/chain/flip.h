@@ -56,6 +56,10 @@ struct JointJump {
   double shift = 0.0;             // of the joint's origin, share of the reference length
   glm::dvec3 axis{0.0};           // world, unit; zero where only the position jumps
   double axis_to_bone_deg = 0.0;  // 0: about the bone; NaN without bones
+  // Of recorded motion: the largest turn that the motion around would explain there, and after how
+  // many frames the joint is back; 0: the turn holds.
+  double expected_deg = 0.0;
+  std::size_t frames_out = 0;
 };
 
 /// A place of the sweep where the rig is not continuous.
@@ -63,7 +67,8 @@ struct Jump {
   double t = 0.0;                    // middle of the interval that holds it
   double before = 0.0, after = 0.0;  // the interval: poses on both sides, at most 2^-20 apart
   FlipClass kind = FlipClass::other;
-  std::vector<JointJump> joints;  // largest first
+  std::size_t pose = 0;           // of recorded motion, in place of t: the last pose before it
+  std::vector<JointJump> joints;  // largest first; of recorded motion as they are watched
   double size_deg() const { return joints.empty() ? 0.0 : joints.front().size_deg; }
 };
 
@@ -88,6 +93,10 @@ struct FlipReport {
   bool finite = true;  // false: a sample was not finite, at `not_finite_t`
   double not_finite_t = 0.0;
   bool certified = true;  // false: the budget ran out or a sample was not finite
+  // Of recorded motion, per joint: the smallest jump that is found at its busiest place, and in the
+  // calmer half of its steps; infinite where there are too few poses. And the pose of not_finite_t.
+  std::vector<double> detectable_deg, calm_deg;
+  std::size_t not_finite_pose = 0;
 };
 
 /// Finds every jump of a rig over a sweep and proves the rest continuous at its resolution.
