@@ -344,6 +344,14 @@ Corners corners_of(const RigRecord& rig, const JudgeContext& context,
   return corners;
 }
 
+int clean_poses(const RigRecord& rig, const SweepRecord& sweep, const JudgeContext& context,
+                const std::vector<Finding>& findings) {
+  const Advisories advisories = advisories_in(findings);
+  return static_cast<int>(std::ranges::count_if(sweep.poses, [&](const PoseRecord& pose) {
+    return !worst_miss(rig, context, advisories, sweep, pose);
+  }));
+}
+
 std::vector<Coverage> coverage_of(const RigRecord& rig) {
   std::vector<Coverage> result;
   Coverage flips{"BB001", 0, 0, 0, 0};
