@@ -27,6 +27,7 @@ struct RunOptions {
 /// What says which night it is. A job that is cut into shards is rebuilt from the same options.
 struct NightlyOptions : RunOptions {
   std::string suite, character;
+  double hunt_percent = -1.0;  // below 0: not given
 
   void add_to(CLI::App* command);
   /// Throws SuiteError and what apply_to() throws.

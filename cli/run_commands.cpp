@@ -101,6 +101,12 @@ void NightlyOptions::add_to(CLI::App* command) {
       ->configurable();
   command->add_option("--character", character, "character file instead of the suite's")
       ->type_name(kFileType);
+  command
+      ->add_option("--hunt-percent", hunt_percent,
+                   "poses to search for the worst of each rig, per cent of those that its sweeps "
+                   "measure; 0: none [the suite's, 50; with --quick 0]")
+      ->check(CLI::Range(0.0, kMostHuntPercent))
+      ->configurable();
   RunOptions::add_to(command);
   // A night is what a house keeps record of; a check in between is not held to it.
   command->get_option("--baseline")->configurable();
@@ -112,6 +118,10 @@ RunRequest NightlyOptions::request() const {
   const fs::path file = suite.empty() ? data_folder() / "scenes" / "nightly.toml" : fs::path(suite);
   request.suite = read_suite(file);
   if (!character.empty()) request.suite.characters = {character};
+  if (hunt_percent >= 0.0)
+    request.suite.hunt.percent = hunt_percent;
+  else if (quick)
+    request.suite.hunt.percent = 0.0;
   apply_to(request);
   request.character = character;
   return request;
@@ -297,15 +307,17 @@ int print_estimate(const RunRequest& request, const Common& common) {
   if (common.json) {
     std::printf(
         "{\"canaries\": %zu, \"characters\": %zu, \"mappings\": %zu, \"minutes\": %s, "
-        "\"pictures\": %zu, \"poses\": %zu, \"rigs\": %zu, \"small_pictures\": %zu, \"sweeps\": "
-        "%zu}\n",
+        "\"pictures\": %zu, \"poses\": %zu, \"rigs\": %zu, \"searched\": %zu, "
+        "\"small_pictures\": %zu, \"sweeps\": %zu}\n",
         job.canaries, job.characters, job.mappings, number_text(job.minutes, 2).c_str(),
-        job.pictures, job.poses, job.rigs, job.small_pictures, job.sweeps);
+        job.pictures, job.poses, job.rigs, job.searched, job.small_pictures, job.sweeps);
     return kExitOk;
   }
   std::printf("characters %zu, rigs %zu, canaries %zu, mappings %zu, sweeps %zu\n", job.characters,
               job.rigs, job.canaries, job.mappings, job.sweeps);
   std::printf("poses      %zu to measure\n", job.poses);
+  if (job.searched > 0)
+    std::printf("search     %zu poses between the sweeps, and those of finds\n", job.searched);
   std::printf("pictures   %zu small ones for image metrics, %zu rendered, and those of findings\n",
               job.small_pictures, job.pictures);
   std::printf("time       about %s minutes on this machine\n", minutes_text(job.minutes).c_str());

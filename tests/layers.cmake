@@ -12,8 +12,8 @@ set(skin_rooms character deform gltf clip anatomy weights body)
 set(render_rooms image trace review)
 set(validate_rooms
   text tasks files verdicts model metrics/math metrics/chain metrics/surface metrics/image sweeps
-  live stage measure judge camera compare evidence history report carry calibrate night clips
-  selftest prove hunt tune why repair export farm watch serve)
+  live stage measure judge camera compare evidence history report carry calibrate prove hunt night
+  clips selftest tune why repair export farm watch serve)
 
 foreach(layer solver skin import render validate)
   file(GLOB_RECURSE sources RELATIVE ${ROOT} ${ROOT}/${layer}/*.h ${ROOT}/${layer}/*.cpp)

@@ -113,6 +113,7 @@ class CuttingANight(NightTest):
         plan = json.loads(done.stdout)
         self.assertEqual((plan["characters"], plan["rigs"], plan["canaries"]), (1, 2, 1))
         self.assertEqual(plan["poses"], 2 * 21)
+        self.assertEqual(plan["searched"], 2 * 11)  # half of them
         self.assertEqual(plan["pictures"], 2 * 21 + 3)
         self.assertGreater(plan["minutes"], 0)
         self.assertFalse((self.folder / "dry").exists())

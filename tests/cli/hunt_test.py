@@ -119,6 +119,92 @@ class Hunt(CommandTest):
         self.assert_refused("hunt", "curve", *words, "--add-to", "gone.toml", names=["gone.toml"])
 
 
+class NightHunt(CommandTest):
+    """A night whose only sweep shows little: what fails inside the envelope is found between the sweeps, or not at all."""
+
+    TEXT = '[suite]\ncharacters = ["hero.glb"]\ncorners = false\nenvelope = "human"\n\n' \
+           '[[rig]]\nsolver = { system = "curve" }\n\n[[rig]]\nsolver = { system = "even" }\nrole = "reference"\n\n' \
+           '[[sweep]]\nchannel = "extension"\nto = 2\nstep = 2\n' \
+           '[[sweep]]\nchannel = "side"\nto = 2\nstep = 2\n' \
+           '[[sweep]]\nchannel = "twist"\nto = 2\nstep = 2\n'
+
+    def setUp(self):
+        super().setUp()
+        self.write("hero.glb", human(1500).read_bytes())
+        self.write("night.toml", self.TEXT)
+
+    def night(self, run, *words, code=1):
+        done = self.backbend("nightly", "night.toml", "-o", run, "--quick", *words)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return json.loads((self.folder / run / "report.json").read_text()), done.stdout
+
+    def test_it_finds_what_its_sweeps_do_not_show_and_says_what_it_searched(self):
+        report, told = self.night("run", "--hunt-percent", "3000")
+        curve, even = report["rigs"]
+        hunt = curve["hunt"]
+        # Six poses are swept.
+        self.assertTrue(140 <= hunt["evaluations"] <= 180, hunt["evaluations"])
+        self.assertEqual(hunt["box"], "extension 0..60, flexion 0..90, side -45..45, twist -60..60")
+        self.assertIn(f"curve/chest: searched {hunt['evaluations']} poses of extension 0..60", " ".join(told.split()))
+        finds = [worst for worst in hunt["worst"] if worst["sweep"]]
+        self.assertTrue(finds)
+        for find in finds:
+            self.assertTrue(find["over"])
+            # It is a finding like any other: measured on a path of its own, with the pose, its owner and a command.
+            same = [f for f in report["findings"] if f["sweep"] == find["sweep"] and f["code"] == find["code"]]
+            self.assertEqual(len(same), 1, find)
+            self.assertTrue(same[0]["inside_envelope"] and same[0]["owner"] and "--pose" in same[0]["reproduce"], same)
+            if find["pose"] == same[0]["pose"]:
+                self.assertAlmostEqual(same[0]["value"], find["value"], delta=1e-3 * abs(find["value"]))
+            # No sweep shows as much.
+            for other in report["findings"]:
+                if other["code"] == find["code"] and other["rig"] == "curve" and not other["sweep"].startswith("hunt "):
+                    self.assertLess(other["value"], find["value"])
+            (path,) = [s for s in curve["sweeps"] if s["sweep"] == find["sweep"]]
+            self.assertGreater(len(path["control_deg"]), 2)
+        # What it did not find is no promise.
+        self.assertNotIn("clean", [line for line in told.splitlines() if " hunt " in line][0])
+        # Each rig has its own paths, and they are no pairs.
+        self.assertFalse([s for c in report["comparisons"] for s in c["sweeps"] if s["sweep"].startswith("hunt ")])
+
+    def test_the_same_for_any_threads_and_shards_and_nothing_with_0(self):
+        words = ("--hunt-percent", "700")
+        self.night("one", *words, "--threads", "1")
+        self.night("three", *words, "--threads", "3")
+        expected = (self.folder / "one/report.json").read_text()
+        self.assertEqual(expected, (self.folder / "three/report.json").read_text())
+        for share in ("1/2", "2/2"):
+            self.assert_runs("nightly", "night.toml", "--quick", *words, "-o", share[0], "--shard", share)
+        self.assert_runs("merge", "1", "2", "-o", "merged", code=1)
+        self.assertEqual(expected, (self.folder / "merged/report.json").read_text())
+        for none in (("--hunt-percent", "0"), ()):  # a quick night searches where it is told to
+            report, told = self.night("none", *none, code=5)  # the sweeps do not cover the envelope
+            self.assertFalse([finding for finding in report["findings"] if finding["verdict"] == "fail"])
+            self.assertFalse([rig for rig in report["rigs"] if "hunt" in rig or "volume" in rig])
+            self.assertNotIn("searched", told)
+
+    def test_proved_and_searched_volume_stand_apart(self):
+        report, told = self.night("run", "--hunt-percent", "1000")
+        curve, even = (rig["volume"] for rig in report["rigs"])
+        self.assertIsNone(curve["certified"])  # its solver does not run on boxes
+        self.assertIn("curve", curve["not_certified"])
+        self.assertEqual(even["certified"]["share"], 1)
+        for volume in (curve, even):
+            poses, clean = volume["searched"]["poses"], volume["searched"]["clean"]
+            self.assertGreaterEqual(poses, 20)
+            self.assertLessEqual(volume["searched"]["at_least"], clean / poses)
+        self.assertEqual(even["searched"]["clean"], even["searched"]["poses"])
+        self.assertAlmostEqual(even["searched"]["at_least"], 0.05 ** (1 / even["searched"]["poses"]), places=9)
+        self.assertLess(curve["searched"]["clean"], curve["searched"]["poses"])
+        self.assertIn("random poses clean (95 % sure: at least", " ".join(told.split()))
+
+    def test_a_share_that_is_none_is_refused(self):
+        self.write("night.toml", self.TEXT + "[hunt]\npercent = -5\n")
+        self.assert_refused("nightly", "night.toml", "--quick", "-o", "run", names=["night.toml:26", "percent"])
+        self.write("night.toml", self.TEXT)
+        self.assert_refused("nightly", "night.toml", "-o", "run", "--hunt-percent", "-1", code=USAGE, names=["--hunt-percent"])
+
+
 class LiveHunt(RigTest, CommandTest):
     def test_a_flip_of_a_running_rig_is_found_from_both_its_sides(self):
         # Beyond this twist one joint stays turned: no slope leads there, but poses on both sides do.

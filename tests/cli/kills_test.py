@@ -106,6 +106,9 @@ channel = "extension"
 to = 6
 step = 6
 
+[hunt]
+percent = 0
+
 """ + SMALL_PICTURES
 
 

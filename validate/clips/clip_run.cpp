@@ -12,6 +12,7 @@
 #include "validate/clips/clip_sensitivity.h"
 #include "validate/evidence/artist.h"
 #include "validate/files/hash.h"
+#include "validate/judge/confirmed.h"
 #include "validate/judge/judge_recorded.h"
 #include "validate/judge/owner.h"
 #include "validate/judge/place.h"

@@ -7,6 +7,7 @@
 
 #include "validate/measure/measure.h"
 #include "validate/metrics/math/median.h"
+#include "validate/model/search_text.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/verdicts/checks.h"
 
@@ -207,6 +208,15 @@ std::string sampled_text(const Comparison& comparison) {
 
 }  // namespace
 
+namespace {
+
+/// Each rig has its own paths to what a search found on it.
+bool is_hunted(const RigResult& rig, const SweepSeries& sweep) {
+  return std::ranges::find(rig.hunt.worst, sweep.sweep, &HuntedPose::sweep) != rig.hunt.worst.end();
+}
+
+}  // namespace
+
 std::pair<std::string, std::string> side_labels(const std::string& a, const std::string& b) {
   const std::string first = std::filesystem::path(a).filename().string();
   const std::string second = std::filesystem::path(b).filename().string();
@@ -225,8 +235,10 @@ Comparison compare_results(const RigResult& a, const RigResult& b, std::string a
   comparison.mapping = a.mapping;
   Tally tally;
   std::size_t seen = 0, poses_of_b = 0;
-  for (const SweepSeries& sweep : b.sweeps) poses_of_b += sweep.control_deg.size();
+  for (const SweepSeries& sweep : b.sweeps)
+    if (!is_hunted(b, sweep)) poses_of_b += sweep.control_deg.size();
   for (const SweepSeries& sweep : a.sweeps) {
+    if (is_hunted(a, sweep)) continue;
     // Two clips of one sweep each are the same motion whatever it is called.
     const bool alone = a.sweeps.size() == 1 && b.sweeps.size() == 1;
     const auto other = std::find_if(b.sweeps.begin(), b.sweeps.end(), [&](const SweepSeries& each) {
@@ -308,9 +320,15 @@ std::string shortfalls(const RigResult& rig) {
   return text.empty() ? "nothing" : text;
 }
 
-std::string shortfalls_of(const Report& report, const Comparison& comparison, Role role) {
-  for (const RigResult& rig : report.rigs)
-    if (rig.role == role && rig.mapping == comparison.mapping) return shortfalls(rig);
+/// What a side is short of, and how much of the envelope's volume is clean.
+std::string side_summary(const Report& report, const Comparison& comparison, Role role,
+                         const std::string& label) {
+  for (const RigResult& rig : report.rigs) {
+    if (rig.role != role || rig.mapping != comparison.mapping) continue;
+    const std::string volume = volume_summary(rig.volume);
+    return " " + label + " is short of " + shortfalls(rig) + "." +
+           (volume.empty() ? "" : " Volume of " + label + ": " + volume + ".");
+  }
   return "";
 }
 
@@ -330,10 +348,8 @@ std::string comparison_summary(const Report& report) {
     text += first + (c.ahead.empty() ? " and " + second + ": a draw" : " is ahead of " + second) +
             ": over a limit in " + std::to_string(first_over) + " of " + std::to_string(c.paired) +
             " poses, " + second + " in " + std::to_string(second_over) + ".";
-    const std::string of_a = shortfalls_of(report, c, Role::proposed);
-    const std::string of_b = shortfalls_of(report, c, Role::reference);
-    if (!of_a.empty()) text += " " + c.a + " is short of " + of_a + ".";
-    if (!of_b.empty()) text += " " + c.b + " is short of " + of_b + ".";
+    text += side_summary(report, c, Role::proposed, c.a);
+    text += side_summary(report, c, Role::reference, c.b);
   }
   return text;
 }

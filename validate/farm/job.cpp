@@ -1,6 +1,8 @@
 #include "validate/farm/job.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
 
@@ -92,6 +94,11 @@ JobEstimate estimate(const RunRequest& request) {
     looked_at += sweep.watched ? sweep.pose_count() : 0;
   }
   job.poses = job.characters * job.rigs * job.mappings * poses;
+  // As hunt_rigs() counts them.
+  const auto share =
+      static_cast<std::size_t>(std::ceil(suite.hunt.percent / 100.0 * static_cast<double>(poses)));
+  job.searched = job.characters * job.rigs * job.mappings *
+                 std::max(share, static_cast<std::size_t>(suite.hunt.samples));
   if (request.image_pass)
     job.small_pictures = 3 * job.characters * job.rigs * job.mappings * looked_at;
   const PicturePlan& plan = suite.pictures;
@@ -119,7 +126,8 @@ JobEstimate estimate(const RunRequest& request) {
   const double cores = std::max(1u, std::thread::hardware_concurrency());
   const double searches =
       static_cast<double>(job.characters * job.rigs * job.mappings * job.sweeps);
-  double seconds = (static_cast<double>(job.poses) * pose_s + searches * jumps_s) / cores;
+  double seconds =
+      (static_cast<double>(job.poses + job.searched) * pose_s + searches * jumps_s) / cores;
 
   const PosedCharacter posed = stage.pose(*rig.system, sweep.poses[middle].control);
   render::Bounds box = render::bounds_of(stage.rest().position);

@@ -28,6 +28,7 @@ JobPlan read_plan(const std::filesystem::path& run);
 struct JobEstimate {
   std::size_t characters = 0, rigs = 0, mappings = 0, sweeps = 0, canaries = 0;
   std::size_t poses = 0;           // measured, over everything
+  std::size_t searched = 0;        // of the search between the sweeps, at most
   std::size_t small_pictures = 0;  // looked at by image metrics
   std::size_t pictures = 0;        // rendered for people, at most
   double minutes = 0;

@@ -146,9 +146,13 @@ ControlBox find_box(const std::string& word, const Envelope& envelope) {
   if (word == "sweep") return box_of(word, search_box(envelope, standard_sweeps(envelope)));
   if (word == "envelope")
     // Where everything that is swept counts, that is the envelope.
-    return box_of(word, reach_of(envelope, standard_sweeps(envelope)));
+    return box_within(envelope, standard_sweeps(envelope));
   if (word == "stress") return box_of(word, reach_of(*find_envelope("sweep"), stress_sweeps()));
   return read_box(word);
+}
+
+ControlBox box_within(const Envelope& envelope, const std::vector<Sweep>& sweeps) {
+  return box_of("envelope", reach_of(envelope, sweeps));
 }
 
 ControlBox read_box(const fs::path& file) {

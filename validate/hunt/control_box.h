@@ -44,6 +44,10 @@ std::vector<std::string> box_words();
 /// Anything else is a file: read_box(). Throws ReadError.
 ControlBox find_box(const std::string& word, const Envelope& envelope);
 
+/// The envelope's box; where everything that is swept counts, as far as these sweeps take each
+/// channel alone. Throws ReadError where that moves no channel.
+ControlBox box_within(const Envelope& envelope, const std::vector<Sweep>& sweeps);
+
 /// A box from a file of `channel = [least, most]`, in TOML, or in JSON where its name ends so.
 /// Channels are extension, flexion, side, twist, hip (degrees) and stretch (per cent); one that is
 /// not named stays at rest, and one whose ends are equal is held there. Extension and flexion are

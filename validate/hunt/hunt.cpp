@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <cassert>
 #include <cmath>
 #include <glm/trigonometric.hpp>
 
 #include "skin/anatomy/body_kind.h"
 #include "solver/rig/nearest_name.h"
+#include "validate/calibrate/draw.h"
 #include "validate/hunt/flip_hunt.h"
 #include "validate/hunt/point_records.h"
 #include "validate/hunt/pose_search.h"
@@ -28,6 +30,7 @@ constexpr double kFlipShare = 0.15;   // of the evaluations: for following the g
 constexpr int kWidthHalvings = 6;     // of the last step across a fault's border
 constexpr double kFirstWidth = 2e-3;  // of an axis
 constexpr Index kSurfaceSamples = 96;
+constexpr std::uint64_t kSampleStream = 7;  // of the draws: not those of the search
 
 /// What a path shows and a pose alone does not.
 bool is_of_a_path(MetricId metric) {
@@ -96,8 +99,9 @@ std::vector<float> motion_of(const solver::SpinePose& pose, const solver::SpineP
 
 class Hunter {
  public:
-  Hunter(const HuntScene& scene, const HuntSettings& settings, Progress& progress)
-      : scene_(scene), settings_(settings), progress_(progress), rig_(record({})) {
+  Hunter(const HuntScene& scene, const HuntSettings& settings,
+         const std::function<void(Index)>& on_step)
+      : scene_(scene), settings_(settings), on_step_(on_step), rig_(record({})) {
     if (const ExternalRig* external = external_rig(*rig_.system);
         external && external->has_memory())
       throw solver::RigError("rig '" + scene.plan.name +
@@ -114,28 +118,10 @@ class Hunter {
   }
 
   Hunt run() {
-    hunt_.box = settings_.box;
-    drop_axes_that_are_not_taken();
     const bool with_flips =
         settings_.check.empty() || settings_.check == "BB001" || settings_.check == "BB002";
-    const auto for_flips =
-        with_flips ? static_cast<Index>(kFlipShare * static_cast<double>(settings_.evaluations))
-                   : 0;
-    progress_.start("hunt", settings_.evaluations);
-    SearchSettings search_settings;
-    search_settings.axes = hunt_.box.axes.size();
-    search_settings.objectives = objectives_.size();
-    search_settings.evaluations = settings_.evaluations - for_flips;
-    search_settings.seed = settings_.seed;
-    search_settings.origin = hunt_.box.point_of({});
-    const SearchOutcome outcome = search(search_settings, [&](std::span<SearchPoint> points) {
-      look(points);
-      progress_.step(points.size());
-    });
-    hunt_.evaluations = outcome.points.size();
-    const SearchGap gap = largest_gap(search_settings.axes, outcome.points);
-    hunt_.gap = gap.radius;
-    hunt_.gap_volume = gap.share;
+    const Index for_flips = with_flips ? evaluations_for_flips() : 0;
+    const SearchOutcome outcome = search_box(settings_.evaluations - for_flips);
     if (with_flips) find_jumps(outcome, for_flips);
     take_worst(outcome);
     std::ranges::stable_sort(hunt_.finds, [](const HuntFind& a, const HuntFind& b) {
@@ -148,11 +134,68 @@ class Hunter {
       };
       return by(a.finding) > by(b.finding);
     });
-    progress_.finish();
     return std::move(hunt_);
   }
 
+  BoxSearch look_around() {
+    const Index for_flips = evaluations_for_flips();
+    const SearchOutcome outcome = search_box(settings_.evaluations - for_flips);
+    BoxSearch out;
+    if (for_flips > 0) {
+      FlipHunt flips = flip_hunt(for_flips);
+      out.jumps = flips.paths(outcome.suspects, least_margin(outcome));
+      hunt_.evaluations += flips.spent();
+    }
+    for (Index k = 0; k < objectives_.size(); ++k) {
+      const Check& check = objectives_[k]->check();
+      if (!check.decides || !outcome.worst[k]) continue;
+      const PoseDegrees pose =
+          in_file_digits(hunt_.box.pose_at(outcome.points[*outcome.worst[k]].at));
+      if (pose_words(pose) == "rest") continue;
+      out.worst.push_back({std::string(check.code), worst_[k].value, worst_[k].limit, pose});
+    }
+    std::ranges::sort(out.worst, {}, &HuntWorst::code);
+    out.box = std::move(hunt_.box);
+    out.evaluations = hunt_.evaluations;
+    out.samples = std::move(samples_);
+    out.gap_volume = hunt_.gap_volume;
+    out.notes = std::move(hunt_.notes);
+    return out;
+  }
+
  private:
+  /// What is held back from the poses that follow the samples.
+  Index evaluations_for_flips() const {
+    return static_cast<Index>(kFlipShare *
+                              static_cast<double>(settings_.evaluations - settings_.samples));
+  }
+
+  SearchOutcome search_box(Index evaluations) {
+    hunt_.box = settings_.box;
+    drop_axes_that_are_not_taken();
+    worst_.resize(objectives_.size());
+    SearchSettings search_settings;
+    search_settings.axes = hunt_.box.axes.size();
+    search_settings.objectives = objectives_.size();
+    search_settings.evaluations = evaluations;
+    search_settings.seed = settings_.seed;
+    search_settings.origin = hunt_.box.point_of({});
+    Draw draw(settings_.seed, kSampleStream);
+    for (Index n = 0; n < settings_.samples; ++n) {
+      std::vector<double>& point = search_settings.first.emplace_back();
+      for (Index a = 0; a < search_settings.axes; ++a) point.push_back(draw.uniform(0.0, 1.0));
+    }
+    SearchOutcome outcome = search(search_settings, [&](std::span<SearchPoint> points) {
+      look(points);
+      on_step_(points.size());
+    });
+    hunt_.evaluations = outcome.points.size();
+    const SearchGap gap = largest_gap(search_settings.axes, outcome.points);
+    hunt_.gap = gap.radius;
+    hunt_.gap_volume = gap.share;
+    return outcome;
+  }
+
   /// The rig's record over some sweeps, nothing of it measured.
   RigRecord record(const std::vector<Sweep>& sweeps) const {
     RigRecord rig =
@@ -221,6 +264,20 @@ class Hunter {
         measure_pose_behaviour(scene_.stage, rig_, pose);
       points[i].badness = badness_of(pose);
     });
+    for (Index i = 0; i < points.size(); ++i)
+      for (Index k = 0; k < objectives_.size(); ++k) {
+        const double badness = points[i].badness[k];
+        if (!std::isfinite(badness) || !(badness > worst_[k].badness)) continue;
+        const Metric& metric = *objectives_[k];
+        worst_[k] = {badness, poses[i].at(metric.id).value,
+                     limit_at(metric.code, scene_.limits.of(metric.code).value,
+                              compound_load(scene_.envelope, poses[i].body))};
+      }
+    // They are the first that are looked at, all at once.
+    if (settings_.samples > 0 && samples_.empty()) {
+      assert(points.size() == settings_.samples);
+      samples_ = std::move(poses);
+    }
   }
 
   std::vector<double> badness_of(const PoseRecord& pose) const {
@@ -397,14 +454,20 @@ class Hunter {
     }
   }
 
-  void find_jumps(const SearchOutcome& outcome, Index evaluations) {
-    std::optional<std::vector<double>> least_margin;
+  std::optional<std::vector<double>> least_margin(const SearchOutcome& outcome) const {
     for (Index k = 0; k < objectives_.size(); ++k)
       if (objectives_[k]->id == MetricId::flip_margin && outcome.worst[k])
-        least_margin = outcome.points[*outcome.worst[k]].at;
-    FlipHunt flips(*rig_.system, rig_.mapping, hunt_.box, scene_.limits.of("BB002").value,
-                   evaluations);
-    const std::vector<FlipPath> paths = flips.paths(outcome.suspects, least_margin);
+        return outcome.points[*outcome.worst[k]].at;
+    return std::nullopt;
+  }
+
+  FlipHunt flip_hunt(Index evaluations) const {
+    return {*rig_.system, rig_.mapping, hunt_.box, scene_.limits.of("BB002").value, evaluations};
+  }
+
+  void find_jumps(const SearchOutcome& outcome, Index evaluations) {
+    FlipHunt flips = flip_hunt(evaluations);
+    const std::vector<FlipPath> paths = flips.paths(outcome.suspects, least_margin(outcome));
     hunt_.evaluations += flips.spent();
     std::vector<HuntFind> found;
     for (const FlipPath& path : paths) {
@@ -446,10 +509,15 @@ class Hunter {
 
   const HuntScene& scene_;
   const HuntSettings& settings_;
-  Progress& progress_;
+  const std::function<void(Index)>& on_step_;
   RigRecord rig_;
   RigAtRest at_rest_{};
   std::vector<const Metric*> objectives_;
+  struct Seen {
+    double badness = -std::numeric_limits<double>::infinity(), value = 0.0, limit = 0.0;
+  };
+  std::vector<Seen> worst_;          // by objective, of all that was measured in this process
+  std::vector<PoseRecord> samples_;  // the poses that were drawn
   Index looks_ = 0;
   bool needs_mesh_ = false, needs_behaviour_ = false, needs_crossing_ = false;
   Hunt hunt_;
@@ -466,7 +534,16 @@ std::vector<std::string> huntable_checks() {
 }
 
 Hunt hunt_poses(const HuntScene& scene, const HuntSettings& settings, Progress& progress) {
-  return Hunter(scene, settings, progress).run();
+  progress.start("hunt", settings.evaluations);
+  const std::function<void(Index)> on_step = [&](Index count) { progress.step(count); };
+  Hunt hunt = Hunter(scene, settings, on_step).run();
+  progress.finish();
+  return hunt;
+}
+
+BoxSearch search_poses(const HuntScene& scene, const HuntSettings& settings,
+                       const std::function<void(std::size_t)>& on_step) {
+  return Hunter(scene, settings, on_step).look_around();
 }
 
 }  // namespace backbend::validate

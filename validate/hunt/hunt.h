@@ -11,6 +11,7 @@
 
 #include "validate/files/ledger.h"
 #include "validate/hunt/control_box.h"
+#include "validate/hunt/flip_hunt.h"
 #include "validate/measure/measure.h"
 #include "validate/metrics/surface/body_metrics.h"
 #include "validate/model/report.h"
@@ -26,6 +27,9 @@ struct HuntSettings {
   std::string check;               // only this one; empty: every check that can be hunted
   std::size_t evaluations = 5000;  // poses solved, most of them skinned and measured
   std::uint64_t seed = 1;
+  // Of the evaluations: poses drawn evenly from the box, before all others. The search goes on from
+  // them.
+  std::size_t samples = 0;
   const Ledger* ledger = nullptr;  // keeps what was looked at, for a hunt that was stopped
 };
 
@@ -75,6 +79,17 @@ struct Hunt {
   std::vector<std::string> notes;  // what could not be searched, and why
 };
 
+/// What a search saw, nothing of it confirmed: a night measures what it takes up of it.
+struct BoxSearch {
+  ControlBox box;
+  std::size_t evaluations = 0;
+  std::vector<HuntWorst> worst;     // by code, of the checks that decide; without rest
+  std::vector<FlipPath> jumps;      // as FlipHunt::paths() gives them
+  std::vector<PoseRecord> samples;  // measured
+  double gap_volume = 0.0;          // as of a Hunt
+  std::vector<std::string> notes;
+};
+
 /// The codes that hunt_poses() can be asked for: flips (BB001), near-flips (BB002) and what is
 /// measured pose by pose.
 std::vector<std::string> huntable_checks();
@@ -87,6 +102,13 @@ std::vector<std::string> huntable_checks();
 /// The same for any number of threads. Throws solver::RigError where the rig remembers earlier
 /// poses; Interrupted.
 Hunt hunt_poses(const HuntScene& scene, const HuntSettings& settings, Progress& progress);
+
+/// The same search of all checks that decide, without what comes after it: no find is confirmed, no
+/// width measured. All evaluations are spent, but for some that are kept for flips; where all are
+/// samples nothing else is looked at. `on_step` is told how many poses were measured, from any
+/// thread. Throws what hunt_poses() throws.
+BoxSearch search_poses(const HuntScene& scene, const HuntSettings& settings,
+                       const std::function<void(std::size_t)>& on_step);
 
 /// What is hunted, as a user names it.
 struct HuntRequest {

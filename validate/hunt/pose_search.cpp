@@ -66,7 +66,8 @@ class Search {
   }
 
   SearchOutcome run() {
-    look_at(structured());
+    if (!settings_.first.empty()) look_at(settings_.first);
+    if (left() > 0) look_at(structured());
     base_ = out_.points.size();
     for (Index round = 0; round < kRounds && left() > 0; ++round) {
       const Index in_all = settings_.evaluations * (round + 1) / kRounds;

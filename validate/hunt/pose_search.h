@@ -30,6 +30,7 @@ struct SearchSettings {
   std::uint64_t seed = 1;
   std::vector<double> origin{};  // where the axes meet: points on each of them are looked at too;
                                  // empty: the middle
+  std::vector<std::vector<double>> first{};  // looked at before all others, and counted
 };
 
 /// Two points close together between which the motion does what smooth motion does not.

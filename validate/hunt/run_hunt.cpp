@@ -7,8 +7,8 @@
 #include "validate/files/program_hash.h"
 #include "validate/hunt/hunt.h"
 #include "validate/judge/judge_external.h"
+#include "validate/judge/searched_character.h"
 #include "validate/live/external_rig.h"
-#include "validate/night/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/named_pose.h"
 #include "validate/text/number_text.h"
@@ -81,8 +81,9 @@ HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
   out.mapping = mapping_name(request.mapping);
   out.seed = request.seed;
   out.check = request.check;
-  HuntSettings settings{find_box(request.box, envelope), request.check, request.evaluations,
-                        request.seed, nullptr};
+  HuntSettings settings{find_box(request.box, envelope), request.check};
+  settings.evaluations = request.evaluations;
+  settings.seed = request.seed;
   if (request.on_character) request.on_character(out.facts, settings.box);
 
   LimitSet limits =

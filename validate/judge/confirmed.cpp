@@ -1,5 +1,6 @@
 #include "validate/judge/confirmed.h"
 
+#include "validate/files/hash.h"
 #include "validate/stage/stage.h"
 
 namespace backbend::validate {
@@ -18,6 +19,39 @@ ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::Anato
     throw skin::CharacterError(skin::sidecar_path(file).string() + ": " + *difference +
                                "; run backbend inspect --save again");
   return out;
+}
+
+namespace {
+
+std::vector<std::string> names_of(const skin::Character& character, const std::vector<int>& nodes) {
+  std::vector<std::string> names;
+  for (const int node : nodes)
+    names.push_back(character.nodes[static_cast<std::size_t>(node)].name);
+  return names;
+}
+
+}  // namespace
+
+CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
+                        const std::string& envelope) {
+  CharacterFacts facts;
+  facts.name = character.name;
+  facts.file = character.file_name;
+  facts.hash = hash_text(character.content_hash_high, character.content_hash_low);
+  facts.meshes = static_cast<int>(character.parts.size());
+  facts.vertices = static_cast<int>(character.vertex_count());
+  facts.triangles = static_cast<int>(character.triangles.size());
+  facts.joints = static_cast<int>(character.joints.size());
+  facts.height = anatomy.height;
+  facts.spine_length = anatomy.spine_length;
+  const auto driven = static_cast<std::ptrdiff_t>(anatomy.chest_index) + 1;
+  facts.spine = names_of(character, {anatomy.spine.begin(), anatomy.spine.begin() + driven});
+  facts.left_arm = names_of(character, anatomy.left_arm);
+  facts.right_arm = names_of(character, anatomy.right_arm);
+  facts.sure = anatomy.sure;
+  facts.envelope = envelope;
+  for (const skin::Warning& warning : character.warnings) facts.notes.push_back(warning.message);
+  return facts;
 }
 
 }  // namespace backbend::validate

@@ -4,6 +4,7 @@
 
 #include "skin/anatomy/anatomy.h"
 #include "skin/anatomy/sidecar.h"
+#include "validate/model/report.h"
 
 namespace backbend::validate {
 
@@ -19,5 +20,9 @@ struct ConfirmedCharacter {
 /// what was confirmed (unless it is being confirmed again).
 ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::AnatomyHints hints,
                                   bool about_to_confirm = false);
+
+/// How a character was understood, for the head of a report.
+CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
+                        const std::string& envelope);
 
 }  // namespace backbend::validate

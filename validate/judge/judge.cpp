@@ -442,6 +442,14 @@ Corners corners_of(const RigRecord& rig, const JudgeContext& context,
   return corners;
 }
 
+int clean_poses(const RigRecord& rig, const SweepRecord& sweep, const JudgeContext& context,
+                const std::vector<Finding>& findings) {
+  const Advisories advisories = advisories_in(findings);
+  return static_cast<int>(std::ranges::count_if(sweep.poses, [&](const PoseRecord& pose) {
+    return !worst_miss(rig, context, advisories, sweep, pose);
+  }));
+}
+
 std::vector<Coverage> coverage_of(const RigRecord& rig) {
   std::vector<Coverage> result;
   Coverage flips{"BB001", 0, 0, 0, 0};
@@ -537,6 +545,8 @@ RigResult result_of(const RigRecord& rig, const JudgeContext& context,
   result.headroom = headroom_of(rig, context, findings);
   result.corners = corners_of(rig, context, findings);
   result.search = rig.search;
+  result.hunt = rig.hunt;
+  result.volume = rig.volume;
   result.coverage = coverage_of(rig);
   result.sweeps = series_of(rig, context.limits);
   for (const SweepSeries& series : result.sweeps) {

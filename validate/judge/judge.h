@@ -75,6 +75,10 @@ std::vector<Headroom> headroom_of(const RigRecord& rig, const JudgeContext& cont
 Corners corners_of(const RigRecord& rig, const JudgeContext& context,
                    const std::vector<Finding>& findings);
 
+/// How many poses of a sweep of the rig are clean, as in headroom_of().
+int clean_poses(const RigRecord& rig, const SweepRecord& sweep, const JudgeContext& context,
+                const std::vector<Finding>& findings);
+
 /// Planned, measured and not measured, for every check that is measured at poses.
 std::vector<Coverage> coverage_of(const RigRecord& rig);
 

@@ -91,10 +91,13 @@ struct RigRecord {
   solver::Mapping mapping = solver::Mapping::chest;
   std::unique_ptr<solver::SpineSystem> system;
   std::vector<SweepRecord> sweeps;
-  CompoundSearch search;  // of the poses between the sweeps
-  bool has_mesh = false;  // the surface was measured too
-  SurfaceScope surface;   // what may be asked of it
-  bool has_arms = true;   // that the chest carries
+  CompoundSearch search;            // of the poses between the sweeps
+  PoseHunt hunt;                    // what was searched for the worst poses, and
+  CleanVolume volume;               // how much of the envelope is clean
+  std::vector<PoseRecord> samples;  // the random poses that the latter is judged by
+  bool has_mesh = false;            // the surface was measured too
+  SurfaceScope surface;             // what may be asked of it
+  bool has_arms = true;             // that the chest carries
   std::optional<Recording> recording;
 
   /// `chest` or `even`; empty for a recording.

@@ -49,6 +49,41 @@ struct CompoundSearch {
   std::string box;           // `extension 0..120, flexion 0..90, side +-45, twist +-90`
 };
 
+/// The worst pose of one check that a search of the envelope saw.
+struct HuntedPose {
+  std::string code, unit, pose;  // pose: `extension 40, side 30`
+  double value = 0, limit = 0;
+  bool over = false;  // it fails
+  // The path on which the run measured it afterwards, as one of its sweeps. Empty: nothing is over,
+  // or the sweeps show the check as bad.
+  std::string sweep;
+};
+
+/// What was searched beside the sweeps for the worst poses of a rig.
+struct PoseHunt {
+  int evaluations = 0;  // poses; 0: nothing was searched
+  int seed = 1;
+  std::string box;  // `extension 0..60, flexion 0..90, side -45..45, twist -60..60`
+  double gap = 0;   // share of the box that fits between the poses, none of them in it
+  std::vector<HuntedPose> worst;   // by code
+  std::vector<std::string> notes;  // what could not be searched, and why
+};
+
+/// How much of the envelope is clean, by volume: what is proved, and what random poses say. Two
+/// figures of two questions, never added up.
+struct CleanVolume {
+  std::string box;  // as of a PoseHunt
+  // Of the joints alone: that none jumps, and none turns more than `gain` times as fast as a
+  // channel. Shares of the volume.
+  bool proved = false;  // a proof was tried
+  double certified = 0, no_jump = 0, refuted = 0, gain = 0;
+  std::string not_proved;  // why none was
+  // Every deciding check that a pose shows by itself, at seeded random poses.
+  int poses = 0, clean = 0;
+  double at_least = 0;  // share of the volume that is clean, with the confidence kVolumeConfidence
+};
+inline constexpr double kVolumeConfidence = 0.95;
+
 /// One sweep of one rig: a value per pose for every plotted metric.
 struct SweepSeries {
   std::string sweep, channel, mapping;
@@ -76,6 +111,8 @@ struct RigResult {
   std::vector<RigHeadroom> beside;  // of systems of ours on this character
   Corners corners;
   CompoundSearch search;
+  PoseHunt hunt;
+  CleanVolume volume;
   std::vector<SweepSeries> sweeps;
   std::vector<Coverage> coverage;
   std::map<std::string, double> summary;  // worst value per metric, by name

@@ -43,6 +43,35 @@ json value(const CompoundSearch& s) {
           {"box", s.box}};
 }
 
+json value(const HuntedPose& h) {
+  return {{"code", h.code},   {"unit", h.unit}, {"pose", h.pose},  {"value", h.value},
+          {"limit", h.limit}, {"over", h.over}, {"sweep", h.sweep}};
+}
+
+json value(const PoseHunt& h) {
+  return {{"evaluations", h.evaluations},
+          {"seed", h.seed},
+          {"box", h.box},
+          {"gap", h.gap},
+          {"worst", list(h.worst, [](const auto& w) { return value(w); })},
+          {"notes", h.notes}};
+}
+
+json value(const CleanVolume& v) {
+  json certified;
+  if (v.proved)
+    certified = {
+        {"share", v.certified}, {"no_jump", v.no_jump}, {"refuted", v.refuted}, {"gain", v.gain}};
+  return {{"box", v.box},
+          {"certified", certified},
+          {"not_certified", v.not_proved},
+          {"searched",
+           {{"poses", v.poses},
+            {"clean", v.clean},
+            {"at_least", v.at_least},
+            {"confidence", kVolumeConfidence}}}};
+}
+
 json value(const SweepSeries& s) {
   return {{"sweep", s.sweep},
           {"channel", s.channel},
@@ -77,6 +106,8 @@ json value(const RigResult& r) {
               {"sweeps", list(r.sweeps, [](const auto& s) { return value(s); })},
               {"coverage", list(r.coverage, [](const auto& c) { return value(c); })},
               {"summary", r.summary}};
+  if (r.hunt.evaluations > 0 || !r.hunt.notes.empty()) out["hunt"] = value(r.hunt);
+  if (!r.volume.box.empty()) out["volume"] = value(r.volume);
   if (!r.beside.empty())
     out["beside"] = list(r.beside, [](const RigHeadroom& each) {
       return json{{"system", each.system},

@@ -167,6 +167,60 @@ CompoundSearch search(Place p) {
   return s;
 }
 
+double share(const Place& p) {
+  const double value = p.number();
+  if (!(value >= 0.0 && value <= 1.0)) p.refuse("expected a share from 0 to 1");
+  return value;
+}
+
+HuntedPose hunted_pose(Place p) {
+  HuntedPose h;
+  h.code = p.at("code").text();
+  h.unit = p.at("unit").text();
+  h.pose = p.at("pose").text();
+  h.value = p.at("value").number();
+  h.limit = p.at("limit").number();
+  h.over = p.at("over").flag();
+  h.sweep = p.at("sweep").text();
+  p.done();
+  return h;
+}
+
+PoseHunt hunt(Place p) {
+  PoseHunt h;
+  h.evaluations = p.at("evaluations").count();
+  h.seed = p.at("seed").count();
+  h.box = p.at("box").text();
+  h.gap = share(p.at("gap"));
+  h.worst = p.at("worst").list(hunted_pose);
+  h.notes = p.at("notes").list(text);
+  p.done();
+  return h;
+}
+
+CleanVolume volume(Place p) {
+  CleanVolume v;
+  v.box = p.at("box").text();
+  if (Place c = p.at("certified"); !c.is_null()) {
+    v.proved = true;
+    v.certified = share(c.at("share"));
+    v.no_jump = share(c.at("no_jump"));
+    v.refuted = share(c.at("refuted"));
+    v.gain = c.at("gain").number();
+    c.done();
+  }
+  v.not_proved = p.at("not_certified").text();
+  Place s = p.at("searched");
+  v.poses = s.at("poses").count();
+  v.clean = s.at("clean").count();
+  if (v.clean > v.poses) s.refuse("more clean poses than poses");
+  v.at_least = share(s.at("at_least"));
+  expect_same(s.at("confidence"), kVolumeConfidence);
+  s.done();
+  p.done();
+  return v;
+}
+
 SweepSeries sweep(Place p) {
   SweepSeries s;
   s.sweep = p.at("sweep").text();
@@ -221,6 +275,8 @@ RigResult rig(Place p) {
       p.optional("beside", r.beside, [](const Place& each) { return each.list(rig_headroom); });
   r.corners = p.optional("corners", r.corners, corners);
   r.search = p.optional("search", r.search, search);
+  r.hunt = p.optional("hunt", r.hunt, hunt);
+  r.volume = p.optional("volume", r.volume, volume);
   r.sweeps = p.at("sweeps").list(sweep);
   r.coverage = p.at("coverage").list(coverage);
   r.summary = p.at("summary").map(number);

@@ -32,6 +32,7 @@
 #include "validate/night/beside.h"
 #include "validate/night/image_pass.h"
 #include "validate/night/offer.h"
+#include "validate/night/pose_hunt.h"
 #include "validate/report/csv.h"
 #include "validate/report/handoff.h"
 #include "validate/report/headline_picture.h"
@@ -48,36 +49,9 @@
 namespace backbend::validate {
 namespace {
 
-std::vector<std::string> names_of(const skin::Character& character, const std::vector<int>& nodes) {
-  std::vector<std::string> names;
-  for (const int node : nodes)
-    names.push_back(character.nodes[static_cast<std::size_t>(node)].name);
-  return names;
 }
 
 }  // namespace
-
-CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
-                        const std::string& envelope) {
-  CharacterFacts facts;
-  facts.name = character.name;
-  facts.file = character.file_name;
-  facts.hash = hash_text(character.content_hash_high, character.content_hash_low);
-  facts.meshes = static_cast<int>(character.parts.size());
-  facts.vertices = static_cast<int>(character.vertex_count());
-  facts.triangles = static_cast<int>(character.triangles.size());
-  facts.joints = static_cast<int>(character.joints.size());
-  facts.height = anatomy.height;
-  facts.spine_length = anatomy.spine_length;
-  const auto driven = static_cast<std::ptrdiff_t>(anatomy.chest_index) + 1;
-  facts.spine = names_of(character, {anatomy.spine.begin(), anatomy.spine.begin() + driven});
-  facts.left_arm = names_of(character, anatomy.left_arm);
-  facts.right_arm = names_of(character, anatomy.right_arm);
-  facts.sure = anatomy.sure;
-  facts.envelope = envelope;
-  for (const skin::Warning& warning : character.warnings) facts.notes.push_back(warning.message);
-  return facts;
-}
 
 std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   std::vector<CheckLegend> rows;
@@ -372,29 +346,37 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
           report.characters.back().notes.push_back(note);
     }
   }
-  std::size_t poses = 0;
+  std::size_t poses = 0, looked_at = 0;
   for (const RigRecord& record : records)
-    for (const SweepRecord& sweep : record.sweeps)
+    for (const SweepRecord& sweep : record.sweeps) {
+      poses += sweep.poses.size();
       // The image pass looks at most poses once more.
-      poses += sweep.poses.size() * (request.image_pass && sweep.sweep.watched ? 2 : 1);
-  progress.start("poses", poses);
+      if (request.image_pass && sweep.sweep.watched) looked_at += sweep.poses.size();
+    }
+  const bool hunts = suite.hunt.percent > 0.0 || suite.hunt.samples > 0;
+  progress.start("poses", hunts ? poses : poses + looked_at);
   // Covers the character's file and its sidecar.
   const std::string content = report.characters.back().hash;
   if (!measure_records(stage, body, content, records, ledger, progress)) return run;
+  const auto context_of = [&](const RigRecord& record) -> const JudgeContext& {
+    return is_external(record.plan.spec) ? external_context : own_context;
+  };
+  if (!hunt_rigs({stage, body, content, sweeps, context_of}, suite.hunt, records, ledger, progress))
+    return run;
+  if (hunts && looked_at > 0) progress.start("small pictures", looked_at);
 
   const render::Bounds box = run.box = framing_of(stage, records);
   PhotographerPool cameras(stage, box);
   ImagePass pictures(cameras, content, ledger);
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
-  const auto context_of = [&](const RigRecord& record) -> const JudgeContext& {
-    return is_external(record.plan.spec) ? external_context : own_context;
-  };
   std::vector<std::vector<Finding>> findings(records.size()), contradictions;
   std::vector<ExternalJudgement> external(records.size());
   std::vector<DeformerJudgement> deformers(records.size());
   const auto judge = [&](std::size_t i) {
     RigRecord& record = records[i];
+    judge_samples(stage, body, judges_weights, context_of(record), record);
     findings[i] = judge_rig(record, context_of(record));
+    drop_repeats(record, findings[i]);
     book_owners(stage, body, record, judges_weights, findings[i]);
     external[i] = judge_external(record, context_of(record));
     findings[i].insert(findings[i].begin(), external[i].findings.begin(),

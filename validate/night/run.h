@@ -65,9 +65,6 @@ struct RunRequest {
 /// what is missing where the ledger only merges.
 Report run_suite(const RunRequest& request, Progress& progress);
 
-/// How a character was understood, for the head of a report.
-CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
-                        const std::string& envelope);
 /// A row for every check that the report's rigs planned, with the limit that applies.
 std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits);
 

@@ -69,6 +69,14 @@ RunRequest check_request(const CheckWishes& wishes) {
   return request;
 }
 
+namespace {
+
+/// Random poses that say how much of the envelope is clean on each side of a comparison: where all
+/// are, that is 97 % of it at least.
+constexpr int kComparedSamples = 100;
+
+}  // namespace
+
 RunRequest compare_rigs_request(const RigComparisonWishes& wishes) {
   RunRequest request;
   Suite& suite = request.suite;
@@ -88,6 +96,7 @@ RunRequest compare_rigs_request(const RigComparisonWishes& wishes) {
   for (Sweep& sweep : suite.sweeps)
     sweep.watched =
         sweep.watched && (moves_alone(sweep, "extension") || moves_alone(sweep, "flexion"));
+  suite.hunt.samples = kComparedSamples;
   request.compare = RunRequest::Compare::rigs;
   request.character = wishes.character.empty() ? "scenes/characters/human.toml" : wishes.character;
   return request;
@@ -109,6 +118,7 @@ RunRequest compare_characters_request(const CharacterComparisonWishes& wishes) {
   suite.envelope_by_kind = true;
   sweep_as_named(wishes.sweeps, suite);
   suite.judges_weights = true;
+  suite.hunt.samples = kComparedSamples;
   request.compare = RunRequest::Compare::characters;
   return request;
 }

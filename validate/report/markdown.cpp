@@ -4,6 +4,7 @@
 
 #include "validate/compare/comparison.h"
 #include "validate/model/digest.h"
+#include "validate/model/search_text.h"
 #include "validate/text/escape.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/names.h"
@@ -62,6 +63,11 @@ std::vector<std::string> headroom_rows(const Report& report) {
                      (h.measured ? fixed(h.clean_to_deg, 0) : "not measured") + " | " +
                      fixed(h.needs_deg, 0) + " | " + bold + left + bold + " |\n");
     }
+    if (const CleanVolume& v = rig.volume; v.poses > 0)
+      rows.push_back("| " + code(rig.character) + " | " + code(rig.rig) + " | " +
+                     code(rig.mapping) + " | " + std::string(role_word(rig.role)) + " | volume | " +
+                     code(sampled_summary(v)) + " | 100 % | " + code(certified_summary(v)) +
+                     " |\n");
     const Corners& c = rig.corners;
     if (!c.needed && c.poses == 0) continue;
     const std::string bold = c.covered() && c.clean == c.poses ? "" : "**";

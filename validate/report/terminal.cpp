@@ -7,6 +7,7 @@
 #include "validate/compare/comparison.h"
 #include "validate/history/history_text.h"
 #include "validate/model/digest.h"
+#include "validate/model/search_text.h"
 #include "validate/text/escape.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/names.h"
@@ -422,6 +423,20 @@ void searches(Page& page, const Report& report) {
   }
 }
 
+/// What was searched for the worst poses, and how much of the envelope is clean.
+void hunts(Page& page, const Report& report) {
+  for (const RigResult& rig : report.rigs) {
+    const std::string who =
+        visible(rig.rig) + (rig.mapping.empty() ? "" : "/" + visible(rig.mapping)) + ": ";
+    const bool found = std::ranges::any_of(
+        rig.hunt.worst, [](const HuntedPose& each) { return !each.sweep.empty(); });
+    if (const std::string text = hunt_summary(rig.hunt); !text.empty())
+      page.headed("  hunt      ", who + visible(text), Ink::dim, found ? Ink::yellow : Ink::plain);
+    if (const std::string text = volume_summary(rig.volume); !text.empty())
+      page.headed("  volume    ", who + visible(text), Ink::dim, Ink::plain);
+  }
+}
+
 void canaries(Page& page, const Report& report) {
   // A clip's planted fault stands at a frame, a rig's at a control angle.
   const bool frames = std::any_of(report.rigs.begin(), report.rigs.end(),
@@ -464,6 +479,7 @@ std::string terminal_summary(const Report& report, const TerminalStyle& style) {
       page.whole_line("      " + visible(program) + ": " + visible(line));
   }
   searches(page, report);
+  hunts(page, report);
   canaries(page, report);
   for (const std::string& detector : report.detectors)
     page.headed("  detectors ", visible(detector), Ink::dim, Ink::plain);

@@ -467,6 +467,9 @@ std::string option_text(const solver::OptionValue& value) {
 
 }  // namespace
 
+/// Of a suite that says nothing else.
+constexpr double kHuntPercent = 50.0;
+
 Suite read_suite(const fs::path& file) {
   const toml::table table = parse(file);
   TableReader top(table, file.string(), "the file");
@@ -519,6 +522,14 @@ Suite read_suite(const fs::path& file) {
     suite.calibration.poses = slice.whole("poses", 200, 0, 1000000);
     suite.calibration.faults = slice.whole("faults", 40, 1, 1000000);
     slice.finish();
+  }
+  suite.hunt.percent = kHuntPercent;
+  if (const toml::node* hunt = top.find("hunt")) {
+    if (!hunt->is_table()) top.fail(*hunt, "'hunt' must be a table");
+    TableReader plan(*hunt->as_table(), file.string(), "hunt");
+    suite.hunt.percent = plan.number("percent", kHuntPercent, 0, kMostHuntPercent);
+    suite.hunt.seed = plan.whole("seed", suite.hunt.seed, 0, 1000000000);
+    plan.finish();
   }
   if (const toml::node* pictures = top.find("pictures")) {
     if (!pictures->is_table()) top.fail(*pictures, "'pictures' must be a table");

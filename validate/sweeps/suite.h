@@ -43,6 +43,14 @@ struct PicturePlan {
   int sheet_columns = 6;    // poses of the leading sweep on a contact sheet; 0: none
 };
 
+/// What a run searches beside its sweeps: for the worst poses of each rig inside the envelope.
+struct HuntPlan {
+  double percent = 0.0;  // poses, of those that the rig's sweeps measure; 0: nothing is searched
+  int samples = 0;       // random poses at least, also where nothing is searched
+  int seed = 1;
+};
+inline constexpr double kMostHuntPercent = 10000.0;
+
 /// Planted faults that a run tries its own detectors on: as many clean poses of each body, and so
 /// many faulted ones of each size. 0: the run plants none.
 struct CalibrationSlice {
@@ -63,6 +71,7 @@ struct Suite {
   Envelope envelope;
   bool envelope_by_kind = false;  // each character's own, by the kind of its body
   PicturePlan pictures;
+  HuntPlan hunt;
   CalibrationSlice calibration;
   SuiteRules rules;             // limits that were moved, findings that were accepted
   bool judges_weights = false;  // mesh findings count against the character, not only the rig

@@ -8,7 +8,7 @@
 
 #include "validate/judge/judge.h"
 #include "validate/judge/owner.h"
-#include "validate/night/searched_character.h"
+#include "validate/judge/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/tune/choice_sheet.h"
 #include "validate/tune/trade_search.h"

@@ -6,6 +6,7 @@
 
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
+#include "validate/judge/confirmed.h"
 #include "validate/measure/compound_search.h"
 #include "validate/model/report_json.h"
 #include "validate/night/run.h"

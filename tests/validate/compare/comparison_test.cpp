@@ -116,6 +116,39 @@ TEST(Comparing, PosesWithoutAPartnerAreCounted) {
   EXPECT_EQ(compare_results(rig({0, 0}, {1, 1}), other, "a", "b").unpaired, 2);
 }
 
+TEST(Comparing, PathsToWhatASearchFoundAreEachRigsOwn) {
+  const auto with_find = [](double kink) {
+    RigResult result = rig({0, 1}, {1, 1});
+    SweepSeries path = rig({0, kink}, {1, 1}).sweeps.front();
+    path.sweep = "hunt even BB010";
+    result.sweeps.push_back(path);
+    result.hunt.worst = {{"BB010", "deg", "side 1", kink, kKinkLimit, true, path.sweep}};
+    return result;
+  };
+  const Comparison comparison = compare_results(with_find(90), with_find(5), "a", "b");
+  EXPECT_EQ(comparison.paired, 2);
+  EXPECT_EQ(comparison.unpaired, 0);
+  EXPECT_EQ(comparison.a_over, 0);
+  EXPECT_EQ(comparison.sweeps.size(), 1u);
+}
+
+TEST(Comparing, SaysTheVolumeOfBothSides) {
+  Report report;
+  report.rigs = {rig({0, 1}, {1, 1}), rig({0, 9}, {1, 1})};
+  report.rigs[1].role = Role::reference;
+  report.rigs[0].volume = {"side -1..1", true, 1.0, 1.0, 0.0, 8.0, "", 59, 59, 0.95};
+  report.rigs[1].volume = {"side -1..1", false, 0.0, 0.0, 0.0, 8.0, "not on boxes", 59, 0, 0.0};
+  report.comparisons = {compare_results(report.rigs[0], report.rigs[1], "even", "curve")};
+  const std::string text = comparison_summary(report);
+  EXPECT_NE(text.find("Volume of even: certified 100 %"), std::string::npos) << text;
+  EXPECT_NE(text.find("59 of 59 random poses clean (95 % sure: at least 95 % of the volume)"),
+            std::string::npos)
+      << text;
+  EXPECT_NE(text.find("Volume of curve: nothing certified (not on boxes); searched: 0 of 59"),
+            std::string::npos)
+      << text;
+}
+
 TEST(Comparing, TheWorstPosesAreOfDifferentFaults) {
   const Comparison comparison = compare_results(rig({50, 60, 70, 65}, {0.1, 1, 1, 1}),
                                                 rig({0, 0, 0, 0}, {1, 1, 1, 1}), "a", "b");

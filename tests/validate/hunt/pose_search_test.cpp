@@ -36,6 +36,27 @@ SearchOutcome search_of(const std::function<double(const Point&)>& badness,
 
 float still(const Point&) { return 0.0f; }
 
+TEST(PoseSearch, LooksAtThePointsThatItIsGivenFirstAndCountsThem) {
+  SearchSettings settings;
+  settings.axes = 2;
+  settings.first = {{0.25, 0.75}, {0.5, 0.125}, {1.0, 0.0}};
+  // Also where these are all that may be looked at, and where little is left.
+  for (const Index evaluations : {3, 4, 5, 9, 20, 60}) {
+    settings.evaluations = evaluations;
+    const SearchOutcome outcome = search(settings, [](std::span<SearchPoint> points) {
+      for (SearchPoint& point : points) {
+        point.badness = {point.at[0]};
+        point.motion = {static_cast<float>(point.at[1])};
+      }
+    });
+    ASSERT_LE(outcome.points.size(), evaluations);
+    EXPECT_GE(outcome.points.size() + 12, evaluations);  // less than one more poll is left over
+    for (Index i = 0; i < settings.first.size(); ++i)
+      EXPECT_EQ(outcome.points[i].at, settings.first[i]);
+    EXPECT_EQ(outcome.worst.front(), 2u);  // nothing is worse than the border
+  }
+}
+
 TEST(LocalModel, GivesAQuadraticBackExactlyAndItsOwnErrorAsSpread) {
   std::vector<double> points, values;
   const auto value = [](double x, double y) { return 3.0 - x + 2.0 * y + x * y - 4.0 * y * y; };

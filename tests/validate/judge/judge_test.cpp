@@ -322,6 +322,7 @@ RunRequest drifting_run() {
   request.suite.sweeps = {channel_sweep("extension", 60, 90, 30)};
   request.suite.pictures.enabled = false;
   request.suite.calibration = {};
+  request.suite.hunt = {};
   request.image_pass = false;
   request.today = "2026-11-21";
   return request;

@@ -52,6 +52,35 @@ TEST(ReportJson, WritesWhatIsNotFiniteAsNullAndReadsItAsNotANumber) {
   EXPECT_EQ(judge(back.findings[0].value, 1.0), Verdict::not_measured);
 }
 
+TEST(ReportJson, KeepsWhatWasSearchedAndHowMuchIsCleanApart) {
+  Report report = sample_report();
+  RigResult& rig = report.rigs.front();
+  EXPECT_FALSE(nlohmann::json::parse(report_json(report))["rigs"][0].contains("hunt"));
+  rig.hunt = {177, 3, "side -45..45", 0.04, {}, {"not searched: it has no twist"}};
+  rig.hunt.worst = {{"BB011", "deg", "side 40", 31.5, 25, true, "hunt even BB011"},
+                    {"BB030", "ratio", "side 45", 0.9, 0.75, false, ""}};
+  rig.volume = {"side -45..45", true, 0.875, 1.0, 0.125, 8.0, "", 59, 58, 0.92};
+  const std::string text = report_json(report);
+  EXPECT_EQ(report_json(parse_report(text)), text);
+  const auto volume = nlohmann::json::parse(text)["rigs"][0]["volume"];
+  EXPECT_EQ(volume["certified"]["share"], 0.875);
+  EXPECT_EQ(volume["searched"]["clean"], 58);
+  EXPECT_EQ(volume["searched"]["confidence"], 0.95);
+  // Without a proof there is no figure that could be taken for one.
+  rig.volume.proved = false;
+  rig.volume.not_proved = "not on boxes";
+  const auto without = nlohmann::json::parse(report_json(report))["rigs"][0]["volume"];
+  EXPECT_TRUE(without["certified"].is_null());
+  EXPECT_EQ(without["not_certified"], "not on boxes");
+  // More clean poses than were looked at, and shares that are none, are refused.
+  auto damaged = nlohmann::json::parse(text);
+  damaged["rigs"][0]["volume"]["searched"]["clean"] = 60;
+  EXPECT_NE(complaint(damaged.dump()).find("more clean poses than poses"), std::string::npos);
+  damaged = nlohmann::json::parse(text);
+  damaged["rigs"][0]["volume"]["certified"]["share"] = 1.5;
+  EXPECT_NE(complaint(damaged.dump()).find("from 0 to 1"), std::string::npos);
+}
+
 TEST(ReportJson, HoldsEveryKeyOfTheSpecificationInAFinding) {
   const auto document = nlohmann::json::parse(report_json(sample_report()));
   for (const char* key :

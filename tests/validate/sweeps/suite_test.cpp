@@ -66,6 +66,19 @@ TEST_F(SuiteFile, IsReadWithEverythingItSays) {
   EXPECT_EQ(suite.sweeps.front().pose_at(20).twist, 10.0);
 }
 
+TEST_F(SuiteFile, SaysHowMuchIsSearchedBetweenItsSweeps) {
+  EXPECT_GT(read_suite(write(kSmall)).hunt.percent, 0.0);
+  const HuntPlan plan =
+      read_suite(write(std::string(kSmall) + "[hunt]\npercent = 12.5\nseed = 7\n")).hunt;
+  EXPECT_EQ(plan.percent, 12.5);
+  EXPECT_EQ(plan.seed, 7);
+  EXPECT_EQ(read_suite(write(std::string(kSmall) + "[hunt]\npercent = 0\n")).hunt.percent, 0.0);
+  const std::string below = error_of(std::string(kSmall) + "[hunt]\npercent = -1\n");
+  EXPECT_NE(below.find("suite.toml:17"), std::string::npos) << below;
+  EXPECT_NE(error_of(std::string(kSmall) + "[hunt]\npercents = 5\n").find("percent"),
+            std::string::npos);
+}
+
 TEST_F(SuiteFile, TakesASweepThroughNamedPoses) {
   const std::string path =
       "[[sweep]]\nname = \"dance\"\nstep = 5\n"

@@ -27,6 +27,35 @@ function rigsSection() {
     table("compare", [...(several ? ["character"] : []), "rig", "role", "verdict", ...channels.map((c) => name(c)), ...metrics.map(label)], rows, "rigs compared"));
 }
 
+/** What was searched between the sweeps, and how much of the envelope is clean: proved and searched, each for itself. */
+function searchedSection() {
+  const rigs = report.rigs.filter((rig) => rig.hunt || rig.volume);
+  if (rigs.length === 0) return null;
+  const several = new Set(rigs.map((rig) => rig.character)).size > 1;
+  // Never more than it is: 99.996 % is not all of it.
+  const percent = (share) => number(Math.floor(1e4 * share + 1e-9) / 100) + " %";
+  const checkText = (h) => [code(h.code), " ", name(checkOf.get(h.code)?.name ?? "", "soft"), " ", quantity(Number((h.value ?? NaN).toPrecision(4)), h.unit), " (limit ", number(h.limit), ") at ", name(h.pose)];
+  const found = (hunt) => {
+    if (!hunt || hunt.evaluations === 0) return "–";
+    const news = hunt.worst.filter((h) => h.sweep), known = hunt.worst.filter((h) => h.over && !h.sweep);
+    return [news.length > 0 ? el("ul", {}, news.map((h) => el("li", { class: "over" }, checkText(h)))) : "nothing over a limit that the sweeps do not show",
+      known.length > 0 && el("p", { class: "soft" }, "over the limit much as in the sweeps: ", known.map((h) => h.code).join(", "))];
+  };
+  const rows = rigs.map((rig) => {
+    const v = rig.volume, s = v?.searched;
+    return el("tr", { class: rig.role }, several && el("td", {}, name(rig.character)), el("th", { scope: "row" }, rigLabel(rig)),
+      el("td", {}, rig.hunt?.evaluations > 0 ? [plural(rig.hunt.evaluations, "pose"), el("span", { class: "soft" }, " of ", name(rig.hunt.box))] : "–",
+        (rig.hunt?.notes ?? []).map((note) => el("p", { class: "soft" }, name(note)))),
+      el("td", {}, found(rig.hunt)),
+      el("td", { class: "num" }, s?.poses > 0 ? [`${s.clean} of ${s.poses}`, el("span", { class: "soft" }, ` (at least ${percent(s.at_least)})`)] : "–"),
+      el("td", {}, !v ? "–" : v.certified ? [percent(v.certified.share), v.certified.refuted > 0 && el("span", { class: "over" }, `, refuted ${percent(v.certified.refuted)}`)]
+        : el("span", { class: "soft" }, name(v.not_certified))));
+  });
+  return section("searched", "Searched between the sweeps",
+    el("p", { class: "soft" }, "A search is no proof: what it did not look at may fail. Random poses: how many are within every limit, and the share of the envelope's volume that is at least clean, by 95 %. Certified: the share of the volume where no joint jumps or turns faster than BB002 allows, proved of the joints alone."),
+    table("plain", [...(several ? ["character"] : []), "rig", "searched", "found", "random poses clean", "joints certified"], rows, "what was searched"));
+}
+
 function trustSection() {
   const canary = (c) => el("tr", {}, el("td", {}, badge(c.ok ? "pass" : "fail")), el("th", { scope: "row" }, name(c.rig)), el("td", {}, code(c.code)), el("td", {}, name(c.joint)),
     el("td", { class: "num" }, number(c.expected_deg, 7) + " ± " + number(c.tolerance_deg)), el("td", { class: "num" }, c.found ? number(c.found_deg, 8) : "not found"),

@@ -43,8 +43,8 @@ const help = el("dialog", { id: "help", "aria-labelledby": "help-title" },
 const solid = meshSection();
 const sections = [headroomTiles(), worstSection(), compareSection(), pairsSection(), solid, sweepSection()];
 const findingsNode = findingsSection();
-sections.push(findingsNode, approvals, mapSection(), trendSection(), rigsSection(), trustSection(), coverageSection(), mediaSection(), characterSection(), aboutSection());
-const links = { headroom: "headroom", worst: "worst", compare: "compare", pairs: "side by side", solid: "3D", sweeps: "sweeps", findings: "findings", approve: "accept", map: "map", trend: "trend", rigs: "rigs",
+sections.push(findingsNode, approvals, mapSection(), trendSection(), rigsSection(), searchedSection(), trustSection(), coverageSection(), mediaSection(), characterSection(), aboutSection());
+const links = { headroom: "headroom", worst: "worst", compare: "compare", pairs: "side by side", solid: "3D", sweeps: "sweeps", findings: "findings", approve: "accept", map: "map", trend: "trend", rigs: "rigs", searched: "searched",
   trust: "trust", coverage: "coverage", media: "media", characters: "characters", about: "about" };
 const present = sections.filter(Boolean);
 const navigation = el("nav", { "aria-label": "sections" }, present.map((s) => el("a", { href: "#" + s.id }, links[s.id])));

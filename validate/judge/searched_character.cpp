@@ -1,9 +1,8 @@
-#include "validate/night/searched_character.h"
+#include "validate/judge/searched_character.h"
 
 #include "skin/anatomy/body_kind.h"
 #include "skin/anatomy/import_checks.h"
 #include "validate/judge/confirmed.h"
-#include "validate/night/run.h"
 
 namespace backbend::validate {
 
