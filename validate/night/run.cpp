@@ -47,9 +47,7 @@
 #include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
-namespace {
-
-}
+namespace {}
 
 }  // namespace
 
