@@ -2,6 +2,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <utility>
 
 #include "render/image/picture_library.h"
 
@@ -62,10 +66,34 @@ std::string printable(std::string_view text) {
   return out;
 }
 
+/// Frames of a sequence have most of their texts in common: widths are kept.
+class TextWidths {
+ public:
+  std::optional<int> find(const std::string& text, int size) {
+    const std::lock_guard lock(mutex_);
+    const auto found = width_.find({text, size});
+    if (found == width_.end()) return std::nullopt;
+    return found->second;
+  }
+  void keep(const std::string& text, int size, int width) {
+    constexpr std::size_t kMost = 4096;
+    const std::lock_guard lock(mutex_);
+    if (width_.size() >= kMost) width_.clear();
+    width_[{text, size}] = width;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::map<std::pair<std::string, int>, int> width_;
+};
+
 int measure(const std::string& text, int size) {
+  static TextWidths known;
+  if (const std::optional<int> width = known.find(text, size)) return *width;
   const int width = picture_library().text_width(text, size, font());
   if (width < 0)
     throw RenderError("text: the font DejaVuSans is missing; install fonts-dejavu-core");
+  known.keep(text, size, width);
   return width;
 }
 

@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <limits>
-#include <memory>
 
 #include "render/image/cryptomatte.h"
 #include "render/trace/shading.h"
@@ -124,9 +123,7 @@ FrameLayers add_geometry_layers(Frame& frame) {
 
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
                            const PixelRect& rect, const FrameLayers& at, Frame& frame,
-                           std::span<const std::uint8_t> may_hit) {
-  const auto rays = std::make_unique<RayBatch>();
-  const auto hits = std::make_unique<HitBatch>();
+                           RayBatch& rays, HitBatch& hits, std::span<const std::uint8_t> may_hit) {
   const Vec8 eye = splat(glm::vec3(projection.eye));
   const std::size_t pixels = tile_pixels(rect);
   for (std::size_t first = 0; first < pixels; first += 8) {
@@ -135,11 +132,11 @@ void write_geometry_layers(const SceneView& scene, const Projection& projection,
       x[lane] = static_cast<float>(rect.x0 + tile_x(rect.tile_size, first / 8, lane)) + 0.5f;
       y[lane] = static_cast<float>(rect.y0 + tile_y(rect.tile_size, first / 8, lane)) + 0.5f;
     }
-    rays->set_packet(first, eye, projection.directions(x, y),
-                     splat(std::numeric_limits<float>::max()));
+    rays.set_packet(first, eye, projection.directions(x, y),
+                    splat(std::numeric_limits<float>::max()));
   }
-  scene.rays->nearest(*rays, pixels, Coherence::camera, *hits, may_hit);
-  write_geometry_layers(scene, projection, mode, rect, *rays, *hits, at, frame);
+  scene.rays->nearest(rays, pixels, Coherence::camera, hits, may_hit);
+  write_geometry_layers(scene, projection, mode, rect, rays, hits, at, frame);
 }
 
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,

@@ -33,9 +33,11 @@ struct PixelRect {
 };
 
 /// Writes the geometry layers of a rectangle from one ray through each pixel's centre: unfiltered,
-/// so that no pixel mixes two surfaces. `may_hit`: as RayScene::nearest() has it.
+/// so that no pixel mixes two surfaces. `may_hit`: as RayScene::nearest() has it. `rays` and
+/// `hits` are memory to work in.
 void write_geometry_layers(const SceneView& scene, const Projection& projection, Mode mode,
                            const PixelRect& rect, const FrameLayers& at, Frame& frame,
+                           RayBatch& rays, HitBatch& hits,
                            std::span<const std::uint8_t> may_hit = {});
 
 /// The same for rays that were already traced through the centres of all pixels of the tile, in

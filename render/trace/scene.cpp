@@ -105,7 +105,9 @@ void draw_contours(const SceneView& scene, const Camera& camera, const Settings&
   for_each_tile(fine.width, fine.height, size, settings, [&](int x, int y) {
     const PixelRect rect{x, y, std::min(x + size, fine.width), std::min(y + size, fine.height),
                          size};
-    write_geometry_layers(scene, projection, Mode::contour, rect, fine_at, lines);
+    const auto rays = std::make_unique_for_overwrite<RayBatch>();
+    const auto hits = std::make_unique_for_overwrite<HitBatch>();
+    write_geometry_layers(scene, projection, Mode::contour, rect, fine_at, lines, *rays, *hits);
   });
   ContourInput in{fine.width,
                   fine.height,

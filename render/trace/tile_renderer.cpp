@@ -443,7 +443,7 @@ void TileRenderer::render(const FrameJob& job, int x0, int y0) {
                           tile.batch.hits, job.at, frame);
   } else {
     write_geometry_layers(*job.scene, *job.projection, settings.mode, rect, job.at, frame,
-                          tile.may_hit);
+                          tile.batch.rays, tile.batch.hits, tile.may_hit);
   }
 }
 

@@ -17,6 +17,7 @@ bool runs(const std::array<int, 3>& t, int a, int b) {
 }  // namespace
 
 Connectivity::Connectivity(HalfMesh& mesh) : mesh_(mesh), faces_(mesh.position.size()) {
+  for (auto& list : faces_) list.reserve(8);
   for (std::size_t f = 0; f < mesh.triangle.size(); ++f) {
     for (const int v : mesh.triangle[f]) faces_[z(v)].push_back(static_cast<int>(f));
   }
@@ -26,10 +27,12 @@ void Connectivity::neighbours(int v, std::vector<int>& out) const {
   out.clear();
   for (const int f : faces(v)) {
     for (const int n : mesh_.triangle[z(f)]) {
-      if (n != v && std::find(out.begin(), out.end(), n) == out.end()) out.push_back(n);
+      if (n == v) continue;
+      auto at = out.end();
+      while (at != out.begin() && *(at - 1) > n) --at;
+      if (at == out.begin() || *(at - 1) != n) out.insert(at, n);
     }
   }
-  std::sort(out.begin(), out.end());
 }
 
 int Connectivity::valence(int v) const {
@@ -78,29 +81,41 @@ int Connectivity::split(int a, int b, const glm::dvec3& p) {
 }
 
 bool Connectivity::may_collapse(int a, int b) const {
+  neighbours(a, of_a_);
+  return may_collapse(a, b, of_a_);
+}
+
+bool Connectivity::may_collapse(int a, int b, const std::vector<int>& of_a) const {
   const bool a_border = mesh_.on_plane(a), b_border = mesh_.on_plane(b);
   if (a_border && !b_border) return false;
-  const int faces_lost = shared(a, b).count;
-  if (faces_lost != (a_border ? 1 : 2)) return false;
-  // The link condition: a and b may only share the vertices of the faces that vanish.
-  neighbours(a, of_a_);
-  neighbours(b, of_b_);
-  common_.clear();
-  std::set_intersection(of_a_.begin(), of_a_.end(), of_b_.begin(), of_b_.end(),
-                        std::back_inserter(common_));
-  if (static_cast<int>(common_.size()) != faces_lost) return false;
-  for (const int n : common_) {
+  const Shared lost = shared(a, b);
+  if (lost.count != (a_border ? 1 : 2)) return false;
+  int opposite[2] = {-1, -1};
+  for (int i = 0; i < lost.count; ++i) {
+    const int n = opposite[i] = third(lost.face[z(i)], a, b);
     // Every vertex keeps four neighbours or more, those beyond the plane counted.
     if (valence(n) <= (mesh_.on_plane(n) ? 3 : 4)) return false;
     if (a_border && mesh_.on_plane(n)) return false;
   }
-  if (of_b_.size() + of_a_.size() < (b_border ? 8u : 9u)) return false;
+  const auto vanishes = [&](int n) { return n == opposite[0] || n == opposite[1]; };
+  // The link condition: a and b may only share the vertices of the faces that vanish.
+  if (lost.count == 2 && opposite[0] == opposite[1]) return false;
+  for (const int f : faces(b)) {
+    for (const int n : mesh_.triangle[z(f)]) {
+      if (n == a || n == b || vanishes(n)) continue;
+      if (std::find(of_a.begin(), of_a.end(), n) != of_a.end()) return false;
+    }
+  }
+  // Neighbours are no fewer than faces.
+  const std::size_t least = b_border ? 8u : 9u;
+  if (of_a.size() + faces(b).size() < least) {
+    neighbours(b, of_b_);
+    if (of_a.size() + of_b_.size() < least) return false;
+  }
   if (!a_border && b_border) {
-    for (const int n : of_a_) {
+    for (const int n : of_a) {
       if (n == b || !mesh_.on_plane(n)) continue;
-      if (!std::binary_search(common_.begin(), common_.end(), n) || shared(b, n).count != 1) {
-        return false;
-      }
+      if (!vanishes(n) || shared(b, n).count != 1) return false;
     }
   }
   return true;
@@ -146,19 +161,21 @@ void Connectivity::flip(int a, int b, int c, int d) {
   faces_[z(c)].push_back(g);
 }
 
-void Connectivity::compact() {
-  std::vector<int> number(mesh_.position.size(), -1);
+std::vector<int> Connectivity::compact() {
+  std::vector<int> number(mesh_.position.size(), -1), old;
   HalfMesh kept;
   for (std::size_t v = 0; v < number.size(); ++v) {
     if (faces_[v].empty()) continue;
     number[v] = static_cast<int>(kept.position.size());
     kept.position.push_back(mesh_.position[v]);
+    old.push_back(static_cast<int>(v));
   }
   for (const auto& t : mesh_.triangle) {
     if (t[0] >= 0) kept.triangle.push_back({number[z(t[0])], number[z(t[1])], number[z(t[2])]});
   }
   mesh_ = std::move(kept);
   faces_ = Connectivity(mesh_).faces_;
+  return old;
 }
 
 }  // namespace backbend::skin

@@ -23,12 +23,14 @@ class Connectivity {
   int split(int a, int b, const glm::dvec3& p);
   /// Whether moving `a` to `b` keeps the surface a manifold, mirrored too.
   bool may_collapse(int a, int b) const;
+  /// The same where neighbours() of `a` are known.
+  bool may_collapse(int a, int b, const std::vector<int>& of_a) const;
   void collapse(int a, int b);
   /// Whether the edge a b may become c d, and which they are: (a, b, c) is a face, (b, a, d) too.
   bool may_flip(int a, int b, int* c, int* d) const;
   void flip(int a, int b, int c, int d);
-  /// Drops removed vertices and faces.
-  void compact();
+  /// Drops removed vertices and faces; the number that each vertex had before.
+  std::vector<int> compact();
 
  private:
   int third(int face, int a, int b) const;
@@ -42,7 +44,7 @@ class Connectivity {
 
   HalfMesh& mesh_;
   std::vector<std::vector<int>> faces_;
-  mutable std::vector<int> of_a_, of_b_, common_;  // kept between calls for their memory
+  mutable std::vector<int> of_a_, of_b_;  // kept between calls for their memory
 };
 
 }  // namespace backbend::skin

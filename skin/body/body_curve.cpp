@@ -4,6 +4,7 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <utility>
 
 namespace backbend::skin {
 namespace {
@@ -38,11 +39,6 @@ std::vector<T> spline_moments(const std::vector<double>& knot, const std::vector
   return moment;
 }
 
-std::size_t interval(const std::vector<double>& knot, double u) {
-  const auto above = std::upper_bound(knot.begin() + 1, knot.end() - 1, u);
-  return static_cast<std::size_t>(above - knot.begin()) - 1;
-}
-
 }  // namespace
 
 BodyCurve::BodyCurve(const std::vector<glm::dvec3>& points) : point_(points) {
@@ -53,6 +49,12 @@ BodyCurve::BodyCurve(const std::vector<glm::dvec3>& points) : point_(points) {
   }
   moment_ = spline_moments(knot_, point_, false);
 
+  for (std::size_t i = 0; i + 1 < knot_.size(); ++i) {
+    const double h = knot_[i + 1] - knot_[i];
+    piece_.push_back(
+        {h, point_[i], point_[i + 1], moment_[i], moment_[i + 1], (point_[i + 1] - point_[i]) / h});
+  }
+
   // Per interval: enough to start Newton's method in the right place, few on a long chain.
   const int steps = points.size() == 2 ? 1 : points.size() < 8 ? 16 : 4;
   for (std::size_t i = 0; i + 1 < knot_.size(); ++i) {
@@ -60,7 +62,8 @@ BodyCurve::BodyCurve(const std::vector<glm::dvec3>& points) : point_(points) {
       sample_.push_back(knot_[i] + (knot_[i + 1] - knot_[i]) * k / steps);
     }
   }
-  for (const double u : sample_) place_.push_back(point(u));
+  std::vector<glm::dvec3> place;
+  for (const double u : sample_) place.push_back(point(u));
   arc_.assign(1, 0.0);
   for (std::size_t i = 1; i < sample_.size(); ++i) {
     // Simpson's rule on the speed.
@@ -69,38 +72,58 @@ BodyCurve::BodyCurve(const std::vector<glm::dvec3>& points) : point_(points) {
                          4.0 * glm::length(derivative(sample_[i - 1] + 0.5 * h)) +
                          glm::length(derivative(sample_[i]));
     arc_.push_back(arc_.back() + speed * h / 6.0);
-    longest_ = std::max(longest_, glm::distance(place_[i - 1], place_[i]));
+  }
+  for (std::size_t i = 0; i + 1 < place.size(); ++i) {
+    const glm::dvec3 along = place[i + 1] - place[i];
+    edge_.push_back({place[i], along, glm::dot(along, along)});
+  }
+  for (std::size_t i = 0; i < edge_.size(); i += kBlock) {
+    const std::size_t end = std::min(i + kBlock, edge_.size());
+    Ball ball{0.5 * (place[i] + place[end]), 0.0};
+    for (std::size_t k = i; k <= end; ++k) {
+      ball.radius = std::max(ball.radius, glm::distance(ball.center, place[k]));
+    }
+    ball_.push_back(ball);
   }
 }
 
-glm::dvec3 BodyCurve::point(double u) const {
-  if (u < 0.0) return point_.front() + u * derivative(0.0);
-  if (u > knot_.back()) return point_.back() + (u - knot_.back()) * derivative(knot_.back());
-  const std::size_t i = interval(knot_, u);
-  const double h = knot_[i + 1] - knot_[i];
-  const double b = (u - knot_[i]) / h, a = 1.0 - b;
-  return a * point_[i] + b * point_[i + 1] +
-         h * h / 6.0 * ((a * a * a - a) * moment_[i] + (b * b * b - b) * moment_[i + 1]);
+BodyCurve::Local BodyCurve::local(Lanes u) const {
+  const Lanes inside = clamped(u, 0.0, knot_.back());
+  const LaneRows row(knot_, inside);
+  const auto number = [&](double Piece::*of) {
+    return row.pick([&](std::size_t i) { return piece_[i].*of; });
+  };
+  const auto vector = [&](glm::dvec3 Piece::*of) {
+    return row.pick_vector([&](std::size_t i) -> const glm::dvec3& { return piece_[i].*of; });
+  };
+  const Lanes knot = row.pick([&](std::size_t i) { return knot_[i]; });
+  const Lanes h = number(&Piece::h), b = (inside - knot) / h, a = 1.0 - b;
+  const LaneVector from = vector(&Piece::from), to = vector(&Piece::to);
+  const LaneVector before = vector(&Piece::moment_from), after = vector(&Piece::moment_to);
+
+  Local out;
+  out.derivative = vector(&Piece::chord) +
+                   h / 6.0 * ((3.0 * b * b - 1.0) * after - (3.0 * a * a - 1.0) * before);
+  const Lanes::Mask below = Lanes(0.0) > u, above = u > knot_.back();
+  out.point =
+      a * from + b * to + h * h / 6.0 * ((a * a * a - a) * before + (b * b * b - b) * after);
+  out.second = a * before + b * after;
+  if (any(below | above)) {
+    out.point = select(below, LaneVector(point_.front()) + u * out.derivative, out.point);
+    out.point =
+        select(above, LaneVector(point_.back()) + (u - knot_.back()) * out.derivative, out.point);
+  }
+  const Lanes::Mask outside = (u <= Lanes(0.0)) | (u >= Lanes(knot_.back()));
+  out.second = select(outside, LaneVector(glm::dvec3(0.0)), out.second);
+  return out;
 }
 
-glm::dvec3 BodyCurve::derivative(double u) const {
-  u = std::clamp(u, 0.0, knot_.back());
-  const std::size_t i = interval(knot_, u);
-  const double h = knot_[i + 1] - knot_[i];
-  const double b = (u - knot_[i]) / h, a = 1.0 - b;
-  return (point_[i + 1] - point_[i]) / h +
-         h / 6.0 * ((3.0 * b * b - 1.0) * moment_[i + 1] - (3.0 * a * a - 1.0) * moment_[i]);
-}
+glm::dvec3 BodyCurve::point(double u) const { return lane(local(u).point, 0); }
 
-glm::dvec3 BodyCurve::second(double u) const {
-  if (u <= 0.0 || u >= knot_.back()) return glm::dvec3(0.0);
-  const std::size_t i = interval(knot_, u);
-  const double b = (u - knot_[i]) / (knot_[i + 1] - knot_[i]);
-  return (1.0 - b) * moment_[i] + b * moment_[i + 1];
-}
+glm::dvec3 BodyCurve::derivative(double u) const { return lane(local(u).derivative, 0); }
 
 double BodyCurve::parameter(double arc) const {
-  const std::size_t i = interval(arc_, arc);
+  const std::size_t i = LaneRows(arc_, arc)[0];
   return sample_[i] + (sample_[i + 1] - sample_[i]) * (arc - arc_[i]) / (arc_[i + 1] - arc_[i]);
 }
 
@@ -110,71 +133,123 @@ glm::dvec3 BodyCurve::tangent(double arc) const {
   return glm::normalize(derivative(parameter(arc)));
 }
 
-BodyCurve::Foot BodyCurve::nearest(const glm::dvec3& p) const {
-  // The nearest table edge, then Newton's method on (p - c(u)) . c'(u) = 0.
-  double best = INFINITY, u = 0.0;
-  const std::size_t edges = place_.size() - 1;
+/// The parameter of the nearest place on the table's edges.
+Lanes BodyCurve::nearest_in_table(const LaneVector& p) const {
+  Lanes best = INFINITY, best2 = INFINITY, u = 0.0;
+  const std::size_t edges = edge_.size();
   const auto visit = [&](std::size_t i) {
-    const glm::dvec3 along = place_[i + 1] - place_[i];
-    double t = glm::dot(p - place_[i], along) / glm::dot(along, along);
-    if (i > 0) t = std::max(t, 0.0);          // only the outer edges
-    if (i + 1 < edges) t = std::min(t, 1.0);  // go on beyond their ends
-    const double d = glm::distance(p, place_[i] + t * along);
-    if (d < best) {
-      best = d;
-      u = sample_[i] + t * (sample_[i + 1] - sample_[i]);
-    }
+    const Edge& edge = edge_[i];
+    const LaneVector from = edge.from, along = edge.along;
+    Lanes t = dot(p - from, along) / edge.length2;
+    if (i > 0) t = larger(t, 0.0);           // only the outer edges
+    if (i + 1 < edges) t = smaller(t, 1.0);  // go on beyond their ends
+    const LaneVector off = p - (from + t * along);
+    const Lanes d2 = dot(off, off);
+    Lanes::Mask nearer = best2 > d2;
+    if (!any(nearer)) return;
+    const Lanes d = square_root(d2);
+    nearer = nearer & (best > d);  // squares tell apart what is equally far
+    best = select(nearer, d, best);
+    best2 = select(nearer, d2, best2);
+    u = select(nearer, Lanes(sample_[i]) + t * Lanes(sample_[i + 1] - sample_[i]), u);
   };
+  // Of edges equally near the first counts, so their order is part of the result.
   visit(0);
   if (edges > 1) visit(edges - 1);
   for (std::size_t i = 8; i + 1 < edges; i += 16) visit(i);  // a fair guess, to skip by
-  for (std::size_t i = 1; i + 1 < edges;) {
-    visit(i);
-    // Edges that end before the curve can have come nearer than `best` need no look.
-    const double spare = glm::distance(p, place_[i + 1]) - best;
-    i += 1 + static_cast<std::size_t>(std::max(spare / longest_, 0.0));
+  for (std::size_t block = 0; block < ball_.size(); ++block) {
+    const Lanes apart = solver::length(p - LaneVector(ball_[block].center)) - ball_[block].radius;
+    if (all(apart > best * (1.0 + 1e-9))) continue;  // 1e-9: rounding
+    const std::size_t end = std::min((block + 1) * kBlock, edges - 1);
+    for (std::size_t i = std::max<std::size_t>(block * kBlock, 1); i < end; ++i) visit(i);
   }
-  if (edges > 1) {
-    for (int step = 0; step < 5; ++step) {
-      const glm::dvec3 off = p - point(u), slope = derivative(u);
-      const double speed2 = glm::dot(slope, slope);
-      const double curvature = speed2 - glm::dot(off, second(u));
-      if (curvature <= 0.1 * speed2) break;  // at the centre of a bend
-      const double move = glm::dot(off, slope) / curvature;
-      u += move;
-      if (std::abs(move) < 1e-12 * knot_.back()) break;
-    }
-  }
-  Foot foot;
-  const glm::dvec3 slope = derivative(u);
-  const double speed = glm::length(slope);
-  foot.at = point(u);
-  foot.tangent = slope / speed;
-  if (u <= 0.0) {
-    foot.arc = u * speed;
-  } else if (u >= knot_.back()) {
-    foot.arc = arc_.back() + (u - knot_.back()) * speed;
-  } else {
-    const std::size_t i = interval(sample_, u);
-    foot.arc = arc_[i] + (arc_[i + 1] - arc_[i]) * (u - sample_[i]) / (sample_[i + 1] - sample_[i]);
-  }
-  return foot;
+  return u;
 }
 
-BodyProfile::BodyProfile(std::vector<double> at, std::vector<double> value)
-    : at_(std::move(at)), value_(std::move(value)), moment_(spline_moments(at_, value_, true)) {}
+BodyCurve::Feet BodyCurve::feet(const LaneVector& p) const {
+  // The nearest table edge, then Newton's method on (p - c(u)) . c'(u) = 0.
+  Lanes u = nearest_in_table(p);
+  Local here = local(u);
+  if (edge_.size() > 1) {
+    Lanes::Mask going = Lanes(0.0) <= Lanes(0.0);
+    for (int step = 0; step < 5; ++step) {
+      const LaneVector off = p - here.point;
+      const Lanes speed2 = dot(here.derivative, here.derivative);
+      const Lanes curvature = speed2 - dot(off, here.second);
+      going = going & (curvature > 0.1 * speed2);  // not at the centre of a bend
+      if (!any(going)) break;
+      const Lanes move = dot(off, here.derivative) / curvature;
+      u = select(going, u + move, u);
+      here = local(u);
+      going = going & (absolute(move) >= Lanes(1e-12 * knot_.back()));
+      if (!any(going)) break;
+    }
+  }
+  const Lanes speed = solver::length(here.derivative);
+  Feet feet;
+  feet.at = here.point;
+  feet.tangent = here.derivative / speed;
+  const LaneRows row(sample_, u);
+  const Lanes from = row.pick([&](std::size_t i) { return arc_[i]; });
+  const Lanes whole = row.pick([&](std::size_t i) { return arc_[i + 1] - arc_[i]; });
+  const Lanes start = row.pick([&](std::size_t i) { return sample_[i]; });
+  const Lanes width = row.pick([&](std::size_t i) { return sample_[i + 1] - sample_[i]; });
+  feet.arc = from + whole * (u - start) / width;
+  feet.arc =
+      select(u >= Lanes(knot_.back()), Lanes(arc_.back()) + (u - knot_.back()) * speed, feet.arc);
+  feet.arc = select(u <= Lanes(0.0), u * speed, feet.arc);
+  return feet;
+}
+
+BodyCurve::Foot BodyCurve::nearest(const glm::dvec3& p) const {
+  const Feet found = feet(LaneVector(p));
+  return {found.arc[0], lane(found.at, 0), lane(found.tangent, 0)};
+}
+
+BodyProfile::BodyProfile(std::vector<double> at, const std::vector<double>& value)
+    : at_(std::move(at)) {
+  const std::vector<double> moment = spline_moments(at_, value, true);
+  for (std::size_t i = 0; i + 1 < at_.size(); ++i) {
+    piece_.push_back({value[i], value[i + 1], moment[i], moment[i + 1]});
+  }
+  // One place: constant.
+  if (at_.size() == 1) piece_.push_back({value[0], value[0], 0.0, 0.0}), at_.push_back(at_[0]);
+}
+
+Lanes BodyProfile::choose(Lanes::Mask which, const BodyProfile& yes, const BodyProfile& no,
+                          Lanes at, Lanes* slope) {
+  const std::vector<double>& place = yes.at_;
+  const LaneRows row(place, at);
+  const int bits = which.bits();
+  const auto piece = [&](int lane) {
+    return _mm256_loadu_pd(((bits >> lane & 1) != 0 ? yes : no).piece_[row[lane]].data());
+  };
+  // Four rows to four columns.
+  const __m256d p0 = piece(0), p1 = piece(1), p2 = piece(2), p3 = piece(3);
+  const __m256d even01 = _mm256_unpacklo_pd(p0, p1), odd01 = _mm256_unpackhi_pd(p0, p1);
+  const __m256d even23 = _mm256_unpacklo_pd(p2, p3), odd23 = _mm256_unpackhi_pd(p2, p3);
+  const Lanes from(_mm256_permute2f128_pd(even01, even23, 0x20));
+  const Lanes to(_mm256_permute2f128_pd(odd01, odd23, 0x20));
+  const Lanes before(_mm256_permute2f128_pd(even01, even23, 0x31));
+  const Lanes after(_mm256_permute2f128_pd(odd01, odd23, 0x31));
+
+  const Lanes start = row.pick([&](std::size_t i) { return place[i]; });
+  const Lanes h = row.pick([&](std::size_t i) { return place[i + 1] - place[i]; });
+  const Lanes b = (at - start) / h, a = 1.0 - b;
+  const Lanes rise =
+      (to - from) / h + h / 6.0 * ((3.0 * b * b - 1.0) * after - (3.0 * a * a - 1.0) * before);
+  const Lanes value =
+      a * from + b * to + h * h / 6.0 * ((a * a * a - a) * before + (b * b * b - b) * after);
+  const Lanes::Mask below = at <= Lanes(place.front()), above = at >= Lanes(place.back());
+  *slope = select(below | above, 0.0, rise);
+  return select(below, from, select(above, to, value));
+}
 
 double BodyProfile::operator()(double at, double* slope) const {
-  *slope = 0.0;
-  if (at <= at_.front()) return value_.front();
-  if (at >= at_.back()) return value_.back();
-  const std::size_t i = interval(at_, at);
-  const double h = at_[i + 1] - at_[i];
-  const double b = (at - at_[i]) / h, a = 1.0 - b;
-  *slope = (value_[i + 1] - value_[i]) / h +
-           h / 6.0 * ((3.0 * b * b - 1.0) * moment_[i + 1] - (3.0 * a * a - 1.0) * moment_[i]);
-  return a * value_[i] + b * value_[i + 1] +
-         h * h / 6.0 * ((a * a * a - a) * moment_[i] + (b * b * b - b) * moment_[i + 1]);
+  Lanes slopes;
+  const Lanes value = choose(Lanes(0.0) <= Lanes(0.0), *this, *this, at, &slopes);
+  *slope = slopes[0];
+  return value[0];
 }
 
 }  // namespace backbend::skin

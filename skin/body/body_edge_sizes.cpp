@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <utility>
 
 namespace backbend::skin {
@@ -63,15 +64,16 @@ EdgeSizes::EdgeSizes(const HalfMesh& fine, const BodyShape& shape, double cell, 
     size[i] =
         std::log(std::clamp(std::sqrt(median / std::max(curvature[i], 1e-6)), finest, coarsest));
   }
-  std::vector<double> sum(n), weight(n);
+  std::vector<double> sum(n), weight(n, 0.0);
+  for (const auto& [a, b] : edges) {
+    weight[z(a)] += 1.0;
+    weight[z(b)] += 1.0;
+  }
   for (int pass = 0; pass < 12; ++pass) {
     std::fill(sum.begin(), sum.end(), 0.0);
-    std::fill(weight.begin(), weight.end(), 0.0);
     for (const auto& [a, b] : edges) {
       sum[z(a)] += size[z(b)];
       sum[z(b)] += size[z(a)];
-      weight[z(a)] += 1.0;
-      weight[z(b)] += 1.0;
     }
     for (std::size_t i = 0; i < n; ++i) size[i] = 0.5 * size[i] + 0.5 * sum[i] / weight[i];
   }
@@ -116,29 +118,47 @@ glm::ivec3 EdgeSizes::bucket(const glm::dvec3& p) const {
 
 double EdgeSizes::at(const glm::dvec3& p) const {
   const glm::ivec3 middle = bucket(p);
-  double best = INFINITY, size = 0.0;
-  for (int reach = 1; reach < 8 && size == 0.0; ++reach) {
+  double best = INFINITY;
+  int nearest = -1;
+  const auto visit = [&](const glm::ivec3& b) {
+    const glm::ivec3 in = b - low_;
+    const std::size_t at = z(in.x + count_.x * (in.y + count_.y * in.z));
+    for (int i = first_[at]; i < first_[at + 1]; ++i) {
+      const glm::dvec3 off = place_[z(i)] - p;
+      const double d = glm::dot(off, off);
+      // Of places equally near the first in the table counts.
+      if (d < best || (d == best && i < nearest)) {
+        best = d;
+        nearest = i;
+      }
+    }
+  };
+  const auto inside = [&](const glm::ivec3& b) {
+    return glm::all(glm::greaterThanEqual(b, low_)) && glm::all(glm::lessThan(b, low_ + count_));
+  };
+  if (inside(middle)) visit(middle);
+  for (int reach = 1; reach < 8 && (reach == 1 || nearest < 0); ++reach) {
     const glm::ivec3 from = glm::max(middle - reach, low_);
     const glm::ivec3 to = glm::min(middle + reach, low_ + count_ - 1);
     for (int bz = from.z; bz <= to.z; ++bz) {
+      const double z2 = square_apart(p.z, bz);
       for (int by = from.y; by <= to.y; ++by) {
+        const double yz2 = square_apart(p.y, by) + z2;
+        if (yz2 > best) continue;
         for (int bx = from.x; bx <= to.x; ++bx) {
-          const std::size_t b =
-              z((bx - low_.x) + count_.x * ((by - low_.y) + count_.y * (bz - low_.z)));
-          for (int i = first_[b]; i < first_[b + 1]; ++i) {
-            const glm::dvec3 off = place_[z(i)] - p;
-            const double d = glm::dot(off, off);
-            if (d < best) {
-              best = d;
-              size = size_[z(i)];
-            }
-          }
+          const glm::ivec3 b(bx, by, bz);
+          if (b != middle && square_apart(p.x, bx) + yz2 <= best) visit(b);
         }
       }
     }
   }
-  if (size == 0.0) size = size_.front();
-  return size * factor_;
+  return (nearest < 0 ? size_.front() : size_[z(nearest)]) * factor_;
+}
+
+double EdgeSizes::square_apart(double x, int b) const {
+  const double below = b * width_ - x, above = x - (b + 1) * width_;
+  const double apart = std::max(std::max(below, above) - 1e-9 * width_, 0.0);  // 1e-9: rounding
+  return apart * apart;
 }
 
 }  // namespace backbend::skin

@@ -21,6 +21,8 @@ class EdgeSizes {
 
  private:
   glm::ivec3 bucket(const glm::dvec3& p) const;
+  /// At least how far `x` is from the buckets with number `b` on its axis, squared.
+  double square_apart(double x, int b) const;
 
   double width_, factor_ = 1.0;
   glm::ivec3 low_{0}, count_{0};

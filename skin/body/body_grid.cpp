@@ -1,9 +1,11 @@
 #include "skin/body/body_grid.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <glm/vector_relational.hpp>
+#include <memory>
 #include <unordered_map>
 
 namespace backbend::skin {
@@ -26,6 +28,30 @@ Node corner(const Node& cube, int index) {
 constexpr int kTetra[6][4] = {{0, 1, 3, 7}, {0, 3, 2, 7}, {0, 2, 6, 7},
                               {0, 6, 4, 7}, {0, 4, 5, 7}, {0, 5, 1, 7}};
 
+/// Nodes of 4 x 4 x 4, with what is known of each and of the cube that starts there.
+struct Block {
+  static constexpr int kNodes = 64, kSteps = 8;
+  std::array<double, kNodes> value;
+  std::array<bool, kNodes> visited{};
+  std::array<int, kNodes * kSteps> vertex;  // on the edge to the node one step on; -1: none yet
+
+  Block() {
+    value.fill(NAN);  // not asked for yet
+    vertex.fill(-1);
+  }
+};
+
+struct Site {
+  Block* block = nullptr;
+  std::size_t node = 0;
+
+  double& value() const { return block->value[node]; }
+  bool& visited() const { return block->visited[node]; }
+  int& vertex(int step) const {
+    return block->vertex[node * Block::kSteps + static_cast<std::size_t>(step)];
+  }
+};
+
 class Marcher {
  public:
   Marcher(const BodyShape& shape, double cell) : shape_(shape), cell_(cell) {}
@@ -34,6 +60,7 @@ class Marcher {
     visit(first_cube(seed));
     while (next_ < queue_.size()) {
       const Node cube = queue_[next_++];
+      load(cube);
       cut(cube);
       spread(cube);
     }
@@ -41,15 +68,46 @@ class Marcher {
   }
 
  private:
-  double value(const Node& n) {
-    const auto [entry, fresh] = value_.try_emplace(key(n), 0.0);
-    if (fresh) {
-      double d = shape_.value(glm::dvec3(n) * cell_);
-      // A node on the surface would make triangles without area.
-      if (std::abs(d) < 1e-4 * cell_) d = d < 0.0 ? -1e-4 * cell_ : 1e-4 * cell_;
-      entry->second = d;
+  Site site(const Node& n) {
+    const Node block = n >> 2;
+    if (last_ == nullptr || block != last_block_) {
+      std::unique_ptr<Block>& entry = block_[key(block)];
+      if (!entry) entry = std::make_unique<Block>();
+      last_ = entry.get();
+      last_block_ = block;
     }
-    return entry->second;
+    const Node in = n & 3;
+    return {last_, static_cast<std::size_t>(in.x | in.y << 2 | in.z << 4)};
+  }
+
+  double off_surface(double d) const {
+    // A node on the surface would make triangles without area.
+    if (std::abs(d) >= 1e-4 * cell_) return d;
+    return d < 0.0 ? -1e-4 * cell_ : 1e-4 * cell_;
+  }
+
+  double value(const Node& n) { return off_surface(shape_.value(glm::dvec3(n) * cell_)); }
+
+  /// The corners of a cube, with their values.
+  void load(const Node& cube) {
+    int fresh[8], count = 0;
+    for (int i = 0; i < 8; ++i) {
+      site_[i] = site(corner(cube, i));
+      if (std::isnan(site_[i].value())) fresh[count++] = i;
+    }
+    for (int first = 0; first < count; first += Lanes::kCount) {
+      glm::dvec3 p[Lanes::kCount];
+      for (int k = 0; k < Lanes::kCount; ++k) {
+        p[k] = glm::dvec3(corner(cube, fresh[std::min(first + k, count - 1)])) * cell_;
+      }
+      const Lanes d = shape_.values(LaneVector({p[0].x, p[1].x, p[2].x, p[3].x},
+                                               {p[0].y, p[1].y, p[2].y, p[3].y},
+                                               {p[0].z, p[1].z, p[2].z, p[3].z}));
+      for (int k = 0; k < Lanes::kCount && first + k < count; ++k) {
+        site_[fresh[first + k]].value() = off_surface(d[k]);
+      }
+    }
+    for (int i = 0; i < 8; ++i) value_[i] = site_[i].value();
   }
 
   Node first_cube(const glm::dvec3& seed) {
@@ -65,7 +123,10 @@ class Marcher {
 
   void visit(const Node& cube) {
     if (cube.x < 0) return;
-    if (visited_.try_emplace(key(cube), true).second) queue_.push_back(cube);
+    const Site at = site(cube);
+    if (at.visited()) return;
+    at.visited() = true;
+    queue_.push_back(cube);
   }
 
   // On to every neighbour whose shared face the surface crosses.
@@ -74,7 +135,7 @@ class Marcher {
       for (int end = 0; end < 2; ++end) {
         int inside = 0;
         for (int i = 0; i < 8; ++i) {
-          if (((i >> axis) & 1) == end && value(corner(cube, i)) < 0.0) ++inside;
+          if (((i >> axis) & 1) == end && value_[i] < 0.0) ++inside;
         }
         if (inside == 0 || inside == 4) continue;
         Node neighbour = cube;
@@ -84,33 +145,34 @@ class Marcher {
     }
   }
 
-  int edge_vertex(const Node& a, const Node& b) {
+  /// The vertex on the edge between two corners of the cube at hand.
+  int edge_vertex(const Node& cube, int a, int b) {
     // Corners of a tetrahedron differ by 0 or 1 in each coordinate, all the same way.
-    const bool forward = a.x <= b.x && a.y <= b.y && a.z <= b.z;
-    const Node &from = forward ? a : b, &to = forward ? b : a;
-    const Node step = to - from;
-    const std::uint64_t id =
-        (key(from) << 3) | static_cast<std::uint64_t>(step.x | step.y << 1 | step.z << 2);
-    const auto [entry, fresh] = vertex_.try_emplace(id, static_cast<int>(mesh_.position.size()));
-    if (fresh) {
-      const double va = value(from), vb = value(to);
+    const int from = std::min(a, b), to = std::max(a, b), step = to - from;
+    int& vertex = site_[from].vertex(step);
+    if (vertex < 0) {
+      vertex = static_cast<int>(mesh_.position.size());
+      const double va = value_[from], vb = value_[to];
       const double t = std::clamp(va / (va - vb), 0.02, 0.98);  // keeps triangles apart from nodes
-      mesh_.position.push_back((glm::dvec3(from) + t * glm::dvec3(step)) * cell_);
+      mesh_.position.push_back(
+          (glm::dvec3(corner(cube, from)) + t * glm::dvec3(corner(Node(0), step))) * cell_);
     }
-    return entry->second;
+    return vertex;
   }
 
   void cut(const Node& cube) {
+    int inside = 0;
+    for (const double v : value_) inside += v < 0.0;
+    if (inside == 0 || inside == 8) return;
     for (const auto& tetra : kTetra) {
-      Node in[4], out[4];
+      int in[4], out[4];
       int in_count = 0, out_count = 0, place[4] = {};
       for (int i = 0; i < 4; ++i) {
-        const Node n = corner(cube, tetra[i]);
-        if (value(n) < 0.0) {
+        if (value_[tetra[i]] < 0.0) {
           place[i] = 1;
-          in[in_count++] = n;
+          in[in_count++] = tetra[i];
         } else {
-          out[out_count++] = n;
+          out[out_count++] = tetra[i];
         }
       }
       if (in_count == 0 || out_count == 0) continue;
@@ -125,8 +187,8 @@ class Marcher {
         int swaps = 0;
         for (int i = 0; i < 4; ++i)
           for (int j = i + 1; j < 4; ++j) swaps += order[i] > order[j];
-        const int pr = edge_vertex(in[0], out[0]), ps = edge_vertex(in[0], out[1]);
-        const int qr = edge_vertex(in[1], out[0]), qs = edge_vertex(in[1], out[1]);
+        const int pr = edge_vertex(cube, in[0], out[0]), ps = edge_vertex(cube, in[0], out[1]);
+        const int qr = edge_vertex(cube, in[1], out[0]), qs = edge_vertex(cube, in[1], out[1]);
         if (swaps % 2 == 0)
           quad(pr, ps, qs, qr);
         else
@@ -135,13 +197,9 @@ class Marcher {
         const int lone = in_count == 1 ? 1 : 0;
         int at = 0;
         while (place[at] != lone) ++at;
-        Node others[3];
-        int k = 0;
+        int v[3], k = 0;
         for (int i = 0; i < 4; ++i)
-          if (i != at) others[k++] = corner(cube, tetra[i]);
-        const Node apex = corner(cube, tetra[at]);
-        int v[3];
-        for (int i = 0; i < 3; ++i) v[i] = edge_vertex(apex, others[i]);
+          if (i != at) v[k++] = edge_vertex(cube, tetra[at], tetra[i]);
         // Taking corner `at` out of the order is an even change for even `at`.
         if ((at % 2 == 0) == (in_count == 1))
           mesh_.triangle.push_back({v[0], v[1], v[2]});
@@ -158,9 +216,11 @@ class Marcher {
 
   const BodyShape& shape_;
   double cell_;
-  std::unordered_map<std::uint64_t, double> value_;
-  std::unordered_map<std::uint64_t, bool> visited_;
-  std::unordered_map<std::uint64_t, int> vertex_;
+  std::unordered_map<std::uint64_t, std::unique_ptr<Block>> block_;
+  Block* last_ = nullptr;  // the block asked for last, and which it is
+  Node last_block_{0};
+  Site site_[8];  // corners of the cube at hand
+  double value_[8] = {};
   std::vector<Node> queue_;
   std::size_t next_ = 0;
   HalfMesh mesh_;

@@ -1,6 +1,7 @@
 #include "skin/body/body_heat.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -9,8 +10,8 @@ namespace {
 
 std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
-double dot(const std::vector<double>& a, const std::vector<double>& b) {
-  double sum = 0.0;
+Lanes dot(const std::vector<Lanes>& a, const std::vector<Lanes>& b) {
+  Lanes sum = 0.0;
   for (std::size_t i = 0; i < a.size(); ++i) sum += a[i] * b[i];
   return sum;
 }
@@ -80,42 +81,62 @@ BodyHeat::BodyHeat(const WholeMesh& whole, const std::vector<double>& reach)
   }
 }
 
-void BodyHeat::spread(std::vector<double>& value) const {
-  if (std::all_of(value.begin(), value.end(), [](double x) { return x == 0.0; })) return;
-  std::vector<double> source(value.size());
+void BodyHeat::spread(std::span<std::vector<double>> values) const {
+  const std::size_t n = area_.size(), count = values.size();
+  assert(count <= kTogether);
+  std::vector<Lanes> value(n), source(n);
+  for (std::size_t v = 0; v < n; ++v) {
+    double one[Lanes::kCount] = {};
+    for (std::size_t k = 0; k < count; ++k) one[k] = values[k][v];
+    value[v] = Lanes::load(one);
+  }
   for (int step = 0; step < 2; ++step) {
-    for (std::size_t v = 0; v < value.size(); ++v) source[v] = area_[v] * value[v];
+    for (std::size_t v = 0; v < n; ++v) source[v] = area_[v] * value[v];
     solve(source, value);
+  }
+  for (std::size_t v = 0; v < n; ++v) {
+    double one[Lanes::kCount];
+    value[v].store(one);
+    for (std::size_t k = 0; k < count; ++k) values[k][v] = one[k];
   }
 }
 
-void BodyHeat::multiply(const std::vector<double>& x, std::vector<double>& out) const {
+void BodyHeat::multiply(const std::vector<Lanes>& x, std::vector<Lanes>& out) const {
   for (std::size_t i = 0; i < x.size(); ++i) {
-    double sum = diagonal_[i] * x[i];
+    Lanes sum = diagonal_[i] * x[i];
     for (std::size_t k = first_[i]; k < first_[i + 1]; ++k) sum += value_[k] * x[z(column_[k])];
     out[i] = sum;
   }
 }
 
-/// Conjugate gradients with the diagonal as preconditioner; `x` starts as a guess.
-void BodyHeat::solve(const std::vector<double>& b, std::vector<double>& x) const {
+/// Conjugate gradients with the diagonal as preconditioner; `x` starts as a guess. A lane stands
+/// still once it is there.
+void BodyHeat::solve(const std::vector<Lanes>& b, std::vector<Lanes>& x) const {
   const std::size_t n = b.size();
-  std::vector<double> r(n), q(n), p(n), ap(n);
+  std::vector<Lanes> r(n), p(n), ap(n);
   multiply(x, r);
-  for (std::size_t i = 0; i < n; ++i) r[i] = b[i] - r[i];
-  for (std::size_t i = 0; i < n; ++i) p[i] = q[i] = r[i] / diagonal_[i];
-  double rq = dot(r, q);
-  const double goal = 1e-14 * dot(b, b) + 1e-300;
-  for (int step = 0; step < 300 && dot(r, r) > goal; ++step) {
+  Lanes rq = 0.0;
+  for (std::size_t i = 0; i < n; ++i) {
+    r[i] = b[i] - r[i];
+    p[i] = r[i] / diagonal_[i];
+    rq += r[i] * p[i];
+  }
+  const Lanes goal = 1e-14 * dot(b, b) + 1e-300;
+  Lanes::Mask going = dot(r, r) > goal;
+  for (int step = 0; step < 300 && any(going); ++step) {
     multiply(p, ap);
-    const double alpha = rq / dot(p, ap);
-    for (std::size_t i = 0; i < n; ++i) x[i] += alpha * p[i];
-    for (std::size_t i = 0; i < n; ++i) r[i] -= alpha * ap[i];
-    for (std::size_t i = 0; i < n; ++i) q[i] = r[i] / diagonal_[i];
-    const double next = dot(r, q);
-    const double beta = next / rq;
-    for (std::size_t i = 0; i < n; ++i) p[i] = q[i] + beta * p[i];
+    const Lanes alpha = select(going, rq / dot(p, ap), 0.0);
+    Lanes next = 0.0, rr = 0.0;
+    for (std::size_t i = 0; i < n; ++i) {
+      x[i] += alpha * p[i];
+      r[i] = r[i] - alpha * ap[i];
+      next += r[i] * (r[i] / diagonal_[i]);
+      rr += r[i] * r[i];
+    }
+    const Lanes beta = select(going, next / rq, 0.0);
+    for (std::size_t i = 0; i < n; ++i) p[i] = r[i] / diagonal_[i] + beta * p[i];
     rq = next;
+    going = going & (rr > goal);
   }
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 #include <glm/vec3.hpp>
+#include <span>
 #include <vector>
 
+#include "skin/body/body_lanes.h"
 #include "skin/body/body_mesh.h"
 
 namespace backbend::skin {
@@ -28,13 +30,14 @@ class BodyHeat {
  public:
   /// `reach`: the standard deviation, in metres, to which two steps spread a point.
   BodyHeat(const WholeMesh& whole, const std::vector<double>& reach);
-  /// Spreads one value per vertex in place; the sum over the area stays, and nothing leaves the
-  /// range that the values had.
-  void spread(std::vector<double>& value) const;
+  static constexpr std::size_t kTogether = Lanes::kCount;
+  /// Spreads up to kTogether values per vertex in place, each as if alone; the sum over the area
+  /// stays, and nothing leaves the range that the values had.
+  void spread(std::span<std::vector<double>> values) const;
 
  private:
-  void multiply(const std::vector<double>& x, std::vector<double>& out) const;
-  void solve(const std::vector<double>& b, std::vector<double>& x) const;
+  void multiply(const std::vector<Lanes>& x, std::vector<Lanes>& out) const;
+  void solve(const std::vector<Lanes>& b, std::vector<Lanes>& x) const;
 
   // Symmetric matrix in compressed rows, its diagonal apart.
   std::vector<std::size_t> first_;

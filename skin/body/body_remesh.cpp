@@ -19,9 +19,12 @@ class Remesher {
       : mesh_(mesh), shape_(shape), sizes_(sizes), net_(mesh) {}
 
   void thin() {
-    measure();
+    if (want_.size() != mesh_.position.size()) measure();
     collapse_short();
-    net_.compact();
+    // What is left is where it was.
+    const std::vector<int> old = net_.compact();
+    for (std::size_t v = 0; v < old.size(); ++v) want_[v] = want_[z(old[v])];
+    want_.resize(old.size());
   }
 
   void round(bool last) {
@@ -89,10 +92,10 @@ class Remesher {
 
   /// Removes `a`, whose neighbours are in ring_, by moving it to `b`, where that is sound.
   bool try_collapse(int a, int b) {
-    if (!net_.may_collapse(a, b)) return false;
     for (const int n : ring_) {
       if (n != b && length(b, n) > 4.0 / 3.0 * wanted(b, n)) return false;
     }
+    if (!net_.may_collapse(a, b, ring_)) return false;
     for (const int f : net_.faces(a)) {
       std::array<int, 3> t = mesh_.triangle[z(f)];
       if (t[0] == b || t[1] == b || t[2] == b) continue;

@@ -19,6 +19,9 @@ class BodyShape {
   explicit BodyShape(const BodyDescription& description);
 
   double value(const glm::dvec3& p) const;
+  /// The same at four places at once: in each lane the bits of one alone. Places near each other
+  /// cost little more than one.
+  Lanes values(const LaneVector& p) const;
   /// By central differences; not unit length where solids melt together.
   glm::dvec3 gradient(const glm::dvec3& p) const;
   /// Moves `p` along the gradient onto the surface; stays in the plane x = 0 when it starts there.
@@ -44,15 +47,28 @@ class BodyShape {
     std::size_t first = 0, count = 0;
     double blend = 0.0;
     glm::dvec3 low{0.0}, high{0.0};
+    // Melting takes this much at most from the least of its solids' values.
+    double melt = 0.0;
+    // A solid this far away rarely counts.
+    double aside = 0.0;
   };
 
-  double loft(const Solid& solid, const glm::dvec3& p) const;
-  double solid_value(const Solid& solid, const glm::dvec3& p, const glm::dvec3& folded) const;
+  Lanes loft(const Solid& solid, const LaneVector& p) const;
+  Lanes solid_value(const Solid& solid, const LaneVector& at, Lanes apart) const;
+  /// The solids of a group, or all groups, joined; `in_order`: those from the given one on, to what
+  /// those before it came to.
+  Lanes group_value(const Group& group, const LaneVector& p, const LaneVector& folded) const;
+  Lanes group_in_order(const Group& group, const LaneVector& p, const LaneVector& folded,
+                       std::size_t from, Lanes d) const;
+  Lanes joined_in_order(const LaneVector& p, const LaneVector& folded, std::size_t from,
+                        Lanes body) const;
+  static Lanes distance(const Group& group, const LaneVector& p, const LaneVector& folded);
+  static glm::dvec3 slope(Lanes first, Lanes second);
 
   std::vector<BodyGroup> description_;
   std::vector<Solid> solids_;
   std::vector<Group> groups_;
-  double fold_ = 0.0;
+  double fold_ = 0.0, aside_ = 0.0;
   glm::dvec3 low_{0.0}, high_{0.0};
 };
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <span>
 #include <utility>
 
 #include "skin/body/body_heat.h"
@@ -168,9 +169,12 @@ std::vector<Influences> body_weights(const HalfMesh& mesh, const BodyShape& shap
     const Influences one = start[v].largest(1.0);
     for (int k = 0; k < kMaxInfluences; ++k) column[one.joint[z(k)]][v] += one.weight[z(k)];
   }
-  tbb::parallel_for(std::size_t{0}, joint_count, [&](std::size_t j) {
+  const std::size_t batches = (joint_count + BodyHeat::kTogether - 1) / BodyHeat::kTogether;
+  tbb::parallel_for(std::size_t{0}, batches, [&](std::size_t i) {
     poll();
-    heat.spread(column[j]);
+    const std::size_t first = i * BodyHeat::kTogether;
+    heat.spread(
+        std::span(column).subspan(first, std::min(BodyHeat::kTogether, joint_count - first)));
   });
 
   std::vector<Influences> out(half);

@@ -86,7 +86,9 @@ class ClipCamera {
 
   render::Picture still(const PosedCharacter& body, const render::Camera& camera) {
     photographer_.pose(body);
-    return render::picture_from(photographer_.shoot(camera, settings_));
+    render::Settings settings = settings_;
+    settings.mattes = false;
+    return render::picture_from(photographer_.shoot(camera, settings));
   }
 
   render::Picture heat(const PosedCharacter& body, const VertexHeat& values,

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <mutex>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <span>
+#include <unordered_map>
 
 #include "render/image/exr.h"
 #include "render/image/png.h"
@@ -44,6 +47,43 @@ std::string rig_word(const RigRecord& rig) {
   return file_word(rig.plan.name) + "_" + std::string(mapping_name(rig.mapping));
 }
 
+/// What a picture shows: two of one key are the same to the last bit.
+std::string picture_key(const PosedCharacter& body, const render::Camera& camera,
+                        const render::Settings& settings) {
+  const auto hash = [](const std::vector<glm::vec3>& values) {
+    return content_hash(std::span(reinterpret_cast<const std::uint8_t*>(values.data()),
+                                  values.size() * sizeof(glm::vec3)));
+  };
+  std::string key = hash(body.mesh.position) + hash(body.mesh.normal);
+  for (const glm::dvec3& v : {camera.eye, camera.target, camera.up}) {
+    for (int axis = 0; axis < 3; ++axis) key += " " + number_text(v[axis], 17);
+  }
+  return key + " " + number_text(camera.focal_mm, 17) + " " + std::to_string(settings.width) + "x" +
+         std::to_string(settings.height) + " " + std::to_string(settings.samples) + " " +
+         std::to_string(settings.all_layers);
+}
+
+/// Pictures that this run has taken, by their keys: where two rigs agree, at rest or all along, the
+/// second is a copy of the first.
+class TakenPictures {
+ public:
+  /// The files of the picture, in the order in which they were given.
+  std::optional<std::vector<std::string>> find(const std::string& key) {
+    const std::lock_guard lock(mutex_);
+    const auto found = files_.find(key);
+    if (found == files_.end()) return std::nullopt;
+    return found->second;
+  }
+  void keep(const std::string& key, const std::vector<std::string>& files) {
+    const std::lock_guard lock(mutex_);
+    files_.emplace(key, files);
+  }
+
+ private:
+  std::mutex mutex_;
+  std::unordered_map<std::string, std::vector<std::string>> files_;
+};
+
 /// What rendering pictures of one character needs, from any thread.
 struct FrameRenderer {
   const Stage& stage;
@@ -52,6 +92,7 @@ struct FrameRenderer {
   render::Settings settings;
   Ledger& ledger;
   Progress& progress;
+  TakenPictures& taken;
 
   PosedCharacter posed(const RigRecord& rig, const PoseDegrees& pose) const {
     return stage.pose(*rig.system, controls_at(*rig.system, pose, rig.mapping));
@@ -60,10 +101,12 @@ struct FrameRenderer {
   /// One picture under its final name: taken here, or by whoever had it to take; `item` numbers
   /// the pictures, the same in every shard. Where the ledger does not have it and another shard
   /// takes it, an empty one; a shard gets an empty one, too, of what is there already. `others` are
-  /// further files that `take` writes.
-  template <class Take>
+  /// further files that `take` writes. `key()`, asked only where it is to be taken: picture_key(),
+  /// or nothing where no other picture is the same.
+  template <class Key, class Take>
   render::Picture picture(std::size_t item, const std::string& file,
-                          const std::vector<std::string>& others, const Take& take) const {
+                          const std::vector<std::string>& others, const Key& key,
+                          const Take& take) const {
     poll_interrupt();
     const bool own = ledger.makes(item);
     const skin::Character& character = stage.character();
@@ -78,21 +121,39 @@ struct FrameRenderer {
       if (ledger.assembles()) ledger.miss(unit);
       return {};
     }
-    render::Picture taken = take();
-    folder.write(file, render::encode_png(taken));
     std::vector<std::string> files = others;
     files.push_back(file);
+    const std::string shows = key();
+    render::Picture picture;
+    if (const auto same = taken.find(shows)) {
+      std::vector<std::uint8_t> bytes;
+      for (std::size_t i = 0; i < files.size(); ++i) {
+        bytes = read_bytes(folder.path() / (*same)[i]);
+        folder.write(files[i], bytes);
+      }
+      picture = render::decode_png(bytes);
+    } else {
+      picture = take();
+      folder.write(file, render::encode_png(picture));
+      if (!shows.empty()) taken.keep(shows, files);
+    }
     ledger.keep(unit, {}, files);
     progress.step();
-    return taken;
+    return picture;
+  }
+  template <class Take>
+  render::Picture picture(std::size_t item, const std::string& file, const Take& take) const {
+    return picture(
+        item, file, {}, [] { return std::string(); }, take);
   }
 
   /// A still as `name`.png and, with every layer, as `name`.exr beside it.
   render::Picture still(std::size_t item, const PosedCharacter& body, const render::Camera& camera,
                         const std::string& name) const {
-    return picture(item, name + ".png", {name + ".exr"}, [&] {
-      render::Settings full = settings;
-      full.all_layers = true;
+    render::Settings full = settings;
+    full.all_layers = true;
+    const auto key = [&] { return picture_key(body, camera, full); };
+    return picture(item, name + ".png", {name + ".exr"}, key, [&] {
       const render::Frame frame = [&] {
         const PhotographerPool::Loan photographer(cameras);
         photographer->pose(body);
@@ -146,7 +207,7 @@ struct FrameRenderer {
   void heat(std::size_t item, const PosedCharacter& body, const VertexHeat& values,
             const render::Camera& camera, const std::optional<glm::dvec3>& mark,
             const std::string& file) const {
-    picture(item, file, {}, [&] {
+    picture(item, file, [&] {
       return heat_picture(*PhotographerPool::Loan(cameras), settings, body, values, camera, mark);
     });
   }
@@ -409,13 +470,19 @@ std::shared_ptr<SweepFrames> shoot_sweep(const FrameRenderer& renderer,
     for (std::size_t i = 0; i < frames->picture[r].size(); ++i, ++item) {
       work.add(group, [&renderer, frames, r, i, item] {
         const RigRecord& rig = *frames->rig[r];
-        frames->picture[r][i] = renderer.picture(item, frame_name(renderer, rig, i), {}, [&] {
-          const PosedCharacter body =
-              renderer.stage.pose(*rig.system, rig.sweeps.front().poses[i].control);
+        const render::Settings small = scrubber_frame(renderer.settings);
+        const render::Camera camera =
+            render::view_camera("profile", renderer.cameras.box(), renderer.cameras.facing(),
+                                static_cast<double>(small.width) / small.height);
+        PosedCharacter body;
+        const auto key = [&] {
+          body = renderer.stage.pose(*rig.system, rig.sweeps.front().poses[i].control);
+          return picture_key(body, camera, small);
+        };
+        frames->picture[r][i] = renderer.picture(item, frame_name(renderer, rig, i), {}, key, [&] {
           const PhotographerPool::Loan photographer(renderer.cameras);
           photographer->pose(body);
-          return render::picture_from(
-              photographer->shoot("profile", scrubber_frame(renderer.settings)));
+          return render::picture_from(photographer->shoot(camera, small));
         });
       });
     }
@@ -555,13 +622,15 @@ void shoot_turntable(const FrameRenderer& renderer, const std::vector<RigRecord>
             photographer.emplace(renderer.cameras);
             (*photographer)->pose(body);
           }
-          return render::picture_from((*photographer)->shoot(turn->camera[i], renderer.settings));
+          render::Settings settings = renderer.settings;
+          settings.mattes = false;
+          return render::picture_from((*photographer)->shoot(turn->camera[i], settings));
         };
         // Its frames are kept only until the video is made.
         if (renderer.ledger.is_on()) {
           turn->picture[i] = renderer.picture(
               item + i, std::string(kPartsFolder) + "/" + name + "/" + std::to_string(i) + ".png",
-              {}, shoot);
+              shoot);
         } else {
           poll_interrupt();
           turn->picture[i] = shoot();
@@ -605,7 +674,8 @@ void make_evidence(PhotographerPool& cameras, const BodyMetrics& body, const Pla
   settings.height = plan.height;
   settings.samples = plan.samples;
   settings.noise = kNoise;
-  const FrameRenderer renderer{stage, folder, cameras, settings, ledger, progress};
+  TakenPictures taken;
+  const FrameRenderer renderer{stage, folder, cameras, settings, ledger, progress, taken};
   const std::string character = file_word(stage.character().name);
 
   std::size_t item = 0;  // pictures so far, the same in every shard

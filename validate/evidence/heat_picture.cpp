@@ -34,6 +34,7 @@ render::Picture heat_picture(Photographer& photographer, render::Settings settin
                              const render::Camera& camera, const std::optional<glm::dvec3>& mark) {
   photographer.pose(body, heat.value);  // looked at until it is shot
   settings.mode = render::Mode::heat;
+  settings.mattes = false;
   settings.heat_low = heat.low;
   settings.heat_high = heat.high;
   render::Picture drawn = render::picture_from(photographer.shoot(camera, settings));

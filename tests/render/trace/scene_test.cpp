@@ -82,6 +82,22 @@ TEST(Scene, GivesTheSameBytesForAnySizeOfTilesWhereSamplingIsAdaptive) {
   EXPECT_EQ(encode_exr(scene.render(front_of(mesh), settings)), expected);
 }
 
+TEST(Scene, ShowsTheSamePictureWithoutMattes) {
+  const TestMesh mesh = blob_figure();
+  Scene scene(mesh.topology);
+  scene.set_pose(mesh.pose());
+  for (const Mode mode : {Mode::clay, Mode::beauty, Mode::heat}) {
+    Settings settings = small(mode, 16);
+    settings.noise = 0.02;
+    const Frame whole = scene.render(front_of(mesh), settings);
+    settings.mattes = false;
+    const Frame frame = scene.render(front_of(mesh), settings);
+    EXPECT_EQ(frame.layers.size() + 6, whole.layers.size());
+    for (const char* layer : {"R", "Z", "N.X"})
+      EXPECT_EQ(frame.find(layer)->data, whole.find(layer)->data) << layer;
+  }
+}
+
 TEST(Scene, ForgetsEarlierPoses) {
   const TestMesh mesh = blob_figure(), last = bent(mesh, 0.7f);
   const Settings settings = small(Mode::clay);

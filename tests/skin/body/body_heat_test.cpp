@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <span>
 
 namespace backbend::skin {
 namespace {
@@ -66,7 +67,7 @@ TEST(BodyHeat, IsKeptAndSpreadsAPointByItsReach) {
     const glm::dvec3 middle(0.0, 0.5 * kStep * kTall, 0.0);
     for (std::size_t v = 0; v < value.size(); ++v)
       if (glm::distance(whole.position[v], middle) < 1e-9) value[v] = 1.0 / whole.area[v];
-    heat.spread(value);
+    heat.spread(std::span(&value, 1));
     double sum = 0.0, across = 0.0, along = 0.0;
     for (std::size_t v = 0; v < value.size(); ++v) {
       EXPECT_GE(value[v], 0.0);
@@ -92,9 +93,9 @@ TEST(BodyHeat, KeepsWhatIsEvenAndTheRangeOfWhatIsNot) {
   for (const glm::dvec3& p : whole.position) step.push_back(p.y > 1.2 ? 1.0 : 0.25);
   double before = 0.0, after = 0.0;
   for (std::size_t v = 0; v < step.size(); ++v) before += whole.area[v] * step[v];
-  heat.spread(even);
-  heat.spread(none);
-  heat.spread(step);
+  heat.spread(std::span(&even, 1));
+  heat.spread(std::span(&none, 1));
+  heat.spread(std::span(&step, 1));
   for (std::size_t v = 0; v < step.size(); ++v) {
     EXPECT_NEAR(even[v], 0.75, kSolved);
     EXPECT_EQ(none[v], 0.0);
@@ -103,6 +104,24 @@ TEST(BodyHeat, KeepsWhatIsEvenAndTheRangeOfWhatIsNot) {
     after += whole.area[v] * step[v];
   }
   EXPECT_NEAR(after, before, kSolved);
+}
+
+TEST(BodyHeat, SpreadsSeveralValuesTogetherToTheBitsOfEachAlone) {
+  const WholeMesh whole = whole_mesh(sheet());
+  std::vector<double> reach;
+  for (const glm::dvec3& p : whole.position) reach.push_back(0.05 + 0.1 * p.y);
+  const BodyHeat heat(whole, reach);
+  // They take different numbers of steps to solve.
+  std::vector<std::vector<double>> alone(3), together;
+  for (const glm::dvec3& p : whole.position) {
+    alone[0].push_back(p.y > 1.2 ? 1.0 : 0.25);
+    alone[1].push_back(0.0);
+    alone[2].push_back(p.x * p.y);
+  }
+  together = alone;
+  heat.spread(together);
+  for (auto& value : alone) heat.spread(std::span(&value, 1));
+  EXPECT_EQ(together, alone);
 }
 
 }  // namespace

@@ -6,8 +6,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <random>
 
 #include "tests/skin/half_mesh.h"
+#include "tests/source_folder.h"
 
 namespace backbend::skin {
 namespace {
@@ -229,6 +231,43 @@ TEST(BodyShape, GivesEachPlaceToTheSolidWithJointsThatItIsDeepestIn) {
                  b = glm::distance(p, parts[1].center) - 0.2;
     EXPECT_EQ(shape.owner(p), b < a ? 1u : 0u);
     EXPECT_EQ(shape.owner({-p.x, p.y, p.z}), b < a ? 1u : 0u);
+  }
+}
+
+TEST(BodyShape, GivesFourPlacesAtOnceTheBitsOfEachAlone) {
+  const BodyShape shape(read_body_description(source_folder() / "scenes/characters/human.toml"));
+  std::mt19937 rng(3);
+  const auto anywhere = [&] {
+    std::uniform_real_distribution<double> x(shape.low().x, shape.high().x);
+    std::uniform_real_distribution<double> y(shape.low().y, shape.high().y);
+    std::uniform_real_distribution<double> z(shape.low().z, shape.high().z);
+    return glm::dvec3(x(rng), y(rng), z(rng));
+  };
+  for (int i = 0; i < 2000; ++i) {
+    glm::dvec3 p[4];
+    for (glm::dvec3& each : p) each = anywhere();
+    // All over the body, all on one solid's skin, or both.
+    if (i % 3 > 0) p[0] = shape.project(p[0], 0.5);
+    for (int k = 1; k < 4 && i % 3 == 1; ++k) p[k] = p[0] + 1e-3 * p[k];
+    const Lanes together =
+        shape.values(LaneVector({p[0].x, p[1].x, p[2].x, p[3].x}, {p[0].y, p[1].y, p[2].y, p[3].y},
+                                {p[0].z, p[1].z, p[2].z, p[3].z}));
+    for (int k = 0; k < 4; ++k) EXPECT_EQ(together[k], shape.value(p[k])) << i << " " << k;
+  }
+}
+
+TEST(BodyShape, LeavesOutWhatStandsTooFarAwayToMelt) {
+  // The ball nearby stands last, behind others of its group and other groups; what it comes to is
+  // the nearest of all, whichever of them were asked.
+  BodyDescription body = body_of({ball({1, 0, 0}, 0.2), ball({2, 0, 0}, 0.2)});
+  body.groups.push_back({"more", 0.05, {ball({3, 0, 0}, 0.2), ball({4, 0, 0}, 0.2)}});
+  body.groups.push_back({"last", 0.05, {ball({5, 0, 0}, 0.2), ball({6, 0, 0}, 0.2)}});
+  const BodyShape shape(body);
+  for (double x = 0.7; x < 6.4; x += 0.01) {
+    const double apart = std::abs(x - std::clamp(std::round(x), 1.0, 6.0));
+    // Half way between two balls they melt.
+    if (x > 1.0 && x < 6.0 && apart > 0.46) continue;
+    EXPECT_NEAR(shape.value({x, 0, 0}), apart - 0.2, 1e-12) << x;
   }
 }
 
