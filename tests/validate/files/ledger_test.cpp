@@ -205,8 +205,11 @@ TEST(Records, ComeBackBitForBitNotANumberToo) {
 
 TEST(Records, KeepEveryFactOfASearchForJumps) {
   FlipReport flips;
-  flips.jumps.push_back(
-      {0.25, 0.2, 0.3, FlipClass::pop, {{3, 180.0, 0.5, {0, 1, 0}, std::nan("")}}});
+  flips.jumps.push_back({.t = 0.25,
+                         .before = 0.2,
+                         .after = 0.3,
+                         .kind = FlipClass::pop,
+                         .joints = {{3, 180.0, 0.5, {0, 1, 0}, std::nan("")}}});
   flips.steep.push_back({2, 0.5, 9.5});
   flips.gain = {1.0, std::nan("")};
   flips.interval_gain = {0.1, 0.2};
