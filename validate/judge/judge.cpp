@@ -444,7 +444,7 @@ Corners corners_of(const RigRecord& rig, const JudgeContext& context,
 
 int clean_poses(const RigRecord& rig, const SweepRecord& sweep, const JudgeContext& context,
                 const std::vector<Finding>& findings) {
-  const Advisories advisories = advisories_in(findings);
+  const Advisories advisories = advisories_in(rig, findings);
   return static_cast<int>(std::ranges::count_if(sweep.poses, [&](const PoseRecord& pose) {
     return !worst_miss(rig, context, advisories, sweep, pose);
   }));

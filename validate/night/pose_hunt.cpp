@@ -386,7 +386,9 @@ void judge_samples(const Stage& stage, const BodyMetrics& body, bool judges_weig
   // A path whose corners are the poses: what is said of a sweep can be said of them.
   std::vector<PoseDegrees> corners(1);
   for (const PoseRecord& pose : rig.samples) corners.push_back(pose.body);
-  SweepRecord record{path_sweep(std::string(kSamples), corners, 1.0), std::move(rig.samples), {}};
+  SweepRecord record;
+  record.sweep = path_sweep(std::string(kSamples), corners, 1.0);
+  record.poses = std::move(rig.samples);
   const std::vector<Waypoint>& at = record.sweep.through;
   for (std::size_t i = 0; i < record.poses.size(); ++i)
     record.poses[i].control_deg = at[std::min(i + 1, at.size() - 1)].control_deg;

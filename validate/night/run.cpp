@@ -47,9 +47,6 @@
 #include "validate/verdicts/booking.h"
 
 namespace backbend::validate {
-namespace {}
-
-}  // namespace
 
 std::vector<CheckLegend> legend(const Report& report, const LimitSet& limits) {
   std::vector<CheckLegend> rows;
