@@ -229,6 +229,41 @@ class Search(Record):
     unsure: int
     box: str
 
+class HuntedPose(Record):
+    code: str
+    unit: str
+    pose: str
+    value: float | None
+    limit: float | None
+    over: bool
+    sweep: str
+
+class PoseHunt(Record):
+    evaluations: int
+    seed: int
+    box: str
+    gap: float
+    worst: list[HuntedPose]
+    notes: list[str]
+
+class CertifiedVolume(Record):
+    share: float
+    no_jump: float
+    refuted: float
+    gain: float
+
+class SearchedVolume(Record):
+    poses: int
+    clean: int
+    at_least: float
+    confidence: float
+
+class CleanVolume(Record):
+    box: str
+    certified: CertifiedVolume | None
+    not_certified: str
+    searched: SearchedVolume
+
 class SweepValues(Record):
     sweep: str
     channel: str
@@ -259,6 +294,8 @@ class RigResult(Record):
     beside: list[SystemHeadroom]
     corners: Corners
     search: Search
+    hunt: PoseHunt  # where the run searched
+    volume: CleanVolume  # the same
     sweeps: list[SweepValues]
     coverage: list[Coverage]
     summary: dict[str, float | None]
