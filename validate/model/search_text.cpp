@@ -31,7 +31,7 @@ std::string hunt_summary(const PoseHunt& hunt) {
   }
   std::string text =
       "searched " + std::to_string(hunt.evaluations) + " poses of " + hunt.box + found;
-  if (!known.empty()) text += "; " + known + " over the limit, much as in the sweeps";
+  if (!known.empty()) text += "; over the limit as in the sweeps, which judge it: " + known;
   return notes.empty() ? text : text + "; " + notes;
 }
 

@@ -352,32 +352,42 @@ bool hunt_rigs(const HuntedCharacter& character, const HuntPlan& plan,
     return false;
   for (std::size_t k = 0; k < paths.size(); ++k)
     std::ranges::move(paths[k].sweeps, std::back_inserter(records[of[k]].sweeps));
-  for (RigRecord& rig : records) {
-    for (HuntedPose& each : rig.hunt.worst) {
-      if (each.sweep.empty() || std::isfinite(each.value)) continue;
-      const JudgeContext& context = character.context_of(rig);
-      const auto path = std::ranges::find(rig.sweeps, each.sweep, [](const SweepRecord& record) {
-        return std::string_view(record.sweep.name);
-      });
-      each.limit = context.limits.of(each.code).value;
-      each.value = 0.0;
-      if (each.code == "BB001") {
-        for (const Jump& jump : path->flips.jumps)
-          each.value = std::max(each.value, jump.size_deg());
-      } else {
-        for (const PoseRecord& pose : path->poses)
-          if (const double gain = pose.at(MetricId::gain).value; std::isfinite(gain))
-            each.value = std::max(each.value, gain);
+  for (RigRecord& rig : records) confirm_flips(rig, character.context_of(rig).limits);
+  return true;
+}
+
+void confirm_flips(RigRecord& rig, const LimitSet& limits) {
+  const auto name_of = [](const SweepRecord& record) { return record.sweep.name; };
+  std::vector<std::string> in_vain;
+  std::erase_if(rig.hunt.worst, [&](HuntedPose& each) {
+    if (each.sweep.empty() || !is_flip(each.code)) return false;
+    const SweepRecord& path = *std::ranges::find(rig.sweeps, each.sweep, name_of);
+    each.value = 0.0;
+    if (each.code == "BB001") {
+      for (const Jump& jump : path.flips.jumps) {
+        if (jump.size_deg() <= each.value) continue;
+        each.value = jump.size_deg();
+        each.pose =
+            path.sweep.pose_at(std::lerp(path.sweep.from_deg, path.sweep.to_deg, jump.t)).text();
+      }
+    } else {
+      for (const PoseRecord& pose : path.poses) {
+        const double gain = pose.at(MetricId::gain).value;
+        if (!(gain > each.value)) continue;
+        each.value = gain;
+        each.pose = pose.body.text();
       }
     }
-    // What the search saw and the measured path does not show was not found.
-    std::erase_if(rig.hunt.worst, [](const HuntedPose& each) {
-      return !each.sweep.empty() && is_flip(each.code) &&
-             judge(*find_check(each.code), each.value, each.limit) != Verdict::fail;
-    });
-    std::ranges::stable_sort(rig.hunt.worst, {}, &HuntedPose::code);
-  }
-  return true;
+    each.limit = limits.of(each.code).value;
+    if (judge(*find_check(each.code), each.value, each.limit) == Verdict::fail) return false;
+    in_vain.push_back(each.sweep);
+    return true;
+  });
+  for (const std::string& name : in_vain)
+    if (std::ranges::find(rig.hunt.worst, name, &HuntedPose::sweep) == rig.hunt.worst.end())
+      std::erase_if(rig.sweeps,
+                    [&](const SweepRecord& record) { return record.sweep.name == name; });
+  std::ranges::stable_sort(rig.hunt.worst, {}, &HuntedPose::code);
 }
 
 void judge_samples(const Stage& stage, const BodyMetrics& body, bool judges_weights,

@@ -31,6 +31,11 @@ struct HuntedCharacter {
 bool hunt_rigs(const HuntedCharacter& character, const HuntPlan& plan,
                std::vector<RigRecord>& records, Ledger& ledger, Progress& progress);
 
+/// Takes value, pose and limit of a hunt's flips from their measured paths. Where a path shows
+/// none, the search saw what no measure confirms: nothing was found, and the path is removed unless
+/// another find is on it.
+void confirm_flips(RigRecord& rig, const LimitSet& limits);
+
 /// `hunt even BB011`; of a second flip `hunt even BB001 2`. The same from night to night.
 std::string hunt_name(const RigRecord& rig, const std::string& code, int number);
 

@@ -66,7 +66,7 @@ TEST(ReportJson, KeepsWhatWasSearchedAndHowMuchIsCleanApart) {
   EXPECT_EQ(volume["certified"]["share"], 0.875);
   EXPECT_EQ(volume["searched"]["clean"], 58);
   EXPECT_EQ(volume["searched"]["confidence"], 0.95);
-  // Without a proof there is no figure that could be taken for one.
+  // Where nothing was proved no share is written.
   rig.volume.proved = false;
   rig.volume.not_proved = "not on boxes";
   const auto without = nlohmann::json::parse(report_json(report))["rigs"][0]["volume"];

@@ -24,7 +24,7 @@ TEST(HuntSummary, NamesEachFindAndWhatTheSweepsShowAsBad) {
   some.worst.push_back({"BB036", "deg", "side 45", 16, 15, true, ""});
   EXPECT_EQ(hunt_summary(some),
             "searched 177 poses of side -45..45: BB011 mesh kink 31.5 deg (limit 25) at side 40; "
-            "BB036 over the limit, much as in the sweeps");
+            "over the limit as in the sweeps, which judge it: BB036");
 }
 
 TEST(HuntSummary, SaysWhyNothingWasSearched) {

@@ -3,6 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "validate/sweeps/named_pose.h"
 
 namespace backbend::validate {
 namespace {
@@ -38,6 +42,58 @@ std::vector<std::string> left_of(std::vector<Finding> findings) {
 TEST(HuntName, IsTheSameEveryNightAndCountsASecondFlip) {
   EXPECT_EQ(hunt_name(hunted_rig(), "BB011", 1), kPath);
   EXPECT_EQ(hunt_name(hunted_rig(), "BB001", 2), "hunt even BB001 2");
+}
+
+/// A rig whose hunt saw a near flip and a jump, each on a path that was measured: gains of the
+/// first path's poses, jumps of the second's half way.
+RigRecord rig_with_flips(const std::vector<double>& gains, const std::vector<double>& jumps_deg) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  RigRecord rig;
+  rig.hunt.worst = {{"BB002", "deg/deg", "side 40", nan, nan, true, "near"},
+                    {"BB001", "deg", "side 40", nan, nan, true, "jump"}};
+  rig.sweeps.resize(2);
+  rig.sweeps[0].sweep = named_pose("near", {}, {.side = 40.0});
+  rig.sweeps[1].sweep = named_pose("jump", {}, {.side = 40.0});
+  for (const double gain : gains) {
+    PoseRecord& pose = rig.sweeps[0].poses.emplace_back();
+    pose.body.side = 10.0 * static_cast<double>(rig.sweeps[0].poses.size());
+    pose.at(MetricId::gain).value = gain;
+  }
+  for (const double size : jumps_deg) {
+    Jump& jump = rig.sweeps[1].flips.jumps.emplace_back();
+    jump.t = 0.5;
+    jump.joints.emplace_back().size_deg = size;
+  }
+  return rig;
+}
+
+TEST(FlipsOfAHunt, HaveTheValueAndThePoseThatTheirPathsShow) {
+  RigRecord rig = rig_with_flips({1.0, 12.0, std::nan(""), 3.0}, {90.0});
+  confirm_flips(rig, LimitSet());
+  ASSERT_EQ(rig.hunt.worst.size(), 2u);
+  EXPECT_EQ(rig.hunt.worst[0].code, "BB001");
+  EXPECT_EQ(rig.hunt.worst[0].value, 90.0);
+  EXPECT_EQ(rig.hunt.worst[0].pose, "side 20");
+  EXPECT_EQ(rig.hunt.worst[1].value, 12.0);
+  EXPECT_EQ(rig.hunt.worst[1].pose, "side 20");
+  EXPECT_EQ(rig.hunt.worst[1].limit, 8.0);
+  EXPECT_EQ(rig.sweeps.size(), 2u);
+}
+
+TEST(FlipsOfAHunt, ThatNoMeasureConfirmsAreNotFoundAndTheirPathsGo) {
+  RigRecord rig = rig_with_flips({1.0, 1.0}, {});
+  confirm_flips(rig, LimitSet());
+  EXPECT_TRUE(rig.hunt.worst.empty());
+  EXPECT_TRUE(rig.sweeps.empty());
+}
+
+TEST(FlipsOfAHunt, LeaveAPathThatAnotherFindIsOn) {
+  RigRecord rig = rig_with_flips({1.0}, {90.0});
+  rig.hunt.worst.push_back({"BB011", "deg", "side 40", 60.0, 25.0, true, "near"});
+  confirm_flips(rig, LimitSet());
+  ASSERT_EQ(rig.hunt.worst.size(), 2u);
+  EXPECT_EQ(rig.hunt.worst[1].code, "BB011");
+  EXPECT_EQ(rig.sweeps.size(), 2u);
 }
 
 TEST(PathsOfAHunt, KeepWhatTheyWereMadeFor) {

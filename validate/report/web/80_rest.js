@@ -39,7 +39,7 @@ function searchedSection() {
     if (!hunt || hunt.evaluations === 0) return "–";
     const news = hunt.worst.filter((h) => h.sweep), known = hunt.worst.filter((h) => h.over && !h.sweep);
     return [news.length > 0 ? el("ul", {}, news.map((h) => el("li", { class: "over" }, checkText(h)))) : "nothing over a limit that the sweeps do not show",
-      known.length > 0 && el("p", { class: "soft" }, "over the limit much as in the sweeps: ", known.map((h) => h.code).join(", "))];
+      known.length > 0 && el("p", { class: "soft" }, "over the limit as in the sweeps, which judge it: ", known.map((h) => h.code).join(", "))];
   };
   const rows = rigs.map((rig) => {
     const v = rig.volume, s = v?.searched;
@@ -52,7 +52,7 @@ function searchedSection() {
         : el("span", { class: "soft" }, name(v.not_certified))));
   });
   return section("searched", "Searched between the sweeps",
-    el("p", { class: "soft" }, "A search is no proof: what it did not look at may fail. Random poses: how many are within every limit, and the share of the envelope's volume that is at least clean, by 95 %. Certified: the share of the volume where no joint jumps or turns faster than BB002 allows, proved of the joints alone."),
+    el("p", { class: "soft" }, "Poses that the search did not look at may fail. Random poses: how many are within every limit, and the share of the envelope's volume that is at least clean, by 95 %. Certified: the share of the volume where no joint jumps or turns faster than BB002 allows, proved of the joints alone."),
     table("plain", [...(several ? ["character"] : []), "rig", "searched", "found", "random poses clean", "joints certified"], rows, "what was searched"));
 }
 
