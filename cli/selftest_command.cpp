@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/commands.h"
+#include "cli/external_options.h"
 #include "validate/files/data_folder.h"
 #include "validate/selftest/selftest.h"
 #include "validate/text/escape.h"
@@ -68,6 +69,7 @@ void add_selftest(const Registry& registry) {
     std::vector<std::string> rigs;
     skin::AnatomyHints hints;
     bool full = false;
+    ExternalOptions external;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = registry.add(
@@ -79,6 +81,9 @@ void add_selftest(const Registry& registry) {
                 ? read_suite(data_folder() / "scenes" / "nightly.toml").characters.front()
                 : std::filesystem::path(options->character);
         for (const std::string& rig : options->rigs) request.rigs.push_back(read_rig(rig));
+        std::vector<RigPlan*> rigs;
+        for (RigPlan& rig : request.rigs) rigs.push_back(&rig);
+        options->external.apply_to(rigs);
         request.hints = options->hints;
         request.full = options->full;
         Progress progress(common.progress_style());
@@ -92,10 +97,13 @@ void add_selftest(const Registry& registry) {
         return holds ? kExitOk : kExitFindings;
       });
   options->rigs = {"three_bone", "curve", "isner", "even", "stretchy", "spline_ik", "matrix_blend"};
-  command->add_option("--rig", options->rigs, "rig: a system or a rig file; repeatable")
+  command
+      ->add_option("--rig", options->rigs,
+                   "rig: a system, a rig file, or your own, live; repeatable")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   command->add_option("--character", options->character, "character file [the bundled human]");
   command->add_flag("--full", options->full, "ten times the cases");
+  options->external.add_to(command);
   add_anatomy_options(command, options->hints);
 }
 

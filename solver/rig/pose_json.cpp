@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 
@@ -64,27 +65,36 @@ std::string solve_to_json(const SolveFile& file) {
   return pose_to_json(*file.system, file.system->solve(file.control));
 }
 
+std::string sweep_to_json_lines(const SpineSystem& system, std::string_view channel,
+                                std::span<const double> written,
+                                const std::function<std::vector<double>(std::size_t)>& control_at) {
+  constexpr std::size_t kAskedAtOnce = 256;
+  std::string lines;
+  for (std::size_t first = 0; first < written.size(); first += kAskedAtOnce) {
+    std::vector<std::vector<double>> controls(std::min(kAskedAtOnce, written.size() - first));
+    for (std::size_t i = 0; i < controls.size(); ++i) controls[i] = control_at(first + i);
+    system.prepare(controls, Detail::joints);
+    for (std::size_t i = 0; i < controls.size(); ++i)
+      lines += pose_to_json(system, system.solve(controls[i]), channel, written[first + i]) + "\n";
+  }
+  return lines;
+}
+
 std::string sweep_to_json_lines(const SolveFile& file, std::string_view text) {
   if (constexpr std::string_view kTime = "time="; text.starts_with(kTime)) {
     const std::string start = "sweep '" + std::string(text.substr(0, 200)) + "': ";
     if (file.key.empty()) throw RigError(start + file.name + " has no [[key]]");
-    std::string lines;
-    for (const double time : parse_range(text.substr(kTime.size()), start)) {
-      lines += pose_to_json(*file.system, file.system->solve(file.control_at(time)), "time", time);
-      lines += "\n";
-    }
-    return lines;
+    const std::vector<double> time = parse_range(text.substr(kTime.size()), start);
+    return sweep_to_json_lines(*file.system, "time", time,
+                               [&](std::size_t i) { return file.control_at(time[i]); });
   }
   const ControlSweep sweep = parse_sweep(*file.system, text);
-  const std::string& channel = file.system->channels()[sweep.channel].name;
-  std::vector<double> control = file.control;
-  std::string lines;
-  for (std::size_t i = 0; i < sweep.value.size(); ++i) {
-    control[sweep.channel] = sweep.value[i];
-    lines +=
-        pose_to_json(*file.system, file.system->solve(control), channel, sweep.written[i]) + "\n";
-  }
-  return lines;
+  return sweep_to_json_lines(*file.system, file.system->channels()[sweep.channel].name,
+                             sweep.written, [&](std::size_t i) {
+                               std::vector<double> control = file.control;
+                               control[sweep.channel] = sweep.value[i];
+                               return control;
+                             });
 }
 
 std::string solve_to_text(const SolveFile& file) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -82,7 +83,12 @@ std::string pose_to_json(const SpineSystem& system, const SpinePose& pose, std::
 
 /// The pose of a solve file, as JSON.
 std::string solve_to_json(const SolveFile& file);
-/// One line for each value of a sweep, each ended by a newline. `time=from:to:step` plays the
+/// One such line for each value of a sweep, each ended by a newline; `control_at` has the channel
+/// values of each.
+std::string sweep_to_json_lines(const SpineSystem& system, std::string_view channel,
+                                std::span<const double> written,
+                                const std::function<std::vector<double>(std::size_t)>& control_at);
+/// The same for a sweep of a solve file. `time=from:to:step` plays the
 /// file's keys. Throws RigError as parse_sweep() does, and for a time in a file without keys.
 std::string sweep_to_json_lines(const SolveFile& file, std::string_view sweep);
 /// The pose for a person: a table of joints and the measures.

@@ -228,6 +228,51 @@ class Live(RigTest, CommandTest):
         self.assertEqual({rig["system"] for rig in report["rigs"]}, {"external", "even"})
 
 
+class Solving(RigTest, CommandTest):
+    def solve(self, *words):
+        told = self.assert_runs("solve", *words, "--character", self.body, "--chest", "neck").stdout
+        return [json.loads(line) for line in told.splitlines()]
+
+    def test_its_poses_are_those_of_its_program(self):
+        """The last joint of the example has the whole angle."""
+        poses = self.solve(self.rig(), "--sweep", "extension=0:60:15")
+        self.assertEqual([pose["control"] for pose in poses], [{"extension": e} for e in (0.0, 15.0, 30.0, 45.0, 60.0)])
+        for pose in poses:
+            self.assertEqual([joint["name"] for joint in pose["joints"]], self.SPINE)
+            w, x, y, z = pose["joints"][-1]["turn"]
+            extension = math.degrees(2 * math.atan2(-x, w))
+            self.assertAlmostEqual(extension, pose["control"]["extension"], delta=1e-6)
+        alone = self.solve(self.rig(), "--pose", "extension=45,twist=12", "--json")
+        twisted = self.solve(self.rig(), "--pose", "extension=45", "--sweep", "twist=0:12:12")
+        self.assertEqual([pose["joints"] for pose in twisted], [poses[3]["joints"], alone[0]["joints"]])
+
+    def test_our_rigs_are_solved_on_a_character_as_well(self):
+        body = self.solve("curve", "--sweep", "extension=0:40:20")
+        own = self.solve("curve", "--sweep", "top.rx=0:40:20")
+        self.assertEqual([len(body), len(own)], [3, 3])
+        self.assertEqual(body[0]["joints"], own[0]["joints"])
+        self.assertNotEqual(body[2]["joints"], own[2]["joints"])
+
+    def test_what_cannot_be_solved_is_refused(self):
+        on = ("--character", self.body, "--chest", "neck")
+        self.assert_refused("solve", "curve", "--pose", "twist=10", code=USAGE, names=["--pose", "--character"])
+        self.assert_refused("solve", "curve", *on, "--at", "1", code=USAGE, names=["--at"])
+        self.assert_refused("solve", "curve", *on, "--pose", "twits=10", code=BAD_INPUT, names=["twits", "twist"])
+        self.assert_refused("solve", "curve", *on, "--sweep", "extension", code=BAD_INPUT, names=["from:to:step"])
+        self.assert_refused("solve", self.bad("exits"), *on, code=BAD_INPUT, names=["no licence"])
+
+    def test_its_properties_are_tried(self):
+        def rows(*faults, code):
+            told = self.backbend("selftest", "--rig", self.rig(*faults), "--character", self.body, "--chest", "neck", "--json")
+            self.assertEqual(told.returncode, code, told.stderr)
+            return {row["property"]: row["holds"] for row in json.loads(told.stdout)["properties"] if row["layer"] == "solver"}
+
+        self.assertEqual(set(rows(code=0).values()), {True})
+        with_memory = rows("--memory", code=1)
+        self.assertEqual([name for name, holds in with_memory.items() if not holds],
+                         ["the same in any order and from a program that was started again"])
+
+
 class Points(RigTest, CommandTest):
     """Rigs that give the points of their own mesh."""
 

@@ -30,7 +30,9 @@ class Tally {
   Property property_;
 };
 
-std::vector<Property> solver_properties(const Stage& stage, const RigPlan& rig, std::size_t cases);
+/// `again` is the same character on a stage of its own, where the rig is built or started again.
+std::vector<Property> solver_properties(const Stage& stage, const Stage& again, const RigPlan& rig,
+                                        std::size_t cases);
 std::vector<Property> skin_properties(const Stage& stage, const RigPlan& rig, std::size_t cases);
 std::vector<Property> render_properties(const Stage& stage, const RigPlan& rig);
 

@@ -35,7 +35,8 @@ struct SelftestRequest {
 /// Tries the metamorphic properties of solver, skinner and renderer: the same rig elsewhere in the
 /// world, scaled and mirrored, in another order; skinning carried along by a rigid motion, between
 /// the bones that carry it, for any number of threads; pictures with another number of threads,
-/// under twice the light, and twice as large. Random numbers have fixed seeds. Throws
+/// under twice the light, and twice as large. A studio's own rig is tried at rest, at any angle,
+/// and against its program started again. Random numbers have fixed seeds. Throws
 /// skin::CharacterError, solver::RigError, Interrupted.
 std::vector<Property> selftest(const SelftestRequest& request, Progress& progress);
 
