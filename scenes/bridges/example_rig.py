@@ -9,7 +9,8 @@ parents. With "mesh": {"points": [[x, y, z], ...], "triangles": [[a, b, c], ...]
 
 Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SIZE degrees more from AT on,
 `--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel
-from the joints, `--reverse CHANNEL` turns it the other way round, `--memory` lets a pose depend on the one before.
+from the joints, `--reverse CHANNEL` turns it the other way round, `--nod CHANNEL=AT` turns what hangs from the chest back by
+three degrees for each from AT on, as a limb does whose target stays behind, `--memory` lets a pose depend on the one before.
 Of the mesh: `--pop CHANNEL=AT:SIZE[:WITHIN]` moves a patch on the front by SIZE (the skeleton's unit) from AT on, within
 so many degrees; `--bulge CHANNEL=SIZE` moves it by SIZE for every degree;
 `--jelly` lets it depend on the pose before.
@@ -23,6 +24,7 @@ sys.dont_write_bytecode = True  # nothing is left beside this file, which may be
 import backbend_rig  # noqa: E402  (beside this file)
 
 CHANNELS = ("extension", "flexion", "side", "twist")
+NO_FAULTS = {"flip": (), "kink": (), "lose": (), "reverse": (), "pop": (), "bulge": (), "nod": (), "memory": False, "jelly": False}
 # Y is up, X the character's left: a positive angle about it bends forward.
 AXES = {"extension": (-1.0, 0.0, 0.0), "flexion": (1.0, 0.0, 0.0), "side": (0.0, 0.0, -1.0), "twist": (0.0, 1.0, 0.0)}
 
@@ -53,7 +55,7 @@ class Rig:
     def __init__(self, skeleton, faults):
         self.joints = skeleton["joints"]
         self.spine = skeleton["spine"]
-        self.faults = faults
+        self.faults = {**NO_FAULTS, **faults}
         self.before = None
         self.place = [joint["position"] for joint in self.joints]
         names = [joint["name"] for joint in self.joints]
@@ -95,6 +97,10 @@ class Rig:
         for name, at, size in self.faults["flip"]:
             if degrees[name] >= at:
                 own[self.bends[-1]] = times(own[self.bends[-1]], rotation((0.0, math.radians(size), 0.0)))
+        for name, at in self.faults["nod"]:
+            back = [-3.0 * math.radians(max(0.0, degrees[name] - at)) * axis for axis in AXES[name]]
+            own.update({k: rotation(back) for k, joint in enumerate(self.joints)
+                        if joint["parent"] == self.bends[-1] and k not in own})
         turns, places = [], []
         for k, joint in enumerate(self.joints):
             parent = joint["parent"]
@@ -127,7 +133,7 @@ class Rig:
 
 
 def main(words):
-    faults = {"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [], "memory": False, "jelly": False}
+    faults = {name: [] if none == () else none for name, none in NO_FAULTS.items()}
     files = []
     words = list(words)
     while words:
@@ -136,7 +142,7 @@ def main(words):
             name, _, rest = words.pop(0).partition("=")
             numbers = [float(number) for number in rest.split(":")]
             faults[word[2:]].append((name, *numbers, 0.0)[:4] if word == "--pop" else (name, *numbers))
-        elif word in ("--kink", "--bulge"):
+        elif word in ("--kink", "--bulge", "--nod"):
             name, _, size = words.pop(0).partition("=")
             faults[word[2:]].append((name, float(size)))
         elif word in ("--lose", "--reverse"):

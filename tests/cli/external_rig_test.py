@@ -28,8 +28,7 @@ import json, os, struct, sys, time
 sys.path.insert(0, {bridges!r})
 import backbend_rig, example_rig
 how, skeleton = sys.argv[1:3]
-rig = example_rig.Rig(json.load(open(skeleton)), {{"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [],
-                                                  "memory": False, "jelly": False}})
+rig = example_rig.Rig(json.load(open(skeleton)), {{}})
 channels = [(name, "rotation", 0.0) for name in example_rig.CHANNELS]
 joints = rig.declared()
 asked = 0
@@ -217,6 +216,13 @@ class Live(RigTest, CommandTest):
         self.assertEqual(reports[0], reports[1])
         self.assertEqual(reports[0], reports[2])
 
+    def test_a_wide_box_is_searched_with_no_more_poses_than_the_standard_one(self):
+        """A program takes milliseconds a pose: at 15 degrees the stress sweeps' box would be 832 paths."""
+        searched = self.check(self.rig(), "--sweeps", "stress", code=None)["rigs"][0]["search"]
+        self.assertLess(2000, searched["poses"])
+        self.assertLessEqual(searched["poses"], 4000)
+        self.assertIn("twist +-360", searched["box"])
+
     def test_it_is_compared_rendered_turned_and_baked(self):
         rig = self.rig()
         self.assert_runs("render", self.body, "--rig", rig, "--chest", "neck", "--pose", "extension=60", "--res", "32x32", "--spp", "1")
@@ -324,6 +330,15 @@ class Points(RigTest, CommandTest):
         self.assertLessEqual(found[0]["geometry"]["after_deg"], 42.9)
         self.assertAlmostEqual(found[0]["geometry"]["size_mm"], 60, delta=1)
         self.assertRegex(found[0]["detail"], r"moves by (59|60)(\.[0-9])? mm from extension 4[01]")
+
+    def test_a_limb_that_starts_to_move_is_no_contradiction_of_the_picture(self):
+        """No joint of the spine moves at once, but one beside it does: BB070 would blame the program."""
+        result = self.backbend("check", self.body, "--rig", self.rig("--nod", "side=20"), "--chest", "neck", "--envelope", "human",
+                               "--res", "64x48", "-o", "run")
+        report = json.loads((self.folder / "run/report.json").read_text())
+        self.assertEqual(self.findings(report, "BB070"), [], result.stdout)
+        series = next(sweep for rig in report["rigs"] for sweep in rig["sweeps"] if sweep["sweep"] == "side")["metric"]["motion_change"]
+        self.assertGreater(max(series), 1.0)  # the picture has it
 
     def test_both_sides_of_a_jump_have_pictures(self):
         self.assert_runs("check", self.body, "--rig", self.rig("--pop", "extension=40:0.06"), "--chest", "neck", "--envelope", "human",
@@ -540,7 +555,7 @@ sys.path.insert(0, {bridges!r})
 import backbend_rig, example_rig
 kind, skeleton = sys.argv[1:3]
 skeleton = json.load(open(skeleton))
-rig = example_rig.Rig(skeleton, {{"flip": [], "kink": [], "lose": [], "reverse": [], "pop": [], "bulge": [], "memory": False, "jelly": False}})
+rig = example_rig.Rig(skeleton, {{}})
 spine = [[joint["name"] for joint in skeleton["joints"]].index(name) for name in skeleton["spine"]]
 # Name: the joints that it turns, and by what share of its own turn.
 controls = {{"hips_ctl": [(spine[0], 1.0)]}}

@@ -241,6 +241,8 @@ double turned_pixels(const render::Frame& a, const render::Frame& b) {
 
 }  // namespace
 
+double view_pixel(const render::Bounds& box) { return glm::length(box.high - box.low) / kHeight; }
+
 PoseViews take_views(Photographer& photographer, const PosedCharacter& posed,
                      const PosedCharacter* previous) {
   static const render::Settings settings = primary_settings();

@@ -27,6 +27,8 @@ struct PoseViews {
 /// `previous`, the pose before in a sweep, gives the pictures their motion layer; null: none.
 PoseViews take_views(Photographer& photographer, const PosedCharacter& posed,
                      const PosedCharacter* previous = nullptr);
+/// About the most that one of their pixels spans on the figure, for cameras that see this box.
+double view_pixel(const render::Bounds& box);
 
 /// The largest reading over the cameras that can tell.
 struct ImageReading {

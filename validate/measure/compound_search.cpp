@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
+#include "validate/live/external_rig.h"
 #include "validate/measure/measure.h"
 #include "validate/metrics/chain/rig_probe.h"
 
@@ -12,23 +14,37 @@ namespace backbend::validate {
 namespace {
 
 constexpr double kLattice_deg = 15.0;  // of side and twist
-constexpr double kStep_deg = 5.0;      // along the bend
+// A program that is asked takes milliseconds a pose: what the standard sweeps' box has.
+constexpr double kMostAsked = 4000.0;
+constexpr double kStep_deg = 5.0;  // along the bend
 constexpr double kAround_deg = 16.0, kAroundStep_deg = 2.0;
 
-/// From -end to end in equal steps of at most the lattice's.
-std::vector<double> lattice(double end) {
-  const int steps = static_cast<int>(std::ceil(end / kLattice_deg - 1e-9));
+/// From -end to end in equal steps of at most `step`.
+std::vector<double> lattice(double end, double step) {
+  const int steps = static_cast<int>(std::ceil(end / step - 1e-9));
   std::vector<double> values;
   for (int i = -steps; i <= steps; ++i) values.push_back(steps == 0 ? 0.0 : end * i / steps);
   return values;
 }
 
+/// How wide the cells of side and twist are, for at most so many poses.
+double lattice_step(const Envelope& box, double most_poses) {
+  const double poses_of_path = (box.extension + box.flexion) / kStep_deg + 1.0;
+  double step = kLattice_deg;
+  const auto poses = [&] {
+    return static_cast<double>(lattice(box.side, step).size() * lattice(box.twist, step).size()) *
+           poses_of_path;
+  };
+  while (poses() > most_poses && step < std::max(box.side, box.twist)) step += kLattice_deg;
+  return step;
+}
+
 /// The paths of the search: flexion's end, rest, extension's end, at one side and twist.
-std::vector<Sweep> paths_in(const Envelope& box) {
+std::vector<Sweep> paths_in(const Envelope& box, double step) {
   std::vector<Sweep> paths;
   if (box.extension == 0.0 && box.flexion == 0.0) return paths;
-  for (const double side : lattice(box.side)) {
-    for (const double twist : lattice(box.twist)) {
+  for (const double side : lattice(box.side, step)) {
+    for (const double twist : lattice(box.twist, step)) {
       if (side == 0.0 && twist == 0.0) continue;  // the single channels' own sweeps
       const PoseDegrees poses[] = {
           {0, box.flexion, side, twist}, {0, 0, side, twist}, {box.extension, 0, side, twist}};
@@ -85,7 +101,9 @@ Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps) 
 
 FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping mapping,
                            const Envelope& box, Progress* progress) {
-  const std::vector<Sweep> paths = paths_in(box);
+  const double most =
+      external_rig(system) != nullptr ? kMostAsked : std::numeric_limits<double>::infinity();
+  const std::vector<Sweep> paths = paths_in(box, lattice_step(box, most));
   if (progress) progress->start("search", paths.size());
   std::vector<FlipReport> flips(paths.size());
   oneapi::tbb::parallel_for(std::size_t{0}, paths.size(), [&](std::size_t i) {

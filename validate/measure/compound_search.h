@@ -22,8 +22,9 @@ Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps);
 
 /// Looks for jumps of a rig at compound poses: along the whole bend, every 5 degrees and between
 /// them where it moves unevenly, at each pair of a lattice of side and twist no wider than 15
-/// degrees. Only the chain is solved. A jump that lives on less than such a cell can be missed.
-/// `progress`, where given, shows its paths.
+/// degrees, of a live rig wider where that would be more than 4000 poses. Only the chain is solved.
+/// A jump that lives on less than such a cell can be missed. `progress`, where given, shows its
+/// paths.
 FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping mapping,
                            const Envelope& box, Progress* progress = nullptr);
 

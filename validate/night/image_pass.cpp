@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "validate/evidence/image_witness.h"
+#include "validate/live/external_rig.h"
 #include "validate/measure/arm_pose.h"
 #include "validate/measure/measure_job.h"
 #include "validate/metrics/math/median.h"
@@ -69,6 +70,22 @@ bool geometry_explains(const SweepRecord& sweep, std::size_t pose, const JudgeCo
   return std::any_of(gain.begin() + static_cast<std::ptrdiff_t>(std::min(first, end)),
                      gain.begin() + static_cast<std::ptrdiff_t>(end),
                      [&](double g) { return g > context.limits.of("BB002").value; });
+}
+
+/// Whether joints beside the chain, which a live rig moves by itself, move the skin as suddenly as
+/// the picture does: an arm that starts to bend because its hand stays behind.
+bool limbs_explain(const Stage& stage, const RigRecord& rig, const SweepRecord& sweep,
+                   std::size_t pose, double pixels, double pixel) {
+  if (pose < 2 || external_rig(*rig.system) == nullptr) return false;
+  const auto blended = [&](std::size_t p) {
+    const PosedCharacter posed = stage.pose(*rig.system, sweep.poses[p].control);
+    return skin::skin(stage.character(), posed.world_from_node).position;
+  };
+  const std::vector<glm::vec3> a = blended(pose - 2), b = blended(pose - 1), c = blended(pose);
+  float most = 0.0f;
+  for (std::size_t v = 0; v < c.size(); ++v)
+    most = std::max(most, glm::length(a[v] - 2.0f * b[v] + c[v]));
+  return most > 0.5 * pixels * pixel;
 }
 
 /// Whether the rig's own surface is known to jump there (BB037).
@@ -379,7 +396,8 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
     const std::vector<double> score = pop_scores(change);
     for (std::size_t p = 1; p < score.size(); ++p) {
       if (!(score[p] > kPopScore) || turns_a_corner(sweep, p) ||
-          geometry_explains(sweep, p, context) || surface_explains(rig, sweep, p, findings))
+          geometry_explains(sweep, p, context) || surface_explains(rig, sweep, p, findings) ||
+          limbs_explain(stage_, rig, sweep, p, change[p], view_pixel(cameras_.box())))
         continue;
       const PoseRecord& pose = sweep.poses[p];
       out.push_back(start_finding(rig, context, sweep, "BB070", pose.body, pose.control_deg));

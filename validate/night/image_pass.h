@@ -32,7 +32,8 @@ class ImagePass {
   void look(std::span<const RigRecord> rigs, std::span<std::vector<Finding>> findings,
             Progress& progress);
   /// Where pictures and geometry contradict each other on a rig that look() saw (BB070): the
-  /// picture jumps between two poses while geometry knows of no jump and no haste there, or a
+  /// picture jumps between two poses while geometry knows of no jump and no haste there, of a live
+  /// rig's limbs neither, or a
   /// finding is larger than what pictures are proven to show (docs/calibration.md) and they do not.
   /// None where this process has not seen every pose.
   std::vector<Finding> contradictions(const RigRecord& rig, const std::vector<Finding>& findings,
