@@ -93,8 +93,16 @@ solver::Channel::Kind kind_of(const json& object, const std::string& where) {
   fail("hello: " + where + "kind: " + in_quotes(kind) + "; rotation, translation or scalar");
 }
 
-bool is_frame(const glm::dmat4& matrix) {
-  return matrix[0][3] == 0.0 && matrix[1][3] == 0.0 && matrix[2][3] == 0.0 && matrix[3][3] == 1.0;
+/// Whether the last row is 0 0 0 1, which it is from then on: programs that multiply in single
+/// precision, as Blender's inverse kinematics do, leave it off by rounding.
+bool take_frame(glm::dmat4& matrix) {
+  constexpr double kRounding = 1e-5;
+  for (int column = 0; column < 4; ++column) {
+    const double due = column == 3 ? 1.0 : 0.0;
+    if (!(std::abs(matrix[column][3] - due) <= kRounding)) return false;
+    matrix[column][3] = due;
+  }
+  return true;
 }
 
 glm::dmat4 rest_of(const json& object, const std::string& where) {
@@ -109,7 +117,7 @@ glm::dmat4 rest_of(const json& object, const std::string& where) {
       fail("hello: " + where + "rest: must be sixteen finite numbers");
     rest[i / 4][i % 4] = value;
   }
-  if (!is_frame(rest))
+  if (!take_frame(rest))
     fail("hello: " + where +
          "rest: the last row of a matrix is 0 0 0 1; numbers go column by column");
   if (!(std::abs(glm::determinant(glm::dmat3(rest))) > 0.0))
@@ -247,7 +255,7 @@ std::vector<glm::dmat4> unpack_joints(std::span<const std::uint8_t> bytes,
     std::memcpy(value, bytes.data() + j * sizeof value, sizeof value);
     for (int i = 0; i < 16; ++i) joints[j][i / 4][i % 4] = value[i];
     const bool finite = std::all_of(value, value + 16, [](double v) { return std::isfinite(v); });
-    if (finite && is_frame(joints[j])) continue;
+    if (finite && take_frame(joints[j])) continue;
     fail("pose " + std::to_string(j / name.size()) + " of the batch, joint '" +
          name[j % name.size()] + "': " +
          (finite ? "the last row of its matrix is not 0 0 0 1 (numbers go column by column)"

@@ -14,8 +14,11 @@ namespace backbend::validate {
 namespace {
 
 constexpr double kLattice_deg = 15.0;  // of side and twist
-// A program that is asked takes milliseconds a pose: what the standard sweeps' box has.
+// A program that is asked takes milliseconds a pose. Of poses on paths: what the standard sweeps'
+// box has. Of those between them: a path with a jump or two takes fifteen for each of its poses,
+// one along singular poses any number.
 constexpr double kMostAsked = 4000.0;
+constexpr std::size_t kMostAskedOfPose = 40;
 constexpr double kStep_deg = 5.0;  // along the bend
 constexpr double kAround_deg = 16.0, kAroundStep_deg = 2.0;
 
@@ -101,8 +104,8 @@ Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps) 
 
 FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping mapping,
                            const Envelope& box, Progress* progress) {
-  const double most =
-      external_rig(system) != nullptr ? kMostAsked : std::numeric_limits<double>::infinity();
+  const bool external = external_rig(system) != nullptr;
+  const double most = external ? kMostAsked : std::numeric_limits<double>::infinity();
   const std::vector<Sweep> paths = paths_in(box, lattice_step(box, most));
   if (progress) progress->start("search", paths.size());
   std::vector<FlipReport> flips(paths.size());
@@ -111,10 +114,11 @@ FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping ma
     const auto control = [&](double t) {
       return controls_at(system, path.pose_at(path.to_deg * t), mapping);
     };
-    prepare_search(system, control, static_cast<int>(path.pose_count()) - 1);
-    flips[i] =
-        find_flips(probe(system, control),
-                   flip_settings(system, static_cast<int>(path.pose_count()) - 1, path.to_deg));
+    const int intervals = static_cast<int>(path.pose_count()) - 1;
+    prepare_search(system, control, intervals);
+    FlipSettings settings = flip_settings(system, intervals, path.to_deg);
+    if (external) settings.budget = kMostAskedOfPose * path.pose_count();
+    flips[i] = find_flips(probe(system, control), settings);
     if (progress) progress->step();
   });
   FoundJumps found;

@@ -180,6 +180,9 @@ std::vector<double> controls_at(const solver::SpineSystem& system, const PoseDeg
   return system.controls_for(pose.radians(), mapping);
 }
 
+/// A program takes milliseconds a pose, and a path along its singular poses jumps everywhere.
+constexpr std::size_t kMostAsked = 20'000;
+
 FlipReport search_flips(const RigRecord& rig, const Sweep& sweep) {
   if (const ExternalRig* external = external_rig(*rig.system); external && external->has_memory()) {
     FlipReport none;  // every pose would be a jump: nothing can be said
@@ -192,8 +195,9 @@ FlipReport search_flips(const RigRecord& rig, const Sweep& sweep) {
   };
   const int intervals = static_cast<int>(sweep.pose_count()) - 1;
   prepare_search(*rig.system, path, intervals);
-  return find_flips(probe(*rig.system, path),
-                    flip_settings(*rig.system, intervals, std::abs(span)));
+  FlipSettings settings = flip_settings(*rig.system, intervals, std::abs(span));
+  if (external_rig(*rig.system) != nullptr) settings.budget = kMostAsked;
+  return find_flips(probe(*rig.system, path), settings);
 }
 
 void take_flips(SweepRecord& record, FlipReport flips) {

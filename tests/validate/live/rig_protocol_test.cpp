@@ -101,6 +101,8 @@ TEST(RigAnswer, NamesPoseAndJointOfANumberThatIsNone) {
     EXPECT_STREQ(error.what(), "pose 1 of the batch, joint 'chest': a number that is not finite");
   }
   values[3 * 16 + 12] = 0.0;
+  values[15] = 0.99999994;  // as Blender's inverse kinematics leaves it
+  EXPECT_EQ(unpack_joints(pack_values(values), names)[0][3][3], 1.0);
   values[3] = 0.5;  // row by row
   EXPECT_THROW(unpack_joints(pack_values(values), names), ProtocolError);
 }

@@ -86,7 +86,7 @@ class Search {
       margin_splits_ = 0;
       explore(pose[i], pose[i + 1], 0);
     }
-    if (!stopped()) gather_jumps();
+    if (report_.finite) gather_jumps();  // where the budget ran out, the first jump
     list_steep();
     return std::move(report_);
   }

@@ -35,7 +35,8 @@ struct FlipSettings {
       0.01;             // jumps of position below this share of `length` are not looked for
   int bisections = 20;  // of the whole sweep: an interval is sure at 2^-20
   std::vector<double> fraction{};  // arc fraction of each joint, 0 hips .. 1 chest; tells the class
-  std::size_t budget = 400'000;    // samples; beyond it the sweep is not certified
+  std::size_t budget = 400'000;    // samples; beyond it the sweep is not certified, and one
+                                   // jump is told where there is any
 };
 
 enum class FlipClass {

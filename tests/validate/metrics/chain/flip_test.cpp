@@ -309,5 +309,17 @@ TEST(FindFlips, AnExhaustedBudgetIsNotACertificate) {
   EXPECT_FALSE(find_flips(rig, {.intervals = 10, .budget = 500}).certified);
 }
 
+TEST(FindFlips, ARigThatJumpsEverywhereIsNotCertifiedAndOneJumpIsTold) {
+  const FlipRig rig = [](double t, FlipSample& sample) {  // on a half of all numbers, as it seems
+    const double place = 1e9 * t;
+    sample.turn = {rotation(kX * (place - std::floor(place) < 0.5 ? 1.0 : 0.0))};
+  };
+  const FlipReport report = find_flips(rig, {.intervals = 10, .budget = 500});
+  EXPECT_FALSE(report.certified);
+  ASSERT_EQ(report.jumps.size(), 1u);
+  EXPECT_NEAR(report.jumps[0].size_deg(), degrees(1.0), 1e-6);
+  EXPECT_LT(report.samples, 520u);
+}
+
 }  // namespace
 }  // namespace backbend::validate
