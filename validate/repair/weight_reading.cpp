@@ -13,6 +13,7 @@
 #include "validate/stage/stage.h"
 #include "validate/sweeps/halton.h"
 #include "validate/sweeps/suite.h"
+#include "validate/sweeps/sweep_named.h"
 #include "validate/verdicts/booking.h"
 #include "validate/verdicts/checks.h"
 
@@ -105,10 +106,8 @@ WeightReading read_weights(const skin::Character& character, const ReadingContex
                            Progress& progress) {
   const Stage stage(character, context.anatomy);
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
-  std::vector<Sweep> sweeps = standard_sweeps(context.envelope);
-  for (Sweep& corner : corner_sweeps(context.envelope)) sweeps.push_back(std::move(corner));
-  RigRecord rig =
-      plan_rig(stage, body, read_rig("even"), solver::Mapping::chest, sweeps, context.envelope);
+  RigRecord rig = plan_rig(stage, body, read_rig("even"), solver::Mapping::chest,
+                           bundled_sweeps(context.envelope), context.envelope);
   const RigAtRest at_rest = rig_at_rest(*rig.system);
   WeightReading out;
   for (const SweepRecord& sweep : rig.sweeps) out.poses += sweep.poses.size();

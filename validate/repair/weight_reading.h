@@ -17,7 +17,7 @@
 namespace backbend::validate {
 
 /// What `check` says of a character's weights: the file, and the mesh under the ideal bend (`even`)
-/// in the standard sweeps and corners of the envelope.
+/// in the bundled sweeps of the envelope.
 struct WeightReading {
   std::vector<Finding> findings;  // of every owner, worst first; the file's last
   /// For each check of the mesh or the file that decides: the worst value inside the envelope, as a

@@ -1,14 +1,12 @@
 #include "validate/sweeps/sweep_named.h"
 
 #include "solver/rig/nearest_name.h"
-#include "validate/sweeps/envelope.h"
 
 namespace backbend::validate {
 
-std::vector<Sweep> bundled_sweeps() {
-  const Envelope human = *find_envelope("human");
-  std::vector<Sweep> sweeps = standard_sweeps(human);
-  for (Sweep& corner : corner_sweeps(human)) sweeps.push_back(std::move(corner));
+std::vector<Sweep> bundled_sweeps(const Envelope& envelope) {
+  std::vector<Sweep> sweeps = standard_sweeps(envelope);
+  for (Sweep& corner : corner_sweeps(envelope)) sweeps.push_back(std::move(corner));
   return sweeps;
 }
 

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "validate/sweeps/envelope.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {
@@ -10,7 +11,7 @@ namespace backbend::validate {
 /// `stress grid` (all its lines in one path). Throws solver::RigError with the nearest name.
 Sweep sweep_named(const std::string& name);
 
-/// All of them: what `check` runs by itself on a human, with the corners of the envelope.
-std::vector<Sweep> bundled_sweeps();
+/// What `check` runs by itself: the standard sweeps of the envelope, then those to its corners.
+std::vector<Sweep> bundled_sweeps(const Envelope& envelope = *find_envelope("human"));
 
 }  // namespace backbend::validate

@@ -10,6 +10,7 @@
 #include "validate/judge/owner.h"
 #include "validate/judge/searched_character.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/sweeps/sweep_named.h"
 #include "validate/tune/choice_sheet.h"
 #include "validate/tune/trade_search.h"
 
@@ -150,8 +151,7 @@ class Tuner {
     for (const auto& [key, value] : options)
       if (given.at(key) != value)
         choice.options.emplace_back(key, rig_text({"", {{key, value}}}).substr(key.size() + 2));
-    std::vector<Sweep> sweeps = standard_sweeps(envelope_);
-    for (Sweep& corner : corner_sweeps(envelope_)) sweeps.push_back(std::move(corner));
+    const std::vector<Sweep> sweeps = bundled_sweeps(envelope_);
     const RigPlan plan{request_.rig.name, spec, Role::proposed, std::nullopt};
     Index poses = 0;
     for (const Sweep& sweep : sweeps) poses += sweep.pose_count();
