@@ -179,7 +179,7 @@ Score score(const Case& each, const Outcome& outcome, const Outcome& twin) {
     } else {
       const MotionFault& fault = *each.motion_fault;
       now.placed = fault.joints.contains(finding.joint) &&
-                   (fault.lasting || std::abs(finding.pose_index - fault.frame) <= 1);
+                   (fault.lasting || std::abs(finding.at.pose - fault.frame) <= 1);
       now.sized = fault.jump && finding.code == "BB001" &&
                   std::abs(finding.value - fault.size) <= 0.05 * fault.size;
       now.owned = finding.owner == validate::Owner::rig || finding.owner == validate::Owner::motion;

@@ -30,7 +30,7 @@ def twisting_clip(path, twist_at, frames=40, points=None, sweep="twist", control
                                       spine=HUMAN[:4])
     for frame in range(frames):
         matrices = [column_matrix(SPACING * k, twist_at(frame) if k >= 1 else 0) for k in range(len(HUMAN))]
-        writer.add(matrices, points(frame) if points else None, sweep=sweep,
+        writer.add(matrices, points(frame) if points else None, sweep=sweep(frame) if callable(sweep) else sweep,
                    controls={"twist": (control_at or twist_at)(frame)})
     writer.save(str(path))
     return path
@@ -64,6 +64,14 @@ class JudgingAClip(CommandTest):
         self.assertEqual(result.returncode, report["exit_code"], result.stderr)
         self.assertNotIn("BB001", codes(report))
         self.assertIn("Judging YOUR RIG", result.stdout.splitlines()[0])
+
+    def test_a_jump_in_a_sweep_whose_name_came_before_is_found_in_its_own_sweep(self):
+        # Two short sweeps, then one that is called as the first and jumps behind the first's end.
+        clip = twisting_clip(self.folder / "again.clip", lambda f: f if f < 20 else flipping(f - 20), frames=60,
+                             sweep=lambda f: "rest" if 10 <= f < 20 else "twist")
+        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", "--res", "64x48", "--spp", "1", code=1)
+        found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
+        self.assertEqual([(f["sweep"], f["pose_index"], f["frame"]) for f in found], [("twist", 20, 40)])
 
     def test_a_jump_is_found_at_its_frame_joint_and_control_value(self):
         clip = twisting_clip(self.folder / "flip.clip", flipping)

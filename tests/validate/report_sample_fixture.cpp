@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "tests/source_folder.h"
+#include "validate/model/report_json.h"
 #include "validate/text/number_text.h"
 
 namespace backbend::validate {
@@ -144,17 +145,17 @@ Finding finding(const std::string& code, const std::string& rig, const std::stri
   f.control_deg = at;
   f.pose = sweep + " " + significant(at, 5);
   const bool extension = sweep == "extension";
-  f.pose_index = static_cast<int>(extension ? at / 2 : (at + (sweep == "side" ? 45 : 90)) / 3);
+  f.at.pose = static_cast<int>(extension ? at / 2 : (at + (sweep == "side" ? 45 : 90)) / 3);
   f.value = value;
   f.limit = limit;
   f.unit = unit;
   f.verdict = Verdict::fail;
   f.owner = Owner::solver;
-  f.pictures.before = picture_of(rig, mapping, sweep, f.pose_index);
-  f.pictures.after = picture_of(rig, mapping, sweep, f.pose_index + 1);
+  f.pictures.before = picture_of(rig, mapping, sweep, f.at.pose);
+  f.pictures.after = picture_of(rig, mapping, sweep, f.at.pose + 1);
   f.pictures.heat = "heat/" + f.pictures.after.substr(7);
   f.pictures.other_rig = rig == "isner" ? "curve" : "isner";
-  f.pictures.other = picture_of(f.pictures.other_rig, mapping, sweep, f.pose_index);
+  f.pictures.other = picture_of(f.pictures.other_rig, mapping, sweep, f.at.pose);
   f.reproduce = "backbend render --character human.glb --rig " + rig + " --mapping " + mapping +
                 " --pose " + sweep + "=" + significant(at, 7) + " --view profile";
   return f;
@@ -341,6 +342,7 @@ Report sample_report() {
                "of rest area", "volume loss is seen from a quarter on", 0.75, "at least"},
               {"BB031", "volume", "volume of a closed mesh against rest", "of rest",
                "has no meaning for an open mesh", 0.9, "at least"}};
+  number_findings(r);
   return r;
 }
 
@@ -410,6 +412,7 @@ Report sample_report_named(const std::string& name) {
     m.pose_path = m.triangles_path = name;
   }
   for (CheckLegend& c : r.checks) c.code = c.name = c.measures = c.unit = c.reason = name;
+  number_findings(r);
   return r;
 }
 
@@ -424,6 +427,7 @@ Report sample_report_of(int count) {
     if (std::isfinite(f.value)) f.value *= 1 - 0.5 * i / count;
     r.findings.push_back(f);
   }
+  number_findings(r);
   return r;
 }
 

@@ -53,7 +53,7 @@ ImageWitness witness_jump(const ClipScene& scene, const SweepRecord& sweep, Inde
 
 ImageWitness clip_witness(const ClipScene& scene, const SweepRecord& sweep,
                           const Finding& finding) {
-  const auto pose = static_cast<Index>(finding.pose_index);
+  const auto pose = static_cast<Index>(finding.at.pose);
   const Index frame = frame_of(sweep.poses[pose]);
   const Witness pictures = find_check(finding.code)->pictures;
   if (pictures == Witness::jump && pose > 1) return witness_jump(scene, sweep, pose);

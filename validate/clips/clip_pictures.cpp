@@ -121,7 +121,7 @@ std::vector<Index> pictured(const Report& report) {
   std::vector<std::string> codes;
   for (const Finding* finding : digest.worst(report.findings.size())) {
     if (out.size() == kPictured) break;
-    if (finding->pose_index < 0 || std::ranges::find(codes, finding->code) != codes.end()) continue;
+    if (finding->at.pose < 0 || std::ranges::find(codes, finding->code) != codes.end()) continue;
     codes.push_back(finding->code);
     out.push_back(static_cast<Index>(finding - report.findings.data()));
   }
@@ -132,7 +132,7 @@ void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFol
                      const std::string& place, bool in_page, Index index, Report& report) {
   Finding& finding = report.findings[index];
   const SweepRecord& sweep = *sweep_of(scene.record, finding);
-  const auto in_sweep = static_cast<Index>(finding.pose_index);
+  const auto in_sweep = static_cast<Index>(finding.at.pose);
   const Index frame = frame_of(sweep.poses[in_sweep]);
   const PosedCharacter here = camera.posed(frame);
   const FindingView view = view_of(camera.bend(frame), finding);

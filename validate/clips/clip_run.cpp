@@ -95,7 +95,7 @@ std::string blending_note(double error, double spine_length) {
 }
 
 const PoseRecord& pose_of(const RigRecord& record, const Finding& finding) {
-  return sweep_of(record, finding)->poses[static_cast<Index>(finding.pose_index)];
+  return sweep_of(record, finding)->poses[static_cast<Index>(finding.at.pose)];
 }
 
 /// What to set in the artist's program, where the clip says which channels moved and the sidecar
@@ -176,6 +176,7 @@ Report judge_body(const ClipRequest& request, const ClipInput& input, const Stag
   name_places(stage, metrics, body, record, report.findings);
   say_to_artist(input.sidecar, clip, record, report.findings);
   report.rigs.push_back(result_of(record, context, report.findings));
+  for (Finding& finding : report.findings) finding.at.rig = 0;
   report.checks = legend(report, limits);
   if (metrics != nullptr && !request.folder.empty() && request.pictures.enabled)
     make_clip_pictures({stage, *metrics, body, record, PlaceNames(character, anatomy, metrics)},

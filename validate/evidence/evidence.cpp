@@ -19,6 +19,7 @@
 #include "validate/evidence/review.h"
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
+#include "validate/judge/judge.h"
 #include "validate/model/digest.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/tasks/side_by_side.h"
@@ -233,13 +234,6 @@ const RigRecord* counterpart(const std::vector<RigRecord>& records, const RigRec
   return nullptr;
 }
 
-const Sweep& sweep_of(const RigRecord& rig, const Finding& finding) {
-  const auto found =
-      std::find_if(rig.sweeps.begin(), rig.sweeps.end(),
-                   [&](const SweepRecord& sweep) { return sweep.sweep.name == finding.sweep; });
-  return found->sweep;
-}
-
 /// Whether a finding is a jump between two poses, so that both sides of it are shown.
 bool has_two_sides(const Finding& finding) {
   return find_check(finding.code)->pictures == Witness::jump;
@@ -264,7 +258,7 @@ class ShownFinding {
         two_sides_(has_two_sides(finding)),
         is_flip_(finding.code == "BB001"),
         other_(two_sides_ ? &rig : counterpart(records, rig)),
-        pose_(sweep_of(rig, finding).pose_at(finding.control_deg)),
+        pose_(sweep_of(rig, finding)->sweep.pose_at(finding.control_deg)),
         view_(view_of(pose_, finding)) {
     finding.pictures.view = view_.name;
     finding.pictures.before = first_name() + ".png";
@@ -315,7 +309,8 @@ class ShownFinding {
     return place_ + "/" + (two_sides_ ? "after" : rig_word(*other_));
   }
   PosedCharacter at_side(const char* side) const {
-    return renderer_.posed(rig_, sweep_of(rig_, finding_).pose_at(finding_.geometry.at(side)));
+    return renderer_.posed(rig_,
+                           sweep_of(rig_, finding_)->sweep.pose_at(finding_.geometry.at(side)));
   }
   PosedCharacter shown_first() const {
     return two_sides_ ? at_side("before_deg") : renderer_.posed(rig_, pose_);
@@ -340,7 +335,7 @@ class ShownFinding {
 
   void pair() const {
     if (two_sides_) {
-      const Sweep& sweep = sweep_of(rig_, finding_);
+      const Sweep& sweep = sweep_of(rig_, finding_)->sweep;
       const std::string at = sweep.channel + " " + number_text(finding_.control_deg, 3);
       renderer_.pair(place_ + "/pair.png", left_, finding_.rig + ", just before " + at, right_,
                      "just after");
@@ -433,15 +428,6 @@ struct SweepFrames {
   }
 };
 
-RigResult* result_for(Report& report, const std::string& character, const RigRecord& rig) {
-  for (RigResult& result : report.rigs) {
-    if (result.character == character && result.rig == rig.plan.name &&
-        result.mapping == mapping_name(rig.mapping))
-      return &result;
-  }
-  return nullptr;
-}
-
 std::string frame_name(const FrameRenderer& renderer, const RigRecord& rig, std::size_t pose) {
   return "review/" + file_word(renderer.stage.character().name) + "_" + rig_word(rig) + "/" +
          file_word(rig.sweeps.front().sweep.name) + "." +
@@ -463,8 +449,8 @@ std::shared_ptr<SweepFrames> shoot_sweep(const FrameRenderer& renderer,
     std::vector<std::string> names;
     for (std::size_t i = 0; i < frames->picture.back().size(); ++i)
       names.push_back(frame_name(renderer, rig, i));
-    if (RigResult* result = result_for(report, renderer.stage.character().name, rig))
-      result->sweeps.front().frame = names;
+    // The records are the last of the report's rigs.
+    (report.rigs.end() - (records.data() + records.size() - &rig))->sweeps.front().frame = names;
   }
   for (std::size_t r = 0; r < frames->rig.size(); ++r) {
     for (std::size_t i = 0; i < frames->picture[r].size(); ++i, ++item) {
@@ -556,7 +542,7 @@ void write_review(const FrameRenderer& renderer, const SweepFrames& frames,
     for (std::size_t r = 0; r < frames.rig.size() && worst == nullptr; ++r) {
       if ((frames.rig[r]->plan.role == Role::proposed) != proposed) continue;
       for (const Finding& each : findings[static_cast<std::size_t>(frames.rig[r] - &records[0])]) {
-        if (each.sweep != sweep.name) continue;
+        if (each.at.sweep != 0) continue;
         worst = &each;  // they come worst first
         noted = r;
         break;
@@ -597,9 +583,9 @@ void shoot_turntable(const FrameRenderer& renderer, const std::vector<RigRecord>
   const RigRecord& rig = *proposed;
   const std::vector<Finding>& found = findings[static_cast<std::size_t>(&rig - &records[0])];
   const Sweep& leading = rig.sweeps.front().sweep;
-  const PoseDegrees pose = found.empty()
-                               ? leading.pose_at(leading.to_deg)
-                               : sweep_of(rig, found.front()).pose_at(found.front().control_deg);
+  const PoseDegrees pose =
+      found.empty() ? leading.pose_at(leading.to_deg)
+                    : sweep_of(rig, found.front())->sweep.pose_at(found.front().control_deg);
   const double aspect = static_cast<double>(renderer.settings.width) / renderer.settings.height;
   struct Turn {
     std::vector<render::Camera> camera;

@@ -31,11 +31,12 @@ std::vector<ExtremePose> find_extremes(const Stage& stage, const RigPlan& plan,
     extremes.push_back({pose, label, caption});
   };
   const std::vector<Finding> findings = judge_rig(record, context);
-  for (const Sweep& sweep : sweeps) {
+  for (const SweepRecord& swept : record.sweeps) {
+    const Sweep& sweep = swept.sweep;
     if (!why_not_taken(*record.system, sweep.pose_at(sweep.to_deg)).empty()) continue;
     std::vector<double> seen;
     for (const Finding& finding : findings) {
-      if (finding.sweep != sweep.name) continue;
+      if (sweep_of(record, finding) != &swept) continue;
       if (finding.code == "BB001") {
         add(sweep, finding.geometry.at("before_deg"), "BB001_before",
             finding.pose + ": flip, before");

@@ -130,6 +130,7 @@ std::optional<Sequence> sequence_of(const std::vector<std::string>& pictures) {
 
 Json sweep_clip(const Report& report, const RigResult& rig, const SweepSeries& sweep,
                 const Sequence& sequence) {
+  const auto of_rig = &rig - report.rigs.data(), of_sweep = &sweep - rig.sweeps.data();
   Json media = object("ImageSequenceReference.1", "");
   media["available_range"] = time_range(sequence.first, sequence.count);
   media["target_url_base"] = sequence.folder;
@@ -145,9 +146,7 @@ Json sweep_clip(const Report& report, const RigResult& rig, const SweepSeries& s
   clip["media_reference"] = std::move(media);
   clip["source_range"] = time_range(sequence.first, sequence.count);
   for (const Finding& finding : report.findings) {
-    if (finding.character != rig.character || finding.rig != rig.rig ||
-        finding.mapping != sweep.mapping || finding.sweep != sweep.sweep)
-      continue;
+    if (finding.at.rig != of_rig || finding.at.sweep != of_sweep) continue;
     const auto pose = static_cast<int>(nearest_pose(sweep.control_deg, finding.control_deg));
     clip["markers"].push_back(marker(finding, sequence.first + pose, 1));
   }

@@ -71,11 +71,11 @@ std::vector<skin::UsdCamera> usd_cameras(const render::Bounds& box, const render
 
 std::vector<skin::UsdNote> usd_findings(const Report& report, const std::string& name,
                                         const BakedMotion& motion) {
-  const auto is_this = [&](const auto& each) {
+  const auto rig = std::ranges::find_if(report.rigs, [&](const RigResult& each) {
     return each.character == motion.character && each.rig == motion.rig &&
            each.mapping == motion.mapping;
-  };
-  if (std::ranges::none_of(report.rigs, is_this)) {
+  });
+  if (rig == report.rigs.end()) {
     std::string there;
     for (const RigResult& each : report.rigs)
       there +=
@@ -86,7 +86,7 @@ std::vector<skin::UsdNote> usd_findings(const Report& report, const std::string&
   }
   std::vector<skin::UsdNote> notes;
   for (const Finding& each : report.findings)
-    if (is_this(each)) notes.push_back(usd_note(each, motion));
+    if (each.at.rig == rig - report.rigs.begin()) notes.push_back(usd_note(each, motion));
   return notes;
 }
 

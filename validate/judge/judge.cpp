@@ -57,6 +57,7 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   const Check& check = *find_check(code);
   Finding finding;
   finding.code = code;
+  finding.at.sweep = static_cast<int>(&sweep - rig.sweeps.data());
   finding.character = context.stage.character().name;
   finding.rig = rig.plan.name;
   finding.mapping = rig.mapping_text();
@@ -83,7 +84,7 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
                       std::string_view code, std::size_t index) {
   const PoseRecord& pose = sweep.poses[index];
   Finding finding = start_finding(rig, context, sweep, code, pose.body, pose.control_deg);
-  finding.pose_index = static_cast<int>(index);
+  finding.at.pose = static_cast<int>(index);
   if (rig.recording) finding.pose = frame_text(sweep, index);
   finding.frame = pose.frame;
   if (pose.frame) finding.time_s = pose.time_s;
@@ -91,9 +92,7 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
 }
 
 const SweepRecord* sweep_of(const RigRecord& rig, const Finding& finding) {
-  const auto found = std::ranges::find_if(
-      rig.sweeps, [&](const SweepRecord& each) { return each.sweep.name == finding.sweep; });
-  return found == rig.sweeps.end() ? nullptr : &*found;
+  return finding.at.sweep < 0 ? nullptr : &rig.sweeps[static_cast<std::size_t>(finding.at.sweep)];
 }
 
 namespace {

@@ -33,7 +33,8 @@ double compound_load(const Envelope& envelope, const PoseDegrees& pose);
 /// limits stay.
 double limit_at(std::string_view code, double limit, double load);
 
-/// A finding of a check at a pose of a sweep, with everything but its value and its story.
+/// A finding of a check at a pose of one of the rig's sweeps, with everything but its value and its
+/// story.
 Finding start_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                       std::string_view code, const PoseDegrees& pose, double control_deg);
 /// The same at one of the sweep's own poses.

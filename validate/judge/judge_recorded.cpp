@@ -137,7 +137,7 @@ void judge_recorded(const RigRecord& rig, const JudgeContext& context, const Swe
 
 void describe_recorded(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                        const Metric& metric, Finding& finding) {
-  const auto index = static_cast<std::size_t>(finding.pose_index);
+  const auto index = static_cast<std::size_t>(finding.at.pose);
   const int place = sweep.poses[index].at(metric.id).place;
   const bool slides = metric.id == MetricId::arm_shift, drifts = metric.id == MetricId::arm_drift;
   if ((slides || drifts) && place >= 0)

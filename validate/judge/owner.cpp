@@ -181,9 +181,9 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
   };
   // Of a recording by its frame: a control may come back to a value.
   const auto place_of = [&](const Finding& finding) {
-    return std::pair(finding.sweep, rig.recording ? finding.pose_index : finding.control_deg);
+    return std::pair(finding.at.sweep, rig.recording ? finding.at.pose : finding.control_deg);
   };
-  std::map<std::pair<std::string, double>, Opinions> by_pose;
+  std::map<std::pair<int, double>, Opinions> by_pose;
   bool any_on_mesh = false;
   for (const Finding& finding : findings) {
     const Check& check = *find_check(finding.code);
@@ -193,7 +193,7 @@ void book_owners(const Stage& stage, const BodyMetrics& body, const RigRecord& r
     if (!on_mesh && (is_ideal || rig.recording)) continue;  // it is its own ideal
     Opinions& each = by_pose[place_of(finding)];
     if (rig.recording)
-      each.recorded = &sweep_of(rig, finding)->poses[static_cast<std::size_t>(finding.pose_index)];
+      each.recorded = &sweep_of(rig, finding)->poses[static_cast<std::size_t>(finding.at.pose)];
     else
       each.pose = sweep_of(rig, finding)->sweep.pose_at(finding.control_deg);
     each.on_mesh = each.on_mesh || on_mesh;

@@ -11,9 +11,13 @@
 namespace backbend::validate {
 namespace {
 
-bool belongs(const Finding& finding, const RigResult& rig) {
-  return finding.character == rig.character && finding.rig == rig.rig &&
-         finding.mapping == rig.mapping;
+/// What fails on the rig of that number.
+std::vector<const Finding*> failures_of(const Report& report, std::size_t rig) {
+  std::vector<const Finding*> out;
+  for (const Finding& finding : report.findings)
+    if (finding.at.rig == static_cast<int>(rig) && finding.verdict == Verdict::fail)
+      out.push_back(&finding);
+  return out;
 }
 
 /// The parts of the envelope that no pose has measured: `side to 60, measured to 45`.
@@ -47,10 +51,7 @@ std::string gaps_text(const RigResult& rig) {
   return out;
 }
 
-Verdict verdict_of(const RigResult& rig, const std::vector<Finding>& findings) {
-  const bool fails = std::any_of(findings.begin(), findings.end(), [&](const Finding& finding) {
-    return belongs(finding, rig) && finding.verdict == Verdict::fail;
-  });
+Verdict verdict_of(const RigResult& rig, bool fails) {
   if (fails) return Verdict::fail;
   const bool gap = std::any_of(rig.coverage.begin(), rig.coverage.end(), is_gap);
   return gap || rig.coverage.empty() || !envelope_gaps(rig).empty() ? Verdict::not_measured
@@ -65,27 +66,22 @@ std::string rig_text(const RigResult& rig) {
 
 void conclude(Report& report) {
   bool failed = false, gap = false, proposed = false;
-  for (RigResult& rig : report.rigs) {
-    rig.verdict = verdict_of(rig, report.findings);
+  for (std::size_t r = 0; r < report.rigs.size(); ++r) {
+    RigResult& rig = report.rigs[r];
+    const std::vector<const Finding*> failures = failures_of(report, r);
+    rig.verdict = verdict_of(rig, !failures.empty());
     if (rig.role != Role::proposed) continue;
     proposed = true;
     failed = failed || rig.verdict == Verdict::fail;
     gap = gap || rig.verdict == Verdict::not_measured;
-    const auto count = static_cast<std::size_t>(
-        std::count_if(report.findings.begin(), report.findings.end(), [&](const Finding& finding) {
-          return belongs(finding, rig) && finding.verdict == Verdict::fail;
-        }));
-    if (count > 0) {
-      const Finding* worst = nullptr;
-      for (const Finding& finding : report.findings)
-        if (belongs(finding, rig) && finding.verdict == Verdict::fail &&
-            (worst == nullptr || times_over(finding) > times_over(*worst)))
-          worst = &finding;
+    if (!failures.empty()) {
+      const Finding* worst = *std::ranges::max_element(
+          failures, {}, [](const Finding* finding) { return times_over(*finding); });
       const std::string place = place_text(*worst);
-      report.reasons.push_back(rig_text(rig) + ": " + skin::plural(count, "finding") + ", worst " +
-                               worst->code + " " + std::string(find_check(worst->code)->name) +
-                               " " + value_text(*worst) + " at " + worst->pose +
-                               (place.empty() ? "" : ", " + place));
+      report.reasons.push_back(
+          rig_text(rig) + ": " + skin::plural(failures.size(), "finding") + ", worst " +
+          worst->code + " " + std::string(find_check(worst->code)->name) + " " +
+          value_text(*worst) + " at " + worst->pose + (place.empty() ? "" : ", " + place));
     } else if (rig.verdict == Verdict::not_measured && envelope_gaps(rig).empty()) {
       report.reasons.push_back(rig_text(rig) +
                                ": not everything that decides was measured: " + gaps_text(rig));

@@ -20,7 +20,6 @@ int rank(const Finding& f, Role role) {
 }  // namespace
 
 Digest::Digest(const Report& report) : report_(report) {
-  for (const RigResult& rig : report.rigs) role_[{rig.character, rig.rig, rig.mapping}] = rig.role;
   for (const CheckLegend& check : report.checks) name_[check.code] = check.name;
   for (const RigResult& rig : report.rigs) {
     if (rig.role != Role::proposed) continue;
@@ -45,8 +44,8 @@ Digest::Digest(const Report& report) : report_(report) {
 }
 
 Role Digest::role_of(const Finding& finding) const {
-  const auto found = role_.find({finding.character, finding.rig, finding.mapping});
-  return found == role_.end() ? Role::proposed : found->second;
+  return finding.at.rig < 0 ? Role::proposed
+                            : report_.rigs[static_cast<std::size_t>(finding.at.rig)].role;
 }
 
 const std::string& Digest::check_name(const std::string& code) const {

@@ -1,7 +1,6 @@
 #pragma once
 #include <map>
 #include <string>
-#include <tuple>
 #include <vector>
 
 #include "validate/model/report.h"
@@ -33,9 +32,7 @@ class Digest {
   std::vector<const Finding*> worst(std::size_t count) const;
 
  private:
-  using RigKey = std::tuple<std::string, std::string, std::string>;  // character, rig, mapping
   const Report& report_;
-  std::map<RigKey, Role> role_;
   std::map<std::string, std::string> name_;
   Counts counts_;
 };

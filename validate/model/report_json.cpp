@@ -163,14 +163,14 @@ json value(const FindingPictures& p) {
 }
 
 json value(const Finding& f) {
-  const bool posed = f.pose_index >= 0;
+  const bool posed = f.at.pose >= 0;
   json out = {{"code", f.code},
               {"character", f.character},
               {"rig", f.rig},
               {"mapping", f.mapping},
               {"sweep", f.sweep},
               {"pose", f.pose},
-              {"pose_index", posed ? json(f.pose_index) : json(nullptr)},
+              {"pose_index", posed ? json(f.at.pose) : json(nullptr)},
               {"frame", f.frame ? json(*f.frame) : json(nullptr)},
               {"time", f.time_s ? json(*f.time_s) : json(nullptr)},
               {"control_deg", f.control_deg},

@@ -29,6 +29,10 @@ std::string finding_hash(const Finding& finding);
 /// Comparisons alone, as in the report.
 std::string comparisons_json(const std::vector<Comparison>& comparisons);
 
+/// Fills in which rig and sweep each finding is of, by their names: all that a file has of them.
+/// Where two have one name, the first.
+void number_findings(Report& report);
+
 /// The inverse: parse_report(report_json(r)) gives r, with null read as NaN.
 ///
 /// `name` is what errors call the text. Throws ReportError on anything the schema does not allow:

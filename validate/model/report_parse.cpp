@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nlohmann/json.hpp>
@@ -171,6 +172,12 @@ double share(const Place& p) {
   const double value = p.number();
   if (!(value >= 0.0 && value <= 1.0)) p.refuse("expected a share from 0 to 1");
   return value;
+}
+
+/// Of the sweep of that name; -1: none has it.
+int number_of(const std::string& name, const std::vector<SweepSeries>& sweeps) {
+  const auto found = std::ranges::find(sweeps, name, &SweepSeries::sweep);
+  return name.empty() || found == sweeps.end() ? -1 : static_cast<int>(found - sweeps.begin());
 }
 
 HuntedPose hunted_pose(Place p) {
@@ -347,12 +354,12 @@ void when(Place& p, Finding& f) {
     (frame.is_null() ? time : frame).refuse("'frame' and 'time' stand together");
   if (!p.has("pose_index")) {
     if (frame.is_null()) return;
-    f.pose_index = frame.count() - kFirstFrame;
-    if (f.pose_index < 0) frame.refuse("sequences start at frame 1001");
-    expect_same(time, f.pose_index / kFramesPerSecond);
+    f.at.pose = frame.count() - kFirstFrame;
+    if (f.at.pose < 0) frame.refuse("sequences start at frame 1001");
+    expect_same(time, f.at.pose / kFramesPerSecond);
     return;
   }
-  if (const Place pose = p.at("pose_index"); !pose.is_null()) f.pose_index = pose.count();
+  if (const Place pose = p.at("pose_index"); !pose.is_null()) f.at.pose = pose.count();
   if (frame.is_null()) return;
   f.frame = frame.count();
   f.time_s = time.number();
@@ -624,6 +631,17 @@ json parse_without_doubles(std::string_view text, std::string_view name) {
 
 }  // namespace
 
+void number_findings(Report& report) {
+  for (Finding& f : report.findings) {
+    const auto rig = std::ranges::find_if(report.rigs, [&](const RigResult& each) {
+      return each.character == f.character && each.rig == f.rig && each.mapping == f.mapping;
+    });
+    const bool known = rig != report.rigs.end();
+    f.at.rig = known ? static_cast<int>(rig - report.rigs.begin()) : -1;
+    f.at.sweep = known ? number_of(f.sweep, rig->sweeps) : -1;
+  }
+}
+
 Report parse_report(std::string_view text_in, std::string_view name) {
   const json document = parse_without_doubles(text_in, name);
   Place p(document, "$", name);
@@ -642,6 +660,7 @@ Report parse_report(std::string_view text_in, std::string_view name) {
   r.characters = p.at("characters").list(character);
   r.rigs = p.at("rigs").list(rig);
   r.findings = p.at("findings").list(finding);
+  number_findings(r);
   r.canaries = p.at("canaries").list(canary);
   r.detectors = texts(p.at("detectors"));
   r.is_comparison =

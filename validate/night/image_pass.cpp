@@ -401,7 +401,7 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
         continue;
       const PoseRecord& pose = sweep.poses[p];
       out.push_back(start_finding(rig, context, sweep, "BB070", pose.body, pose.control_deg));
-      out.back().pose_index = static_cast<int>(p);
+      out.back().at.pose = static_cast<int>(p);
       out.back().detail = "the picture's motion changes by " + number_text(change[p], 2) +
                           " px at once, and no joint's does";
       out.back().geometry["picture_only"] = 1.0;

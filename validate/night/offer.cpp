@@ -24,13 +24,13 @@ std::string with_clean_weights(const Finding& finding) {
 
 }  // namespace
 
-void offer_repair(const std::filesystem::path& file, const std::string& character,
-                  const std::string& words, DrivenChain chain, std::vector<Finding>& findings) {
+void offer_repair(const std::filesystem::path& file, const std::string& words, DrivenChain chain,
+                  std::span<Finding> findings) {
   const std::string kind = file.extension().string();
   if ((kind != ".glb" && kind != ".gltf") || is_imported(file) || chain == DrivenChain::neck)
     return;
   for (Finding& finding : findings)
-    if (finding.character == character && is_of_weights(finding))
+    if (is_of_weights(finding))
       finding.cures.push_back(
           {"backbend repair " + words + " -o " + shell_word(file.stem().string() + "_fixed.glb"),
            with_clean_weights(finding)});
@@ -56,11 +56,11 @@ void offer_tune(const RigRecord& rig, const solver::RestChain& rest, DrivenChain
     if (is_ours(finding)) finding.cures.push_back({command, ""});
 }
 
-void offer_even(const RigRecord& rig, DrivenChain chain, const std::string& words,
-                const std::vector<Headroom>& of_even, std::vector<Finding>& findings) {
+void offer_even(DrivenChain chain, const std::string& words, const std::vector<Headroom>& of_even,
+                std::vector<Finding>& findings) {
   if (chain == DrivenChain::neck || of_even.empty()) return;
   for (Finding& finding : findings) {
-    if (finding.verdict != Verdict::fail || finding.rig != rig.plan.name) continue;
+    if (finding.verdict != Verdict::fail) continue;
     if (finding.owner != Owner::solver && finding.owner != Owner::rig) continue;
     const auto ideal = finding.geometry.find("ideal");
     const bool cured =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <span>
 
 #include "skin/anatomy/import_checks.h"
 #include "validate/calibrate/calibrate.h"
@@ -105,6 +106,14 @@ EnvelopeChoice envelope_of(const RunRequest& request, const std::optional<skin::
   return chosen(envelope_for(kind, false), facts.kind_reason);
 }
 
+/// Adds what was found on the report's rig of that number.
+void add_findings(std::vector<Finding> findings, std::ptrdiff_t rig, Report& report) {
+  for (Finding& finding : findings) {
+    finding.at.rig = static_cast<int>(rig);
+    report.findings.push_back(std::move(finding));
+  }
+}
+
 /// The file is judged once, under the first rig that decides, or the first at all.
 void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
                 const JudgeContext& context, Report& report) {
@@ -116,8 +125,8 @@ void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
   const WeightHygiene weights =
       examine_weights(character, character.influences, context.stage.anatomy().head);
   InputJudgement input = judge_input(*record, context, weights, suite.judges_weights);
-  for (Finding& finding : input.findings) report.findings.push_back(std::move(finding));
   const auto rig = report.rigs.end() - (records.end() - record);
+  add_findings(std::move(input.findings), rig - report.rigs.begin(), report);
   for (const Coverage& each : input.coverage) rig->coverage.push_back(each);
   for (std::string& note : input.notes) report.characters.back().notes.push_back(std::move(note));
 }
@@ -413,7 +422,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
       const auto headroom = headroom_in_run(system, records[i].mapping);
       if (headroom.empty()) continue;
       beside[i].push_back({system, headroom});
-      if (system == "even") offer_even(records[i], request.chain, run.words, headroom, findings[i]);
+      if (system == "even") offer_even(request.chain, run.words, headroom, findings[i]);
     }
   if (request.image_pass) pictures.look(records, findings, progress);
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -439,16 +448,16 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     make_evidence(cameras, body, places, suite.pictures, records, findings, folder, ledger,
                   progress, report);
   }
-  for (std::vector<Finding>& each : findings) {
-    std::move(each.begin(), each.end(), std::back_inserter(report.findings));
+  const std::size_t before = report.findings.size();
+  // Contradictions last, because pictures refer to findings by index.
+  for (std::vector<std::vector<Finding>>* const of_rigs : {&findings, &contradictions}) {
+    std::ptrdiff_t rig = std::ssize(report.rigs) - std::ssize(records);
+    for (std::vector<Finding>& each : *of_rigs) add_findings(std::move(each), rig++, report);
   }
-  // Last, because pictures refer to findings by index.
-  for (std::vector<Finding>& each : contradictions)
-    std::move(each.begin(), each.end(), std::back_inserter(report.findings));
   const std::size_t judged = report.findings.size();
   if (!has_mesh_of_rig(stage.character())) judge_file(suite, records, own_context, report);
   for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
-  offer_repair(file, stage.character().name, run.words, request.chain, report.findings);
+  offer_repair(file, run.words, request.chain, std::span(report.findings).subspan(before));
   return run;
 }
 
@@ -649,13 +658,19 @@ Report gained(const Report& report, const std::vector<std::size_t>& before) {
   each_list(report, [&](const auto& list, auto member) {
     (part.*member).assign(list.begin() + static_cast<std::ptrdiff_t>(*length++), list.end());
   });
+  const int rigs = static_cast<int>(report.rigs.size() - part.rigs.size());
+  for (Finding& finding : part.findings) finding.at.rig -= finding.at.rig < 0 ? 0 : rigs;
   return part;
 }
 
 void append(Report& report, const Report& part) {
+  const std::size_t findings = report.findings.size();
+  const int rigs = static_cast<int>(report.rigs.size());
   each_list(part, [&](const auto& list, auto member) {
     (report.*member).insert((report.*member).end(), list.begin(), list.end());
   });
+  for (Finding& finding : std::span(report.findings).subspan(findings))
+    finding.at.rig += finding.at.rig < 0 ? 0 : rigs;
 }
 
 /// Takes back what a report has gained since it was as long as `before` says.
@@ -679,6 +694,7 @@ void report_unavailable(const RigPlan& plan, const std::vector<solver::Mapping>&
     result.role = plan.role;
     Finding finding;
     finding.code = "BB052";
+    finding.at.rig = static_cast<int>(report.rigs.size());
     finding.character = result.character;
     finding.rig = result.rig;
     finding.mapping = result.mapping;

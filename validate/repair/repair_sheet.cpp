@@ -10,7 +10,7 @@
 #include "validate/evidence/heat_picture.h"
 #include "validate/evidence/metric_heat.h"
 #include "validate/measure/measure.h"
-#include "validate/sweeps/suite.h"
+#include "validate/sweeps/sweep_named.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {
@@ -41,17 +41,14 @@ struct Side {
 /// The worst finding at a pose of a sweep; nullptr: none has one.
 const Finding* shown_finding(const RepairedBody& body) {
   const auto found = std::ranges::find_if(
-      body.findings, [](const Finding& finding) { return !finding.sweep.empty(); });
+      body.findings, [](const Finding& finding) { return finding.at.sweep >= 0; });
   return found == body.findings.end() ? nullptr : &*found;
 }
 
 PoseDegrees pose_of(const RepairedBody& body, const Finding* finding) {
-  std::vector<Sweep> sweeps = standard_sweeps(body.envelope);
-  for (Sweep& corner : corner_sweeps(body.envelope)) sweeps.push_back(std::move(corner));
-  if (finding != nullptr)
-    for (const Sweep& sweep : sweeps)
-      if (sweep.name == finding->sweep) return sweep.pose_at(finding->control_deg);
-  return {body.envelope.extension};
+  if (finding == nullptr) return {body.envelope.extension};
+  return bundled_sweeps(body.envelope)[static_cast<std::size_t>(finding->at.sweep)].pose_at(
+      finding->control_deg);
 }
 
 VertexHeat weight_changed(const skin::Character& before, const skin::Character& after) {

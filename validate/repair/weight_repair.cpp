@@ -466,7 +466,7 @@ WeightRepair repair_weights(const std::filesystem::path& file, const skin::Anato
   count_checks(before, read_weights(written.character, written.context, progress), out);
   if (with_sheet)
     out.sheet = repair_sheet({input.character, written.character, written.context.anatomy,
-                              written.context.envelope, out.before},
+                              input.context.envelope, out.before},
                              progress);
   return out;
 }

@@ -114,6 +114,7 @@ Case check_case(const RigResult& rig, const std::string& code, const Coverage* c
 }
 
 std::vector<Case> rig_cases(const RigResult& rig, const Report& report, const Digest& digest) {
+  const auto number = &rig - report.rigs.data();
   std::map<std::string, std::vector<const Finding*>> by_code;
   std::map<std::string, const Coverage*> coverage;
   for (const Coverage& c : rig.coverage) {
@@ -121,8 +122,7 @@ std::vector<Case> rig_cases(const RigResult& rig, const Report& report, const Di
     by_code[c.code];
   }
   for (const Finding& f : report.findings)
-    if (f.character == rig.character && f.rig == rig.rig && f.mapping == rig.mapping)
-      by_code[f.code].push_back(&f);
+    if (f.at.rig == number) by_code[f.code].push_back(&f);
   std::vector<Case> cases;
   for (const auto& [code, findings] : by_code)
     cases.push_back(check_case(rig, code, coverage.contains(code) ? coverage[code] : nullptr,

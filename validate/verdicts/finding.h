@@ -48,13 +48,23 @@ struct Cure {
   std::string gives;  // what was measured that speaks for it, one line; empty: nothing was
 };
 
+/// A pose among what was measured, by numbers: names are for readers of a report.
+struct PoseRef {
+  int rig = -1;    // into Report::rigs; -1: of none, or not in a report yet
+  int sweep = -1;  // into the rig's sweeps; -1: at none
+  int pose = -1;   // into the sweep's poses; -1: between them
+  bool operator==(const PoseRef&) const = default;
+};
+
 /// One thing that was measured and judged, with its place and how to see it again.
 struct Finding {
   std::string code;  // BB001 ...: a row of the table of checks
+  PoseRef at;
+  // What a report calls that, and the same from night to night. Nothing of one run is looked up by
+  // them.
   std::string character, rig, mapping;
   std::string sweep;                   // `extension`, `side`, ...
   std::string pose;                    // in channel names: `extension 114.3`
-  int pose_index = -1;                 // into the sweep
   std::optional<int> frame;            // of a clip: the file's own number
   std::optional<double> time_s;        // of a clip: its own second
   double control_deg = 0;              // where on the sweep, degrees of its leading channel

@@ -142,7 +142,7 @@ RecordedRun read_recorded_run(const std::string& text, const RecordedChoice& cho
   for (const Finding& finding : report.findings) {
     if (finding.character != facts.name || !is_failure(finding) || !find_check(finding.code))
       continue;
-    const bool of_rig = finding.rig == result.rig && finding.mapping == result.mapping;
+    const bool of_rig = finding.at.rig == &result - report.rigs.data();
     if (!of_rig && !finding.rig.empty()) continue;
     if (sweeps.contains(finding.sweep) || finding.sweep.starts_with(kJumpSweep))
       add_failure(finding, out.failures);

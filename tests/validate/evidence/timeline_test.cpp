@@ -30,10 +30,10 @@ Report two_rigs() {
   }
   Finding flip;
   flip.code = "BB001";
+  flip.at = {1, 0, -1};
   flip.character = "hero";
   flip.rig = "isner";
   flip.mapping = "chest";
-  flip.sweep = "extension";
   flip.pose = "extension 45";
   flip.control_deg = 45;
   flip.value = 171.4;
@@ -42,7 +42,7 @@ Report two_rigs() {
   flip.verdict = Verdict::fail;
   flip.owner = Owner::solver;
   Finding other = flip;
-  other.sweep = "side";
+  other.at.sweep = 1;
   report.findings = {flip, other};
   return report;
 }

@@ -291,7 +291,7 @@ TEST(Headroom, DoesNotCountWhatOnlyTheSkeletonIsToBlameFor) {
   EXPECT_EQ(headroom_of(rig, context, {})[0].clean_to_deg, 0.0);
   Finding finding;
   finding.code = "BB011";
-  finding.sweep = "extension";
+  finding.at.sweep = 0;
   finding.owner = Owner::skeleton;
   finding.verdict = Verdict::stress;
   finding.inside_envelope = true;
@@ -382,6 +382,43 @@ TEST(Reasons, NameTheChecksThatWereNotMeasured) {
   EXPECT_EQ(
       report.reasons.front(),
       "even: not everything that decides was measured: BB030 cross-section collapse (4 of 9)");
+}
+
+TEST(Reasons, OfRigsThatAReportNamesAlikeAreEachItsOwn) {
+  Report report;
+  RigResult rig;
+  rig.character = "tube";
+  rig.rig = "even";
+  rig.mapping = "chest";
+  rig.coverage = {{"BB010", 9, 9, 0, 0}};
+  report.rigs = {rig, rig};
+  Finding kink;
+  kink.code = "BB010";
+  kink.at = {1, 0, 3};
+  kink.character = rig.character;
+  kink.rig = rig.rig;
+  kink.mapping = rig.mapping;
+  kink.verdict = Verdict::fail;
+  report.findings = {kink};
+  conclude(report);
+  EXPECT_EQ(report.rigs[0].verdict, Verdict::pass);
+  EXPECT_EQ(report.rigs[1].verdict, Verdict::fail);
+}
+
+TEST(Findings, OfSweepsWithOneNameAreEachAtTheirOwnPoses) {
+  RigRecord rig =
+      measure_chain_only(tube(), read_rig("even"), solver::Mapping::chest,
+                         {channel_sweep("side", -40, 40, 40), channel_sweep("side", -40, 40, 10)},
+                         *find_envelope("human"));
+  ASSERT_EQ(rig.sweeps[0].sweep.name, rig.sweeps[1].sweep.name);
+  rig.sweeps[1].poses[7].at(MetricId::chain_kink) = {90.0, 3};  // the first has three poses
+  const LimitSet limits;
+  const std::vector<Finding> found =
+      judge_rig(rig, {tube(), limits, *find_envelope("human"), "tube"});
+  const auto kink = std::ranges::find(found, "BB010", &Finding::code);
+  ASSERT_NE(kink, found.end());
+  EXPECT_EQ(kink->at, (PoseRef{-1, 1, 7}));
+  EXPECT_EQ(sweep_of(rig, *kink), &rig.sweeps[1]);
 }
 
 TEST(Limits, OfASuiteMoveTheVerdictAndNeverACanarys) {

@@ -105,7 +105,20 @@ TEST(ReportJson, AClipsFindingHasTheClipsOwnFrameAndSecond) {
   const Report back = parse_report(text);
   EXPECT_EQ(back.findings[0].frame, 43);
   EXPECT_EQ(back.findings[0].time_s, 43.0 / 30.0);
-  EXPECT_EQ(back.findings[0].pose_index, 29);
+  EXPECT_EQ(back.findings[0].at.pose, 29);
+}
+
+TEST(ReportJson, FindsThePosesOfFindingsByTheirNames) {
+  Report report = sample_report();
+  report.findings[0].at = {};
+  number_findings(report);
+  // The first rig's extension; the pose's number is its file's.
+  EXPECT_EQ(report.findings[0].at, (PoseRef{0, 0, -1}));
+  const Report back = parse_report(report_json(sample_report()));
+  EXPECT_EQ(back.findings[0].at, (PoseRef{0, 0, 29}));
+  EXPECT_EQ(parse_report(with("/findings/0/sweep", "elsewhere")).findings[0].at,
+            (PoseRef{0, -1, 29}));
+  EXPECT_EQ(parse_report(with("/findings/0/rig", "nobody")).findings[0].at, (PoseRef{-1, -1, 29}));
 }
 
 TEST(ReportJson, KeepsEveryDoubleExactly) {
@@ -156,7 +169,7 @@ TEST(ReportJson, KeepsAClipsOwnFrameAndSecond) {
   report.findings[0].frame = 7;
   report.findings[0].time_s = 0.25;
   const Finding back = parse_report(report_json(report)).findings[0];
-  EXPECT_EQ(back.pose_index, report.findings[0].pose_index);
+  EXPECT_EQ(back.at.pose, report.findings[0].at.pose);
   EXPECT_EQ(back.frame, 7);
   EXPECT_EQ(back.time_s, 0.25);
 }
@@ -165,11 +178,11 @@ TEST(ReportJson, ReadsOlderReportsThatCountThePosesFrom1001) {
   auto document = nlohmann::json::parse(report_json(sample_report()));
   auto& old = document["findings"][0];
   old.erase("pose_index");
-  EXPECT_EQ(parse_report(document.dump()).findings[0].pose_index, -1) << "on no sweep";
+  EXPECT_EQ(parse_report(document.dump()).findings[0].at.pose, -1) << "on no sweep";
   old["frame"] = 1030;
   old["time"] = 29 / 24.0;
   const Finding back = parse_report(document.dump()).findings[0];
-  EXPECT_EQ(back.pose_index, 29);
+  EXPECT_EQ(back.at.pose, 29);
   EXPECT_FALSE(back.frame || back.time_s) << "a clip's own time is not in them";
   old["time"] = 1.0;
   EXPECT_NE(complaint(document.dump()), "") << "time must follow from frame";

@@ -116,9 +116,9 @@ ImageWitness witness_of_kink(const char* rig, Owner owner) {
   Finding kink;
   kink.code = "BB011";
   kink.rig = record.plan.name;
-  kink.sweep = record.sweeps[0].sweep.name;
+  kink.at.sweep = 0;
   kink.control_deg = 60.0;
-  kink.pose_index = 2;
+  kink.at.pose = 2;
   kink.owner = owner;
   std::vector<Finding> findings{kink};
   Ledger ledger;

@@ -135,7 +135,7 @@ TEST(Digest, CountsOnlyWhatDecides) {
 
 TEST(Digest, TakesAnUnknownRigForOneThatDecides) {
   Report report = sample_report();
-  report.findings[6].rig = "nobody";
+  report.findings[6].at.rig = -1;
   EXPECT_EQ(Digest(report).role_of(report.findings[6]), Role::proposed);
   EXPECT_EQ(Digest(report).counts().fail, 4);
 }
@@ -145,6 +145,7 @@ TEST(Digest, PutsTheWorstOfAllRigsFirstByHowFarItIsOverItsLimit) {
   // The second rig's finding stands last in the report and is four times over its limit.
   Finding late = report.findings[0];
   late.code = "BB011";
+  late.at.rig = -1;
   late.rig = "another";
   late.value = 32.0;
   late.limit = 8.0;
@@ -153,6 +154,7 @@ TEST(Digest, PutsTheWorstOfAllRigsFirstByHowFarItIsOverItsLimit) {
   EXPECT_EQ(digest.worst(1).front()->rig, "another");
   // Under a lower limit the smaller value is the worse one: 0.75 / 0.15 is five times.
   Finding narrow = report.findings[2];
+  narrow.at.rig = -1;
   narrow.rig = "another";
   narrow.value = 0.15;
   report.findings.push_back(narrow);

@@ -8,6 +8,7 @@ namespace {
 Finding kink(const std::string& sweep, double value, Verdict verdict = Verdict::fail) {
   Finding f;
   f.code = "BB011";
+  f.at.rig = 0;
   f.character = "hero";
   f.rig = "even";
   f.mapping = "chest";
