@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "validate/evidence/image_witness.h"
@@ -229,13 +230,15 @@ ImageWitness ImagePass::witness(Photographer& camera, const RigRecord& rig,
   return none;
 }
 
+const ImageSteps& ImagePass::steps_of(const RigRecord& rig, const SweepRecord& sweep) const {
+  return steps_.at(&rig)[static_cast<std::size_t>(&sweep - rig.sweeps.data())];
+}
+
 /// What a flip is to be compared with: a whole step of the same sweep.
 void ImagePass::add_usual_step(const RigRecord& rig, const SweepRecord& sweep,
                                Finding& finding) const {
-  const Series& of_rig = series_.at(&rig);
-  const auto steps = of_rig.find(sweep.sweep.name);
-  if (steps == of_rig.end()) return;
-  std::vector<double> changes = steps->second.at("image_change");
+  std::vector<double> changes = steps_of(rig, sweep).change;
+  if (changes.empty()) return;
   const double usual = upper_median(changes);
   finding.image.note +=
       "; a whole step of the sweep changes " + number_text(usual, 2) + " deg at the median";
@@ -368,15 +371,12 @@ void ImagePass::look(std::span<const RigRecord> rigs, std::span<std::vector<Find
     }
   }
   work.run();
-  for (const RigRecord& rig : rigs) series_[&rig].clear();
+  for (const RigRecord& rig : rigs) steps_[&rig].assign(rig.sweeps.size(), {});
   for (const Unit& unit : units) {
-    auto& series = series_[unit.rig][unit.sweep->sweep.name];
-    const auto add = [&](const char* name, const std::vector<double>& values) {
-      series[name].insert(series[name].end(), values.begin(), values.end());
-    };
-    add("image_change", unit.steps.change);
-    add("silhouette_step", unit.steps.step);
-    add("motion_change", unit.steps.pop);
+    ImageSteps& whole =
+        steps_[unit.rig][static_cast<std::size_t>(unit.sweep - unit.rig->sweeps.data())];
+    for (auto part : {&ImageSteps::change, &ImageSteps::step, &ImageSteps::pop})
+      std::ranges::copy(unit.steps.*part, std::back_inserter(whole.*part));
   }
   for (const Question& question : questions)
     if (question.finding->code == "BB001")
@@ -387,11 +387,8 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
                                                const std::vector<Finding>& findings,
                                                const JudgeContext& context) const {
   std::vector<Finding> out;
-  const Series& of_rig = series_.at(&rig);
   for (const SweepRecord& sweep : rig.sweeps) {
-    const auto series = of_rig.find(sweep.sweep.name);
-    if (series == of_rig.end()) continue;
-    const std::vector<double>& change = series->second.at("motion_change");
+    const std::vector<double>& change = steps_of(rig, sweep).pop;
     if (change.size() != sweep.poses.size()) continue;  // a shard saw its share
     const std::vector<double> score = pop_scores(change);
     for (std::size_t p = 1; p < score.size(); ++p) {
@@ -425,11 +422,13 @@ std::vector<Finding> ImagePass::contradictions(const RigRecord& rig,
 }
 
 void ImagePass::add_series(const RigRecord& rig, RigResult& result) const {
-  const Series& of_rig = series_.at(&rig);
-  for (SweepSeries& sweep : result.sweeps) {
-    const auto found = of_rig.find(sweep.sweep);
-    if (found == of_rig.end()) continue;
-    for (const auto& [name, values] : found->second) sweep.metric[name] = values;
+  for (std::size_t s = 0; s < result.sweeps.size(); ++s) {
+    if (!rig.sweeps[s].sweep.watched) continue;
+    SweepSeries& sweep = result.sweeps[s];
+    const ImageSteps& steps = steps_of(rig, rig.sweeps[s]);
+    sweep.metric["image_change"] = steps.change;
+    sweep.metric["silhouette_step"] = steps.step;
+    sweep.metric["motion_change"] = steps.pop;
     sweep.metric_unit["image_change"] = "deg";
     sweep.metric_unit["silhouette_step"] = "px";
     sweep.metric_unit["motion_change"] = "px";

@@ -58,8 +58,6 @@ class ImagePass {
     bool own = false;  // this process's to look at
     ImageSteps steps;
   };
-  using Series = std::map<std::string, std::map<std::string, std::vector<double>>>;
-
   void add_units(const RigRecord& rig, std::vector<Unit>& units);
   void look_at_units(std::span<Unit> units, Progress& progress);
   PoseViews views(Photographer& camera, const RigRecord& rig, const PoseDegrees& pose) const;
@@ -68,6 +66,7 @@ class ImagePass {
                            Progress& progress) const;
   void find_witness(const RigRecord& rig, const SweepRecord& sweep, std::size_t number,
                     Finding& finding);
+  const ImageSteps& steps_of(const RigRecord& rig, const SweepRecord& sweep) const;
   void add_usual_step(const RigRecord& rig, const SweepRecord& sweep, Finding& finding) const;
   ImageWitness witness(Photographer& camera, const RigRecord& rig, const SweepRecord& sweep,
                        const Finding& finding);
@@ -88,8 +87,8 @@ class ImagePass {
   Ledger& ledger_;
   std::optional<skin::Character> proxy_;  // the character with clean proxy weights
   std::once_flag proxy_made_;
-  std::size_t item_ = 0;                       // units of work so far, the same in every shard
-  std::map<const RigRecord*, Series> series_;  // of each rig, by sweep and metric
+  std::size_t item_ = 0;  // units of work so far, the same in every shard
+  std::map<const RigRecord*, std::vector<ImageSteps>> steps_;  // of each rig, one a sweep
 };
 
 }  // namespace backbend::validate
