@@ -79,13 +79,32 @@ Comparison sample_comparison(const std::string& mapping) {
   c.mapping = mapping;
   c.metrics = {{"kink", "BB010", "deg", 0.1, 40, 3, 48, 1.2},
                {"slice area", "BB030", "ratio", 0.0375, 2, 9, 80, 0}};
-  c.worst_of_a = {
-      {"extension", "extension 150", 75, 150, "BB030", "ratio", 0.61, 0.8, 0.75,
-       picture_of("curve", mapping, "extension", 75), picture_of("isner", mapping, "extension", 75),
-       "backbend render human.glb --rig curve", "backbend render human.glb --rig isner"}};
-  c.worst_of_b = {{"extension", "extension 116", 58, 116, "BB010", "deg", 1.1, 171.4, 2,
+  c.worst_of_a = {{"extension",
+                   "extension 150",
+                   {-1, 0, 75},
+                   150,
+                   "BB030",
+                   "ratio",
+                   0.61,
+                   0.8,
+                   0.75,
+                   picture_of("curve", mapping, "extension", 75),
+                   picture_of("isner", mapping, "extension", 75),
+                   "backbend render human.glb --rig curve",
+                   "backbend render human.glb --rig isner"}};
+  c.worst_of_b = {{"extension",
+                   "extension 116",
+                   {-1, 0, 58},
+                   116,
+                   "BB010",
+                   "deg",
+                   1.1,
+                   171.4,
+                   2,
                    picture_of("curve", mapping, "extension", 58),
-                   picture_of("isner", mapping, "extension", 58), "", ""}};
+                   picture_of("isner", mapping, "extension", 58),
+                   "",
+                   ""}};
   for (const double side : {-30.0, 0.0, 30.0})
     for (const double twist : {-45.0, 0.0, 45.0}) {
       SweepComparison s;

@@ -73,14 +73,13 @@ std::vector<ComparedPose> worst_of(std::vector<Candidate> candidates) {
                    [](const Candidate& x, const Candidate& y) { return x.share > y.share; });
   std::vector<ComparedPose> result;
   std::set<std::string> codes;
-  for (int again = 0; again < 2; ++again) {
+  for (const bool again : {false, true}) {
     // A second round fills up with codes that were shown already, at other poses.
     for (const Candidate& each : candidates) {
       if (result.size() == kDamning) return result;
-      const std::string key = again == 0 ? each.pose.code : each.pose.code + each.pose.sweep;
-      if (codes.insert(key).second &&
+      if ((again || codes.insert(each.pose.code).second) &&
           std::none_of(result.begin(), result.end(), [&](const ComparedPose& shown) {
-            return shown.code == each.pose.code && shown.sweep == each.pose.sweep;
+            return shown.code == each.pose.code && shown.at.sweep == each.pose.at.sweep;
           }))
         result.push_back(each.pose);
     }
@@ -99,9 +98,10 @@ struct Tally {
   std::vector<Candidate> against_a, against_b;
 };
 
-/// Compares one pair of poses; returns its mark.
-char compare_pose(const SweepSeries& a, std::size_t i, const SweepSeries& b, std::size_t j,
+/// Compares the pose of `a` that `at` says with pose `j` of `b`; returns its mark.
+char compare_pose(const SweepSeries& a, const PoseRef& at, const SweepSeries& b, std::size_t j,
                   Tally& tally, Comparison& comparison) {
+  const auto i = static_cast<std::size_t>(at.pose);
   bool a_better = false, b_better = false, compared = false, a_over = false, b_over = false;
   for (const auto& [name, values] : a.metric) {
     const Check* check = check_of(name);
@@ -136,7 +136,7 @@ char compare_pose(const SweepSeries& a, std::size_t i, const SweepSeries& b, std
     (gain > 0 ? a_better : b_better) = true;
     ComparedPose pose{a.sweep,
                       pose_text(a, i),
-                      static_cast<int>(i),
+                      at,
                       a.control_deg[i],
                       std::string(check->code),
                       std::string(check->unit),
@@ -206,13 +206,10 @@ std::string sampled_text(const Comparison& comparison) {
   return comparison.a + " is better in " + share('+') + ", worse in " + share('-');
 }
 
-}  // namespace
-
-namespace {
-
 /// Each rig has its own paths to what a search found on it.
-bool is_hunted(const RigResult& rig, const SweepSeries& sweep) {
-  return std::ranges::find(rig.hunt.worst, sweep.sweep, &HuntedPose::sweep) != rig.hunt.worst.end();
+bool is_hunted(const RigResult& rig, std::size_t sweep) {
+  return std::ranges::find(rig.hunt.worst, static_cast<int>(sweep), &HuntedPose::sweep) !=
+         rig.hunt.worst.end();
 }
 
 }  // namespace
@@ -235,10 +232,11 @@ Comparison compare_results(const RigResult& a, const RigResult& b, std::string a
   comparison.mapping = a.mapping;
   Tally tally;
   std::size_t seen = 0, poses_of_b = 0;
-  for (const SweepSeries& sweep : b.sweeps)
-    if (!is_hunted(b, sweep)) poses_of_b += sweep.control_deg.size();
-  for (const SweepSeries& sweep : a.sweeps) {
-    if (is_hunted(a, sweep)) continue;
+  for (std::size_t s = 0; s < b.sweeps.size(); ++s)
+    if (!is_hunted(b, s)) poses_of_b += b.sweeps[s].control_deg.size();
+  for (std::size_t s = 0; s < a.sweeps.size(); ++s) {
+    if (is_hunted(a, s)) continue;
+    const SweepSeries& sweep = a.sweeps[s];
     // Two clips of one sweep each are the same motion whatever it is called.
     const bool alone = a.sweeps.size() == 1 && b.sweeps.size() == 1;
     const auto other = std::find_if(b.sweeps.begin(), b.sweeps.end(), [&](const SweepSeries& each) {
@@ -254,8 +252,8 @@ Comparison compare_results(const RigResult& a, const RigResult& b, std::string a
       char mark = '?';
       if (partner[i] >= 0) {
         ++seen;
-        mark =
-            compare_pose(sweep, i, *other, static_cast<std::size_t>(partner[i]), tally, comparison);
+        mark = compare_pose(sweep, {-1, static_cast<int>(s), static_cast<int>(i)}, *other,
+                            static_cast<std::size_t>(partner[i]), tally, comparison);
       }
       if (mark == '?') ++comparison.unpaired;
       marks += mark;

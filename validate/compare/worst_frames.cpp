@@ -1,19 +1,10 @@
 #include "validate/compare/worst_frames.h"
 
-#include <algorithm>
-
 #include "render/image/png.h"
 #include "validate/judge/judge.h"
 
 namespace backbend::validate {
 namespace {
-
-PoseDegrees pose_of(const RigRecord& rig, const ComparedPose& pose) {
-  const auto found =
-      std::find_if(rig.sweeps.begin(), rig.sweeps.end(),
-                   [&](const SweepRecord& each) { return each.sweep.name == pose.sweep; });
-  return found->sweep.pose_at(pose.control_deg);
-}
 
 std::string shoot(const ComparedSide& side, const PoseDegrees& pose, Photographer& photographer,
                   const render::Settings& settings, const OutputFolder& folder,
@@ -43,7 +34,8 @@ void show_worst(Comparison& comparison, const ComparedSide& a, const ComparedSid
     auto& poses = against_a ? comparison.worst_of_a : comparison.worst_of_b;
     for (std::size_t i = 0; i < poses.size(); ++i) {
       ComparedPose& pose = poses[i];
-      const PoseDegrees degrees = pose_of(a.rig, pose);
+      const PoseDegrees degrees =
+          a.rig.sweeps[static_cast<std::size_t>(pose.at.sweep)].sweep.pose_at(pose.control_deg);
       pose.a_command = command_for(a.rig, a.character, a.stage.chain(), degrees);
       pose.b_command = command_for(b.rig, b.character, b.stage.chain(), degrees);
       if (!plan.enabled) continue;

@@ -54,9 +54,9 @@ struct HuntedPose {
   std::string code, unit, pose;  // pose: `extension 40, side 30`
   double value = 0, limit = 0;
   bool over = false;  // it fails
-  // The path on which the run measured it afterwards, as one of its sweeps. Empty: nothing is over,
+  // The path on which the run measured it afterwards, among the rig's sweeps. -1: nothing is over,
   // or the sweeps show the check as bad.
-  std::string sweep;
+  int sweep = -1;
 };
 
 /// What was searched beside the sweeps for the worst poses of a rig.
@@ -204,7 +204,7 @@ struct Trend {
 /// A pose at which one side of a comparison is worse than the other by one check.
 struct ComparedPose {
   std::string sweep, pose;  // `grid side 30 twist 45`; `extension 90, side 30, twist 45`
-  int index = -1;           // into the sweep
+  PoseRef at;               // among the sweeps of a, of whichever rig; a file has no sweep's number
   double control_deg = 0;
   std::string code, unit;
   double a = 0, b = 0, limit = 0;

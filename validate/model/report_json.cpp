@@ -43,17 +43,18 @@ json value(const CompoundSearch& s) {
           {"box", s.box}};
 }
 
-json value(const HuntedPose& h) {
-  return {{"code", h.code},   {"unit", h.unit}, {"pose", h.pose},  {"value", h.value},
-          {"limit", h.limit}, {"over", h.over}, {"sweep", h.sweep}};
+json value(const HuntedPose& h, const std::vector<SweepSeries>& sweeps) {
+  const std::string path = h.sweep < 0 ? "" : sweeps.at(static_cast<std::size_t>(h.sweep)).sweep;
+  return {{"code", h.code},   {"unit", h.unit}, {"pose", h.pose}, {"value", h.value},
+          {"limit", h.limit}, {"over", h.over}, {"sweep", path}};
 }
 
-json value(const PoseHunt& h) {
+json value(const PoseHunt& h, const std::vector<SweepSeries>& sweeps) {
   return {{"evaluations", h.evaluations},
           {"seed", h.seed},
           {"box", h.box},
           {"gap", h.gap},
-          {"worst", list(h.worst, [](const auto& w) { return value(w); })},
+          {"worst", list(h.worst, [&](const auto& w) { return value(w, sweeps); })},
           {"notes", h.notes}};
 }
 
@@ -106,7 +107,7 @@ json value(const RigResult& r) {
               {"sweeps", list(r.sweeps, [](const auto& s) { return value(s); })},
               {"coverage", list(r.coverage, [](const auto& c) { return value(c); })},
               {"summary", r.summary}};
-  if (r.hunt.evaluations > 0 || !r.hunt.notes.empty()) out["hunt"] = value(r.hunt);
+  if (r.hunt.evaluations > 0 || !r.hunt.notes.empty()) out["hunt"] = value(r.hunt, r.sweeps);
   if (!r.volume.box.empty()) out["volume"] = value(r.volume);
   if (!r.beside.empty())
     out["beside"] = list(r.beside, [](const RigHeadroom& each) {
@@ -226,7 +227,7 @@ json value(const CalibrationRow& c) {
 json value(const ComparedPose& p) {
   return {{"sweep", p.sweep},
           {"pose", p.pose},
-          {"index", p.index},
+          {"index", p.at.pose},
           {"control_deg", p.control_deg},
           {"code", p.code},
           {"unit", p.unit},

@@ -180,7 +180,7 @@ int number_of(const std::string& name, const std::vector<SweepSeries>& sweeps) {
   return name.empty() || found == sweeps.end() ? -1 : static_cast<int>(found - sweeps.begin());
 }
 
-HuntedPose hunted_pose(Place p) {
+HuntedPose hunted_pose(Place p, const std::vector<SweepSeries>& sweeps) {
   HuntedPose h;
   h.code = p.at("code").text();
   h.unit = p.at("unit").text();
@@ -188,18 +188,20 @@ HuntedPose hunted_pose(Place p) {
   h.value = p.at("value").number();
   h.limit = p.at("limit").number();
   h.over = p.at("over").flag();
-  h.sweep = p.at("sweep").text();
+  const Place path = p.at("sweep");
+  h.sweep = number_of(path.text(), sweeps);
+  if (h.sweep < 0 && !path.text().empty()) path.refuse("names no sweep of the rig");
   p.done();
   return h;
 }
 
-PoseHunt hunt(Place p) {
+PoseHunt hunt(Place p, const std::vector<SweepSeries>& sweeps) {
   PoseHunt h;
   h.evaluations = p.at("evaluations").count();
   h.seed = p.at("seed").count();
   h.box = p.at("box").text();
   h.gap = share(p.at("gap"));
-  h.worst = p.at("worst").list(hunted_pose);
+  h.worst = p.at("worst").list([&](const Place& each) { return hunted_pose(each, sweeps); });
   h.notes = p.at("notes").list(text);
   p.done();
   return h;
@@ -282,9 +284,9 @@ RigResult rig(Place p) {
       p.optional("beside", r.beside, [](const Place& each) { return each.list(rig_headroom); });
   r.corners = p.optional("corners", r.corners, corners);
   r.search = p.optional("search", r.search, search);
-  r.hunt = p.optional("hunt", r.hunt, hunt);
   r.volume = p.optional("volume", r.volume, volume);
   r.sweeps = p.at("sweeps").list(sweep);
+  r.hunt = p.optional("hunt", r.hunt, [&](const Place& each) { return hunt(each, r.sweeps); });
   r.coverage = p.at("coverage").list(coverage);
   r.summary = p.at("summary").map(number);
   p.done();
@@ -454,7 +456,7 @@ ComparedPose compared_pose(Place p) {
   ComparedPose out;
   out.sweep = p.at("sweep").text();
   out.pose = p.at("pose").text();
-  out.index = p.at("index").integer();
+  out.at.pose = p.at("index").integer();
   out.control_deg = p.at("control_deg").number();
   out.code = p.at("code").text();
   out.unit = p.at("unit").text();

@@ -22,7 +22,7 @@ std::string hunt_summary(const PoseHunt& hunt) {
   std::string found, known;
   for (const HuntedPose& each : hunt.worst) {
     const Check* check = find_check(each.code);
-    if (!each.sweep.empty())
+    if (each.sweep >= 0)
       found += (found.empty() ? ": " : "; ") + each.code + " " +
                (check == nullptr ? "" : std::string(check->name) + " ") + significant(each.value) +
                " " + each.unit + " (limit " + significant(each.limit) + ") at " + each.pose;

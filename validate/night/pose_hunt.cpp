@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 
 #include "validate/files/output_folder.h"
 #include "validate/hunt/hunt.h"
@@ -95,7 +97,7 @@ RigHunt unpacked(const Ledger::Bytes& bytes, const RigRecord& rig, const Envelop
   out.hunt = {h.at(0), h.at(1), h.at(2), h.at(3), {}, h.at(5)};
   for (const json& each : h.at(4))
     out.hunt.worst.push_back(
-        {each.at(0), each.at(1), each.at(2), each.at(3), each.at(4), each.at(5), {}});
+        {each.at(0), each.at(1), each.at(2), each.at(3), each.at(4), each.at(5), -1});
   const json& v = value.at("volume");
   out.volume = {v.at(0), v.at(1), v.at(2), v.at(3), v.at(4), v.at(5), v.at(6), 0, 0, 0.0};
   for (const json& each : value.at("targets"))
@@ -228,13 +230,9 @@ RigHunt hunted(const HuntedCharacter& character, const HuntPlan& plan, const Rig
     out.hunt.notes = search.notes;
     for (const HuntWorst& each : search.worst) {
       const Check& check = *find_check(each.code);
-      out.hunt.worst.push_back({each.code,
-                                std::string(check.unit),
-                                each.pose.text(),
-                                each.value,
-                                each.limit,
-                                judge(check, each.value, each.limit) == Verdict::fail,
-                                {}});
+      out.hunt.worst.push_back({each.code, std::string(check.unit), each.pose.text(), each.value,
+                                each.limit, judge(check, each.value, each.limit) == Verdict::fail,
+                                -1});
     }
     out.targets = targets_of(rig, context, search);
   } catch (const solver::RigError& error) {  // it remembers earlier poses, or moves nothing here
@@ -245,7 +243,8 @@ RigHunt hunted(const HuntedCharacter& character, const HuntPlan& plan, const Rig
   return out;
 }
 
-/// The paths to what no sweep shows, planned; what the hunt saw is told which path shows it.
+/// The paths to what no sweep shows, planned; what the hunt saw is told which path shows it, where
+/// they follow the rig's own sweeps.
 std::vector<Sweep> paths_to(const RigRecord& rig, const std::vector<Target>& targets,
                             PoseHunt& hunt) {
   std::vector<Sweep> out;
@@ -261,14 +260,15 @@ std::vector<Sweep> paths_to(const RigRecord& rig, const std::vector<Target>& tar
       out.back().corner = false;  // chosen for being bad: no fair part of the corners' share
       known.push_back(words);
     }
+    const int sweep = static_cast<int>(rig.sweeps.size() + place);
     const auto seen = std::ranges::find(hunt.worst, target.code, &HuntedPose::code);
     if (seen != hunt.worst.end() && !is_flip(target.code)) {
-      seen->sweep = out[place].name;
+      seen->sweep = sweep;
     } else {
       // It lies on the way, and has no value before the way is measured.
       const double nan = std::numeric_limits<double>::quiet_NaN();
       hunt.worst.push_back({target.code, std::string(find_check(target.code)->unit),
-                            target.pose.text(), nan, nan, true, out[place].name});
+                            target.pose.text(), nan, nan, true, sweep});
     }
   }
   return out;
@@ -357,11 +357,10 @@ bool hunt_rigs(const HuntedCharacter& character, const HuntPlan& plan,
 }
 
 void confirm_flips(RigRecord& rig, const LimitSet& limits) {
-  const auto name_of = [](const SweepRecord& record) { return record.sweep.name; };
-  std::vector<std::string> in_vain;
+  std::set<int, std::greater<>> in_vain;  // the last first
   std::erase_if(rig.hunt.worst, [&](HuntedPose& each) {
-    if (each.sweep.empty() || !is_flip(each.code)) return false;
-    const SweepRecord& path = *std::ranges::find(rig.sweeps, each.sweep, name_of);
+    if (each.sweep < 0 || !is_flip(each.code)) return false;
+    const SweepRecord& path = rig.sweeps[static_cast<std::size_t>(each.sweep)];
     each.value = 0.0;
     if (each.code == "BB001") {
       for (const Jump& jump : path.flips.jumps) {
@@ -380,13 +379,15 @@ void confirm_flips(RigRecord& rig, const LimitSet& limits) {
     }
     each.limit = limits.of(each.code).value;
     if (judge(*find_check(each.code), each.value, each.limit) == Verdict::fail) return false;
-    in_vain.push_back(each.sweep);
+    in_vain.insert(each.sweep);
     return true;
   });
-  for (const std::string& name : in_vain)
-    if (std::ranges::find(rig.hunt.worst, name, &HuntedPose::sweep) == rig.hunt.worst.end())
-      std::erase_if(rig.sweeps,
-                    [&](const SweepRecord& record) { return record.sweep.name == name; });
+  for (const int path : in_vain) {
+    if (std::ranges::find(rig.hunt.worst, path, &HuntedPose::sweep) != rig.hunt.worst.end())
+      continue;
+    rig.sweeps.erase(rig.sweeps.begin() + path);
+    for (HuntedPose& each : rig.hunt.worst) each.sweep -= each.sweep > path ? 1 : 0;
+  }
   std::ranges::stable_sort(rig.hunt.worst, {}, &HuntedPose::code);
 }
 
@@ -417,12 +418,12 @@ void judge_samples(const Stage& stage, const BodyMetrics& body, bool judges_weig
 
 void drop_repeats(const RigRecord& rig, std::vector<Finding>& findings) {
   const auto is_hunted = [&](const Finding& finding) {
-    return !finding.sweep.empty() && std::ranges::find(rig.hunt.worst, finding.sweep,
-                                                       &HuntedPose::sweep) != rig.hunt.worst.end();
+    return finding.at.sweep >= 0 && std::ranges::find(rig.hunt.worst, finding.at.sweep,
+                                                      &HuntedPose::sweep) != rig.hunt.worst.end();
   };
   const auto is_after = [&](const Finding& finding) {
     return std::ranges::any_of(rig.hunt.worst, [&](const HuntedPose& each) {
-      return each.sweep == finding.sweep && each.code == finding.code;
+      return each.sweep == finding.at.sweep && each.code == finding.code;
     });
   };
   const auto badness = [](const Finding& finding) {
@@ -432,7 +433,7 @@ void drop_repeats(const RigRecord& rig, std::vector<Finding>& findings) {
   std::erase_if(findings, [&](const Finding& finding) {
     if (!is_hunted(finding) || is_after(finding)) return false;
     return std::ranges::any_of(all, [&](const Finding& other) {
-      return other.code == finding.code && other.sweep != finding.sweep &&
+      return other.code == finding.code && other.at.sweep != finding.at.sweep &&
              (is_after(other) || !is_hunted(other)) &&
              (other.inside_envelope || !finding.inside_envelope) &&
              kWorse * badness(other) >= badness(finding);

@@ -33,7 +33,7 @@ bool hunt_rigs(const HuntedCharacter& character, const HuntPlan& plan,
 
 /// Takes value, pose and limit of a hunt's flips from their measured paths. Where a path shows
 /// none, the search saw what no measure confirms: nothing was found, and the path is removed unless
-/// another find is on it.
+/// another find is on it. Needs a rig that has no findings yet: they refer to sweeps by number.
 void confirm_flips(RigRecord& rig, const LimitSet& limits);
 
 /// `hunt even BB011`; of a second flip `hunt even BB001 2`. The same from night to night.

@@ -428,8 +428,8 @@ void hunts(Page& page, const Report& report) {
   for (const RigResult& rig : report.rigs) {
     const std::string who =
         visible(rig.rig) + (rig.mapping.empty() ? "" : "/" + visible(rig.mapping)) + ": ";
-    const bool found = std::ranges::any_of(
-        rig.hunt.worst, [](const HuntedPose& each) { return !each.sweep.empty(); });
+    const bool found =
+        std::ranges::any_of(rig.hunt.worst, [](const HuntedPose& each) { return each.sweep >= 0; });
     if (const std::string text = hunt_summary(rig.hunt); !text.empty())
       page.headed("  hunt      ", who + visible(text), Ink::dim, found ? Ink::yellow : Ink::plain);
     if (const std::string text = volume_summary(rig.volume); !text.empty())

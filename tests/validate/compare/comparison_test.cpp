@@ -122,7 +122,7 @@ TEST(Comparing, PathsToWhatASearchFoundAreEachRigsOwn) {
     SweepSeries path = rig({0, kink}, {1, 1}).sweeps.front();
     path.sweep = "hunt even BB010";
     result.sweeps.push_back(path);
-    result.hunt.worst = {{"BB010", "deg", "side 1", kink, kKinkLimit, true, path.sweep}};
+    result.hunt.worst = {{"BB010", "deg", "side 1", kink, kKinkLimit, true, 1}};
     return result;
   };
   const Comparison comparison = compare_results(with_find(90), with_find(5), "a", "b");

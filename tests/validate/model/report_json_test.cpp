@@ -57,11 +57,14 @@ TEST(ReportJson, KeepsWhatWasSearchedAndHowMuchIsCleanApart) {
   RigResult& rig = report.rigs.front();
   EXPECT_FALSE(nlohmann::json::parse(report_json(report))["rigs"][0].contains("hunt"));
   rig.hunt = {177, 3, "side -45..45", 0.04, {}, {"not searched: it has no twist"}};
-  rig.hunt.worst = {{"BB011", "deg", "side 40", 31.5, 25, true, "hunt even BB011"},
-                    {"BB030", "ratio", "side 45", 0.9, 0.75, false, ""}};
+  rig.hunt.worst = {{"BB011", "deg", "side 40", 31.5, 25, true, 1},
+                    {"BB030", "ratio", "side 45", 0.9, 0.75, false, -1}};
   rig.volume = {"side -45..45", true, 0.875, 1.0, 0.125, 8.0, "", 59, 58, 0.92};
   const std::string text = report_json(report);
   EXPECT_EQ(report_json(parse_report(text)), text);
+  EXPECT_EQ(nlohmann::json::parse(text)["rigs"][0]["hunt"]["worst"][0]["sweep"], "side");
+  EXPECT_EQ(parse_report(text).rigs[0].hunt.worst[0].sweep, 1);
+  EXPECT_EQ(parse_report(text).rigs[0].hunt.worst[1].sweep, -1);
   const auto volume = nlohmann::json::parse(text)["rigs"][0]["volume"];
   EXPECT_EQ(volume["certified"]["share"], 0.875);
   EXPECT_EQ(volume["searched"]["clean"], 58);
@@ -72,8 +75,14 @@ TEST(ReportJson, KeepsWhatWasSearchedAndHowMuchIsCleanApart) {
   const auto without = nlohmann::json::parse(report_json(report))["rigs"][0]["volume"];
   EXPECT_TRUE(without["certified"].is_null());
   EXPECT_EQ(without["not_certified"], "not on boxes");
-  // More clean poses than were looked at, and shares that are none, are refused.
+  // More clean poses than were looked at, shares that are none, and paths that are no sweep of the
+  // rig are refused.
   auto damaged = nlohmann::json::parse(text);
+  damaged["rigs"][0]["hunt"]["worst"][0]["sweep"] = "hunt even BB011";
+  EXPECT_NE(complaint(damaged.dump()).find("worst[0].sweep: names no sweep of the rig"),
+            std::string::npos)
+      << complaint(damaged.dump());
+  damaged = nlohmann::json::parse(text);
   damaged["rigs"][0]["volume"]["searched"]["clean"] = 60;
   EXPECT_NE(complaint(damaged.dump()).find("more clean poses than poses"), std::string::npos);
   damaged = nlohmann::json::parse(text);

@@ -9,7 +9,7 @@ PoseHunt hunt() {
   PoseHunt out;
   out.evaluations = 177;
   out.box = "side -45..45";
-  out.worst = {{"BB030", "ratio", "side 45", 0.9, 0.75, false, ""}};
+  out.worst = {{"BB030", "ratio", "side 45", 0.9, 0.75, false, -1}};
   return out;
 }
 
@@ -20,8 +20,8 @@ TEST(HuntSummary, OfNoFindSaysHowManyPosesWereSearchedAndNoMore) {
 
 TEST(HuntSummary, NamesEachFindAndWhatTheSweepsShowAsBad) {
   PoseHunt some = hunt();
-  some.worst.push_back({"BB011", "deg", "side 40", 31.5, 25, true, "hunt even BB011"});
-  some.worst.push_back({"BB036", "deg", "side 45", 16, 15, true, ""});
+  some.worst.push_back({"BB011", "deg", "side 40", 31.5, 25, true, 3});
+  some.worst.push_back({"BB036", "deg", "side 45", 16, 15, true, -1});
   EXPECT_EQ(hunt_summary(some),
             "searched 177 poses of side -45..45: BB011 mesh kink 31.5 deg (limit 25) at side 40; "
             "over the limit as in the sweeps, which judge it: BB036");

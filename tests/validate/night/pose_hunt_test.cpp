@@ -16,8 +16,8 @@ constexpr const char* kPath = "hunt even BB011";
 RigRecord hunted_rig() {
   RigRecord rig;
   rig.plan.name = "even";
-  rig.hunt.worst = {{"BB011", "deg", "extension 40, side 30", 60.0, 25.0, true, kPath},
-                    {"BB030", "ratio", "side 45", 0.7, 0.75, true, ""}};
+  rig.hunt.worst = {{"BB011", "deg", "extension 40, side 30", 60.0, 25.0, true, 1},
+                    {"BB030", "ratio", "side 45", 0.7, 0.75, true, -1}};
   return rig;
 }
 
@@ -25,6 +25,7 @@ Finding finding(const std::string& code, const std::string& sweep, double value,
                 bool inside = true) {
   Finding out;
   out.code = code;
+  out.at.sweep = sweep == kPath ? 1 : 0;
   out.sweep = sweep;
   out.value = value;
   out.limit = limit;
@@ -49,8 +50,8 @@ TEST(HuntName, IsTheSameEveryNightAndCountsASecondFlip) {
 RigRecord rig_with_flips(const std::vector<double>& gains, const std::vector<double>& jumps_deg) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   RigRecord rig;
-  rig.hunt.worst = {{"BB002", "deg/deg", "side 40", nan, nan, true, "near"},
-                    {"BB001", "deg", "side 40", nan, nan, true, "jump"}};
+  rig.hunt.worst = {{"BB002", "deg/deg", "side 40", nan, nan, true, 0},
+                    {"BB001", "deg", "side 40", nan, nan, true, 1}};
   rig.sweeps.resize(2);
   rig.sweeps[0].sweep = named_pose("near", {}, {.side = 40.0});
   rig.sweeps[1].sweep = named_pose("jump", {}, {.side = 40.0});
@@ -87,9 +88,18 @@ TEST(FlipsOfAHunt, ThatNoMeasureConfirmsAreNotFoundAndTheirPathsGo) {
   EXPECT_TRUE(rig.sweeps.empty());
 }
 
+TEST(FlipsOfAHunt, AreStillOnTheirPathsWhereOneBeforeThemGoes) {
+  RigRecord rig = rig_with_flips({1.0}, {90.0});  // the first path shows no flip
+  confirm_flips(rig, LimitSet());
+  ASSERT_EQ(rig.hunt.worst.size(), 1u);
+  ASSERT_EQ(rig.sweeps.size(), 1u);
+  EXPECT_EQ(rig.hunt.worst[0].sweep, 0);
+  EXPECT_EQ(rig.sweeps[0].sweep.name, "jump");
+}
+
 TEST(FlipsOfAHunt, LeaveAPathThatAnotherFindIsOn) {
   RigRecord rig = rig_with_flips({1.0}, {90.0});
-  rig.hunt.worst.push_back({"BB011", "deg", "side 40", 60.0, 25.0, true, "near"});
+  rig.hunt.worst.push_back({"BB011", "deg", "side 40", 60.0, 25.0, true, 0});
   confirm_flips(rig, LimitSet());
   ASSERT_EQ(rig.hunt.worst.size(), 2u);
   EXPECT_EQ(rig.hunt.worst[1].code, "BB011");
