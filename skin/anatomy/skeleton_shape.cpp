@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 #include "skin/character/matrix_facts.h"
 #include "skin/deform/skinning.h"
@@ -238,6 +239,27 @@ std::optional<glm::dvec3> shared_direction(const Character& character, const Ske
   return best;
 }
 
+/// Whether a name begins with Blender's mark of bones that deform, `DEF-`, behind any namespace.
+bool is_marked_deforming(std::string_view name) {
+  constexpr std::string_view kMark = "DEF-";
+  const std::size_t space = name.find_last_of(":|");
+  return name.substr(space == std::string_view::npos ? 0 : space + 1).starts_with(kMark);
+}
+
+/// A rig that marks the bones that deform says of all others that they do not: its torso, hips and
+/// chest are what an animator holds, and the bones of the mechanism lie in the same places.
+void find_mechanism(const Character& character, SkeletonShape& shape) {
+  constexpr double kNearlyAll = 0.99;
+  double all = 0.0, marked = 0.0;
+  for (std::size_t n = 0; n < shape.weight.size(); ++n) {
+    all += shape.weight[n];
+    if (is_marked_deforming(character.nodes[n].name)) marked += shape.weight[n];
+  }
+  if (all <= 0.0 || marked < kNearlyAll * all) return;
+  for (std::size_t n = 0; n < shape.weight.size(); ++n)
+    shape.is_mechanism[n] = !is_marked_deforming(character.nodes[n].name) && shape.weight[n] <= 0.0;
+}
+
 }  // namespace
 
 bool SkeletonShape::is_ancestor(const Character& character, int above, int below) const {
@@ -252,6 +274,7 @@ SkeletonShape measure_skeleton(const Character& character) {
   SkeletonShape shape;
   shape.children.resize(count);
   shape.is_joint.assign(count, false);
+  shape.is_mechanism.assign(count, false);
   shape.weight.assign(count, 0.0);
   shape.farthest.assign(count, -1);
   shape.reach.assign(count, 0.0);
@@ -274,6 +297,7 @@ SkeletonShape measure_skeleton(const Character& character) {
   // A joint that moves vertices is not an end marker: some rigs' wrists are `arm_end`.
   for (std::size_t n = 0; n < count; ++n)
     if (shape.weight[n] >= 1.0 && !shape.name[n].tip) shape.name[n].end = false;
+  find_mechanism(character, shape);
   measure_reach(character, shape);
   constexpr glm::dvec3 kAxes[] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
   find_pairs(character, shape, kAxes);

@@ -21,6 +21,7 @@ struct SkeletonShape {
   std::vector<NameFacts> name;
   std::vector<std::vector<int>> children;
   std::vector<bool> is_joint;        // moves vertices, or could
+  std::vector<bool> is_mechanism;    // by its name no bone that deforms, in a rig that names these
   std::vector<double> weight;        // vertices moved, in sum of weights
   std::vector<double> weight_below;  // of the node and all its descendants
   std::vector<glm::dvec3> position;

@@ -1,7 +1,9 @@
 #include "skin/anatomy/spine_finder.h"
 
 #include <algorithm>
+#include <functional>
 #include <glm/geometric.hpp>
+#include <optional>
 
 #include "skin/anatomy/anatomy_hints.h"
 #include "skin/character/printable.h"
@@ -54,7 +56,8 @@ std::vector<int> central_children(const SkeletonShape& shape, int node) {
     const bool paired = std::any_of(
         shape.pairs.begin(), shape.pairs.end(),
         [&](const MirrorPair& pair) { return pair.left == child || pair.right == child; });
-    if (shape.is_joint[static_cast<Index>(child)] && !paired && !name.control && !name.end &&
+    if (shape.is_joint[static_cast<Index>(child)] &&
+        !shape.is_mechanism[static_cast<Index>(child)] && !paired && !name.control && !name.end &&
         name.side == Side::none)
       out.push_back(child);
   }
@@ -91,6 +94,21 @@ int head_by_topology(const SkeletonShape& shape, int attach) {
   return node;
 }
 
+/// What is called a head, the heaviest with what hangs from it first: the first of a chain of heads
+/// carries the others.
+std::vector<int> heads_by_name(const SkeletonShape& shape) {
+  std::vector<int> heads;
+  for (Index n = 0; n < shape.name.size(); ++n) {
+    const NameFacts& name = shape.name[n];
+    if (name.part == BodyPart::head && name.side == Side::none && !name.end && !name.control &&
+        shape.is_joint[n] && !shape.is_mechanism[n])
+      heads.push_back(static_cast<int>(n));
+  }
+  std::ranges::stable_sort(heads, std::greater(),
+                           [&](int head) { return shape.weight_below[static_cast<Index>(head)]; });
+  return heads;
+}
+
 class EndFinder {
  public:
   EndFinder(const Character& character, const SkeletonShape& shape,
@@ -99,6 +117,17 @@ class EndFinder {
 
   SpineEnds find() {
     if (find_single_chain()) return std::move(out_);
+    // The heaviest that is called a head, unless it hangs beside the body, as a skull may.
+    std::optional<SpineEnds> first;
+    for (const int head : heads_by_name(shape_)) {
+      out_ = {};
+      out_.head = head;
+      say("head: " + name_of(character_, head) + " by its name");
+      find_hip();
+      if (out_.hip >= 0) return std::move(out_);
+      if (!first) first = out_;
+    }
+    if (first) return std::move(*first);
     find_head();
     if (out_.head >= 0) find_hip();
     return std::move(out_);
@@ -106,12 +135,18 @@ class EndFinder {
 
  private:
   void say(const std::string& reason) { out_.reasons.push_back(reason); }
+  bool is_mechanism(int node) const { return shape_.is_mechanism[static_cast<Index>(node)]; }
+  /// A joint, of which neither its own name nor the others' say that it is a control.
+  bool is_of_body(int node) const {
+    return shape_.is_joint[static_cast<Index>(node)] &&
+           !shape_.name[static_cast<Index>(node)].control && !is_mechanism(node);
+  }
 
   /// A skeleton without a fork has one reading: all of it.
   bool find_single_chain() {
     std::vector<int> joints;
     for (Index n = 0; n < shape_.is_joint.size(); ++n)
-      if (shape_.is_joint[n] && !shape_.name[n].control) joints.push_back(static_cast<int>(n));
+      if (is_of_body(static_cast<int>(n))) joints.push_back(static_cast<int>(n));
     for (Index k = 1; k < joints.size(); ++k)
       if (!shape_.is_ancestor(character_, joints[k - 1], joints[k])) return false;
     if (joints.size() < 2) return false;
@@ -130,8 +165,6 @@ class EndFinder {
   }
 
   void find_head() {
-    out_.head = head_by_name(shape_);
-    if (out_.head >= 0) return say("head: " + name_of(character_, out_.head) + " by its name");
     // Two pairs of limbs on one line fix the body between them; the head lies beyond the upper.
     int upper = -1, lower = -1;
     for (const LimbPair& limb : limbs_) {
@@ -176,7 +209,7 @@ class EndFinder {
     for (Index n = 0; n < shape_.name.size(); ++n) {
       const int node = static_cast<int>(n);
       const NameFacts& name = shape_.name[n];
-      if (name.part != BodyPart::hip || name.control || name.end || !shape_.is_joint[n]) continue;
+      if (name.part != BodyPart::hip || name.end || !is_of_body(node)) continue;
       const int common = common_ancestor(character_, node, out_.head);
       if (common < 0 || common == node || common == out_.head) continue;
       const auto c = static_cast<Index>(common);
@@ -193,7 +226,7 @@ class EndFinder {
     const auto path = path_from_root(character_, out_.head);
     for (const int node : path) {
       const NameFacts& name = shape_.name[static_cast<Index>(node)];
-      if (name.part == BodyPart::hip && !name.control && node != out_.head) {
+      if (name.part == BodyPart::hip && !name.control && !is_mechanism(node) && node != out_.head) {
         out_.hip = node;
         return say("hips: " + name_of(character_, node) + " by its name");
       }
@@ -207,9 +240,7 @@ class EndFinder {
     const int start = legs < 0 ? path.front() : common_ancestor(character_, legs, out_.head);
     const auto begin = std::find(path.begin(), path.end(), start);
     const auto found = std::find_if(begin, path.end(), [&](int node) {
-      const NameFacts& name = shape_.name[static_cast<Index>(node)];
-      return shape_.is_joint[static_cast<Index>(node)] && !name.control &&
-             !is_scene_root(shape_, node);
+      return is_of_body(node) && !is_scene_root(shape_, node);
     });
     if (found == path.end() || *found == out_.head) {
       if (find_body_below_head()) return;
@@ -297,17 +328,8 @@ std::vector<LimbPair> find_limbs(const Character& character, const SkeletonShape
 }
 
 int head_by_name(const SkeletonShape& shape) {
-  int best = -1;
-  for (Index n = 0; n < shape.name.size(); ++n) {
-    const NameFacts& name = shape.name[n];
-    if (name.part != BodyPart::head || name.side != Side::none || name.end || name.control ||
-        !shape.is_joint[n])
-      continue;
-    // The first of a chain of heads carries the others.
-    if (best < 0 || shape.weight_below[n] > shape.weight_below[static_cast<Index>(best)])
-      best = static_cast<int>(n);
-  }
-  return best;
+  const std::vector<int> heads = heads_by_name(shape);
+  return heads.empty() ? -1 : heads.front();
 }
 
 SpineEnds find_spine_ends(const Character& character, const SkeletonShape& shape,

@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
+#include <tuple>
 
 #include "skin/character/joint_names.h"
 #include "tests/skin/stick_figure.h"
@@ -933,6 +934,51 @@ TEST(Anatomy, IgnoresControlsAndEndMarkers) {
   EXPECT_EQ(names_of(character, anatomy.spine),
             (Names{"hips", "spine_1", "spine_2", "neck", "head"}));
   EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"clavicle.L", "arm.L", "hand.L"}));
+}
+
+TEST(Anatomy, PrefersBonesThatAreMarkedAsDeformingToTheMechanismBesideThem) {
+  Character character;
+  character.file_name = "beast.glb";
+  const auto control = [&](const std::string& name, int parent, const glm::dvec3& at) {
+    const int node = add_node(character, name, parent, at);
+    character.joints.push_back({node, glm::inverse(character.nodes.back().world_from_node)});
+    return node;
+  };
+  const auto bone = [&](const std::string& name, int parent, const glm::dvec3& at) {
+    const int node = add_node(character, name, parent, at);
+    stick_vertex(character, node);
+    return node;
+  };
+  const int root = control("root", -1, glm::dvec3(0.0));
+  // What an animator holds, hips first, with a head that carries a bone of its own.
+  int held = control("hips", root, {0, 1.0, -0.6});
+  held = control("torso", held, {0, 1.0, -0.3});
+  held = control("chest", held, {0, 1.0, 0.2});
+  const int ribs = held;
+  held = control("neck", held, {0, 1.1, 0.5});
+  held = control("head", held, {0, 1.5, 0.8});
+  bone("DEF-skull", held, {0, 1.55, 0.85});
+  bone("DEF-skull.001", held, {0, 1.6, 0.85});
+  int last = root;
+  Names spine;
+  for (const auto& [name, y, z] :
+       {std::tuple("DEF-spine.001", 1.0, -0.6), std::tuple("DEF-spine.002", 1.0, -0.3),
+        std::tuple("DEF-spine.003", 1.0, 0.0), std::tuple("DEF-spine.004", 1.0, 0.2),
+        std::tuple("DEF-neck", 1.1, 0.5), std::tuple("DEF-head", 1.5, 0.8)}) {
+    last = bone(name, last, {0, y, z});
+    spine.push_back(name);
+  }
+  for (const double side : {1.0, -1.0}) {
+    const std::string end = side > 0.0 ? ".L" : ".R";
+    const int shoulder = control("ORG-shoulder" + end, ribs, {0.1 * side, 0.9, 0.25});
+    const int arm = bone("DEF-shoulder" + end, shoulder, {0.1 * side, 0.9, 0.25});
+    bone("DEF-hand" + end, bone("DEF-arm" + end, arm, {0.15 * side, 0.7, 0.25}),
+         {0.15 * side, 0.0, 0.25});
+    const int pelvis = control("ORG-pelvis" + end, root, {0.1 * side, 0.9, -0.6});
+    const int thigh = bone("DEF-thigh" + end, pelvis, {0.12 * side, 0.8, -0.6});
+    bone("DEF-foot" + end, thigh, {0.15 * side, 0.0, -0.6});
+  }
+  EXPECT_EQ(names_of(character, find_anatomy(character).spine), spine);
 }
 
 TEST(JointNames, AreReadWhateverTheirDialect) {
