@@ -646,6 +646,15 @@ class Proposals(RigTest, CommandTest):
         self.assertEqual(self.findings(report, "BB049"), [])
         self.assertEqual({row["channel"] for row in report["rigs"][0]["headroom"] if row["measured"]}, {"extension", "flexion", "twist"})
 
+    def test_a_control_that_is_held_above_the_chest_is_scaled(self):
+        """Its three joints take a third each, and the chest that is judged is the second of them."""
+        told = self.assert_runs("inspect", self.body, "--chest", "chest", "--rig", self.fk("ik"), "--save").stdout
+        self.assertRegex(told, r"extension +spine_C0_ik1_ctl X -1.5 a degree: 100 % arrive at the chest")
+        self.assertRegex(told, r"held above the chest, which gets 67 % of its turn about every axis")
+        result = self.backbend("check", self.body, "--rig", self.fk("ik"), "--envelope", "human", "--quick", "-o", "run")
+        report = json.loads((self.folder / "run/report.json").read_text())
+        self.assertEqual(self.findings(report, "BB049") + self.findings(report, "BB040"), [], result.stdout)
+
     def test_a_rig_without_such_a_control_and_other_words_are_refused(self):
         self.assert_refused("inspect", self.body, "--chest", "neck", "--rig", self.fk("none"), "--quiet", names=["none of its 2 controls"])
         self.assert_refused("inspect", self.body, "--rig", "even", code=USAGE, names=["--rig", "blender:FILE"])

@@ -7,6 +7,7 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <utility>
 
 #include "skin/character/printable.h"
 #include "validate/live/external_rig.h"
@@ -28,6 +29,9 @@ constexpr double kLeastShare = 0.5, kMostAcross = 0.5, kMostHips = 0.1;
 // A control that bends so many joints is one for the whole spine. And how far apart along it, in
 // joints, two controls bend that are two of a chain.
 constexpr double kSeveral = 1.5, kApart = 0.5;
+// A control that is held above the chest turns it by the same share about every axis: how far the
+// shares may be apart, and from which on a control counts as one of the chest itself.
+constexpr double kSameShare = 0.05, kWhole = 0.95;
 
 // Extension, side, twist.
 constexpr std::array<std::string_view, 3> kAxes = {"extension", "side", "twist"};
@@ -244,6 +248,22 @@ std::vector<const ControlResponse*> controls_of(const std::vector<ControlRespons
   return chain_of(responses, axis);
 }
 
+/// Of one control that stands for all three channels: the share of its turn that arrives at the
+/// chest, where that is the same about every axis, as it is where the control is held above the
+/// chest. Else 1: what is lost about one axis alone is the rig's.
+double share_of_held(const std::array<std::vector<const ControlResponse*>, 3>& chosen) {
+  double least = 1.0, most = 0.0;
+  for (Index axis = 0; axis < 3; ++axis) {
+    if (chosen[axis].size() != 1 || !chosen[axis][0]->property.empty() ||
+        chosen[axis][0]->control != chosen[0][0]->control)
+      return 1.0;
+    const double share = std::abs(chosen[axis][0]->share[static_cast<int>(axis)]);
+    least = std::min(least, share);
+    most = std::max(most, share);
+  }
+  return most < kWhole && most - least <= kSameShare ? 0.5 * (least + most) : 1.0;
+}
+
 }  // namespace
 
 std::vector<skin::SidecarControl> ProposedMapping::controls() const {
@@ -276,13 +296,25 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
   for (Index i = 1; i < std::min<Index>(ranked.size(), 4); ++i)
     out.others.push_back(ranked[i].second);
 
+  std::array<std::vector<const ControlResponse*>, 3> chosen;
   for (int axis = 0; axis < 3; ++axis) {
-    auto chosen = controls_of(responses, axis, ranked.empty() ? "" : ranked.front().second);
-    if (chosen.empty()) chosen = controls_of(properties, axis, "");
+    auto& some = chosen[static_cast<Index>(axis)];
+    some = controls_of(responses, axis, ranked.empty() ? "" : ranked.front().second);
+    if (some.empty()) some = controls_of(properties, axis, "");
+  }
+  const double held = share_of_held(chosen);
+  out.held_above = held < 1.0 ? held : 0.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto& some = chosen[static_cast<Index>(axis)];
     ProposedChannel channel;
     channel.channel = kAxes[static_cast<Index>(axis)];
-    for (const ControlResponse* each : chosen)
-      channel.controls.push_back(control_of(*each, axis, chosen.size()));
+    for (const ControlResponse* each : some) {
+      channel.controls.push_back(control_of(*each, axis, some.size()));
+      if (held < 1.0) {  // per_degree has the sign
+        skin::SidecarControl& last = channel.controls.back();
+        last.per_degree = std::exchange(last.sign, 1) / held;
+      }
+    }
     if (channel.controls.empty()) {
       out.missing.push_back(channel.channel);
       if (axis == 0) out.missing.emplace_back("flexion");
@@ -328,14 +360,19 @@ std::string proposal_text(const ProposedMapping& proposal) {
     for (Index i = 0; i < channel.controls.size(); ++i) {
       const skin::SidecarControl& each = channel.controls[i];
       text += (i > 0 ? ", " : "") + skin::printable(each.control) + " " +
-              (each.property.empty() ? (each.sign < 0 ? "-" : "+") + each.axis
-                                     : skin::printable(each.property) + " " +
-                                           number_text(each.per_degree) + " a degree");
+              (!each.property.empty()   ? skin::printable(each.property)
+               : each.per_degree != 0.0 ? each.axis
+                                        : (each.sign < 0 ? "-" : "+") + each.axis) +
+              (each.per_degree != 0.0 ? " " + number_text(each.per_degree) + " a degree" : "");
     }
     if (channel.controls.size() > 1) text += ", shared equally";
     text += ": " + number_text(100.0 * channel.share, 0) + " % arrive at the chest, over " +
             number_text(100.0 * channel.over, 0) + " % of the joints\n";
   }
+  if (proposal.held_above > 0.0)
+    text += "             held above the chest, which gets " +
+            number_text(100.0 * proposal.held_above, 0) +
+            " % of its turn about every axis: scaled, so that the chest turns as asked\n";
   for (const std::string& channel : proposal.missing)
     text += "  " + channel + std::string(11 - channel.size(), ' ') +
             "no control turns the chest so: not measured\n";

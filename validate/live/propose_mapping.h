@@ -23,6 +23,7 @@ struct ProposedMapping {
   std::size_t tried = 0;             // controls
   std::size_t properties_tried = 0;  // of them
   std::vector<ProposedChannel> channels;
+  double held_above = 0.0;  // what the chest gets of the turn of a control above it; 0: none
   std::vector<std::string> missing;  // channels that no control stands for
   std::vector<std::string> others;   // controls that would do as well, best first
   /// For a sidecar: without opposites.
@@ -32,7 +33,9 @@ struct ProposedMapping {
 /// Turns every control of a rig by itself, by 20 degrees about each of its axes, and takes those
 /// that turn the chest against the hips about the axis of a body channel, leave the hips where they
 /// are, and turn little about the others. One control that bends several joints is taken before a
-/// chain of controls that bend one each, of which all are taken together. A channel that no
+/// chain of controls that bend one each, of which all are taken together. One
+/// control for all channels of which the chest gets the same share about every axis is held above
+/// the chest, and scaled. A channel that no
 /// rotation stands for may have a property (a scalar channel), tried at half of the way to an end
 /// of its range, else one unit on. Throws as ExternalRig
 /// does, and solver::RigError where no control bends the spine.
