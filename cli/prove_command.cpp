@@ -9,6 +9,7 @@
 #include "validate/prove/certificate_check.h"
 #include "validate/prove/proof_text.h"
 #include "validate/stage/stage.h"
+#include "validate/sweeps/external_spec.h"
 #include "validate/text/escape.h"
 #include "validate/verdicts/exit_code.h"
 
@@ -39,6 +40,8 @@ int run_proof(const Options& options, const Common& common) {
   Certificate proof;
   ProofQuestion& q = proof.question;
   q.rig = read_rig(options.rig).spec;
+  if (is_external(q.rig))
+    throw ProofError("a rig of your own cannot be proved, only searched: backbend hunt");
   q.chain = straight_chain();
   Envelope envelope = *find_envelope("human");
   if (!options.character.empty()) {

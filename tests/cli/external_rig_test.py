@@ -102,6 +102,25 @@ for line in iter(sys.stdin.buffer.readline, b""):
 """
 
 
+# A server of which the second that is started is another: argument 1 says how, 2 is a file that the first one makes, 3 the skeleton.
+TWIN_SERVER = """
+import json, sys
+sys.path.insert(0, {bridges!r})
+import backbend_rig, example_rig
+how, first, skeleton = sys.argv[1:4]
+try:
+    open(first, "x").close()
+    how = ""
+except FileExistsError:
+    pass
+rig = example_rig.Rig(json.load(open(skeleton)), {{"flip": [("extension", 20.0, 30.0)]}} if how == "poses" else {{}})
+joints = rig.declared()
+if how == "joints":
+    joints.append(("extra", 0, joints[0][2]))
+backbend_rig.serve([(name, "rotation", 0.0) for name in example_rig.CHANNELS], joints, rig.pose)
+"""
+
+
 def skeleton_of(path, spine):
     """What example_rig.py takes: names, parents and places of a GLB's nodes."""
     data = path.read_bytes()
@@ -785,6 +804,20 @@ class BadServers(RigTest, CommandTest):
         for how, words in (("nanpoint", ["point 2", "not finite"]), ("nopoints", ["points of an answer"]),
                            ("movedpoints", ["does not stand at rest", "vertex"])):
             self.assert_one_line(self.bad(how), *words)
+
+    def twins(self, how):
+        server = self.write("twin.py", TWIN_SERVER.format(bridges=str(BRIDGES)))
+        words = [sys.executable, "-B", server, how, self.folder / f"first {how}", self.skeleton]
+        return "command:" + " ".join(shlex.quote(str(word)) for word in words)
+
+    def test_two_servers_that_disagree_are_found(self):
+        on = ("check", self.body, "--chest", "neck", "--envelope", "human", "--quick", "--quiet", "--servers", "2", "-o", "run", "--rig")
+        told = self.backbend(*on, self.twins("joints"))
+        self.assertEqual((told.returncode, told.stdout, len(told.stderr.splitlines())), (BAD_INPUT, "", 1), told.stderr)
+        self.assertIn("two servers of it have different channels, joints or points", told.stderr)
+        self.assertEqual(self.backbend(*on, self.twins("poses")).returncode, 1)
+        found = self.findings(json.loads((self.folder / "run/report.json").read_text()), "BB044")
+        self.assertEqual([finding["verdict"] for finding in found], ["fail"])
 
     def test_a_server_that_fails_once_changes_nothing(self):
         whole = self.check(self.bad("fine"), out="whole")

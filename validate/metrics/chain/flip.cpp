@@ -199,7 +199,7 @@ class Search {
              leaves_[last + 1].a.t - leaves_[last].b.t < 0.5 * narrowest_)
         ++last;
       measure_jump(first, last);
-      if (stopped()) return;
+      if (!report_.finite || (stopped() && !report_.jumps.empty())) return;
       first = last + 1;
     }
   }

@@ -311,7 +311,7 @@ TEST(FindFlips, AnExhaustedBudgetIsNotACertificate) {
 
 TEST(FindFlips, ARigThatJumpsEverywhereIsNotCertifiedAndOneJumpIsTold) {
   const FlipRig rig = [](double t, FlipSample& sample) {  // on a half of all numbers, as it seems
-    const double place = 1e9 * t;
+    const double place = 1e9 * std::sqrt(2.0) * t;
     sample.turn = {rotation(kX * (place - std::floor(place) < 0.5 ? 1.0 : 0.0))};
   };
   const FlipReport report = find_flips(rig, {.intervals = 10, .budget = 500});
