@@ -38,6 +38,7 @@ void print(const solver::SolveFile& file, const SolveOptions& options, const Com
 
 int solve_file(const SolveOptions& options, const Common& common) {
   if (!options.pose.empty()) throw CLI::ValidationError("--pose needs --character");
+  options.external.apply_to({});
   solver::SolveFile file = solver::read_solve_file(options.file);
   if (options.at) {
     if (file.key.empty()) throw solver::RigError(file.name + ": --at, but it has no [[key]]");

@@ -249,13 +249,13 @@ bool is_marked_deforming(std::string_view name) {
 /// A rig that marks the bones that deform says of all others that they do not: its torso, hips and
 /// chest are what an animator holds, and the bones of the mechanism lie in the same places.
 void find_mechanism(const Character& character, SkeletonShape& shape) {
-  constexpr double kNearlyAll = 0.99;
+  constexpr double kMost = 0.5;  // hair or a hat may have bones of their own
   double all = 0.0, marked = 0.0;
   for (std::size_t n = 0; n < shape.weight.size(); ++n) {
     all += shape.weight[n];
     if (is_marked_deforming(character.nodes[n].name)) marked += shape.weight[n];
   }
-  if (all <= 0.0 || marked < kNearlyAll * all) return;
+  if (all <= 0.0 || marked < kMost * all) return;
   for (std::size_t n = 0; n < shape.weight.size(); ++n)
     shape.is_mechanism[n] = !is_marked_deforming(character.nodes[n].name) && shape.weight[n] <= 0.0;
 }

@@ -582,6 +582,8 @@ if kind in ("fk", "both"):
     controls.update({{f"spine_C0_fk{{k}}_ctl": [(joint, 1.0)] for k, joint in enumerate(spine[1:])}})
 if kind in ("ik", "both"):
     controls["spine_C0_ik1_ctl"] = [(joint, 1.0 / len(spine[1:])) for joint in spine[1:]]
+if kind == "weak":  # its turn gets lost: no joint has all of it
+    controls["spine_C0_ik1_ctl"] = [(joint, 0.7 / len(spine[1:])) for joint in spine[1:]]
 if kind == "none":
     controls["hand_ctl"] = []
 # Name: the axis that it turns the whole spine about, and by how many degrees for one unit.
@@ -673,6 +675,11 @@ class Proposals(RigTest, CommandTest):
         result = self.backbend("check", self.body, "--rig", self.fk("ik"), "--envelope", "human", "--quick", "-o", "run")
         report = json.loads((self.folder / "run/report.json").read_text())
         self.assertEqual(self.findings(report, "BB049") + self.findings(report, "BB040"), [], result.stdout)
+
+    def test_a_control_of_which_a_part_is_lost_everywhere_is_not_scaled_and_fails(self):
+        self.assertEqual(self.proposed("weak")["twist"], [("spine_C0_ik1_ctl", "ry", 1.0)])
+        self.assert_runs("inspect", self.body, "--chest", "neck", "--rig", self.fk("weak"), "--save")
+        self.assertTrue(self.findings(self.check(self.fk("weak"), code=1), "BB040"))
 
     def test_a_rig_without_such_a_control_and_other_words_are_refused(self):
         self.assert_refused("inspect", self.body, "--chest", "neck", "--rig", self.fk("none"), "--quiet", names=["none of its 2 controls"])

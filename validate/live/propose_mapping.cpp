@@ -13,6 +13,7 @@
 #include "validate/live/external_rig.h"
 #include "validate/metrics/chain/chain.h"
 #include "validate/metrics/math/rotation.h"
+#include "validate/metrics/surface/rigid_fit.h"
 #include "validate/sweeps/sweep.h"
 
 namespace backbend::validate {
@@ -29,8 +30,8 @@ constexpr double kLeastShare = 0.5, kMostAcross = 0.5, kMostHips = 0.1;
 // A control that bends so many joints is one for the whole spine. And how far apart along it, in
 // joints, two controls bend that are two of a chain.
 constexpr double kSeveral = 1.5, kApart = 0.5;
-// A control that is held above the chest turns it by the same share about every axis: how far the
-// shares may be apart, and from which on a control counts as one of the chest itself.
+// A control that is held above the chest turns it by the same share about every axis, and a joint
+// above it by all: how far the shares may be apart, and what counts as all.
 constexpr double kSameShare = 0.05, kWhole = 0.95;
 
 // Extension, side, twist.
@@ -88,10 +89,12 @@ class Prober {
  public:
   Prober(const solver::SystemSpec& spec, const skin::Character& character,
          const skin::Anatomy& anatomy)
-      : rig_(spec, character, anatomy, ExternalRig::ToBeTried{}) {
+      : rig_(spec, character, anatomy, ExternalRig::ToBeTried{}), node_(character.nodes) {
+    above_.assign(anatomy.spine.begin() + static_cast<std::ptrdiff_t>(anatomy.chest_index) + 1,
+                  anatomy.spine.end());
     const std::vector<glm::dvec3>& joint = rig_.rest().position;
-    const glm::dvec3 left = anatomy.left, chest = joint.back() - joint.front();
-    const glm::dvec3 along = glm::normalize(chest - left * glm::dot(chest, left));
+    const glm::dvec3 left = anatomy.left, whole = joint.back() - joint.front();
+    const glm::dvec3 along = glm::normalize(whole - left * glm::dot(whole, left));
     axis_ = {-left, -glm::cross(left, along), along};
     for (const solver::Channel& channel : rig_.channels()) rest_.push_back(channel.rest);
     // A bone that bends inside stands in the chain with its segments: the middle one speaks for it.
@@ -161,6 +164,24 @@ class Prober {
     return out;
   }
 
+  /// The most of a rotation's turn that arrives at a joint of the spine above the chest.
+  double arrives_above(const ControlResponse& response) const {
+    const std::string channel =
+        response.control + ".r" + static_cast<char>(response.axis[0] - 'X' + 'x');
+    std::vector<double> asked = rest_;
+    for (Index c = 0; c < asked.size(); ++c)
+      if (rig_.channels()[c].name == channel) asked[c] += radians_from(kTried_deg);
+    const solver::SpinePose pose = rig_.pose(asked, solver::Detail::all);
+    double most = 0.0;
+    for (const int node : pose.body ? above_ : std::vector<int>{}) {
+      const auto n = static_cast<Index>(node);
+      const glm::dquat turn = nearest_rotation(
+          glm::dmat3(pose.body->world_from_node[n] * glm::inverse(node_[n].world_from_node)));
+      most = std::max(most, glm::length(rotation_vector(glm::conjugate(pose.hip.turn) * turn)));
+    }
+    return most / radians_from(kTried_deg);
+  }
+
  private:
   /// By how much a property is changed: half of the way to an end of its range, else by 1.
   static double step_of(const RigChannel& property) {
@@ -184,6 +205,8 @@ class Prober {
   }
 
   ExternalRig rig_;
+  const std::vector<skin::Node>& node_;
+  std::vector<int> above_;  // nodes of the spine above the chest
   std::array<glm::dvec3, 3> axis_{};
   std::vector<double> rest_;
   std::vector<Index> middle_;  // of each bone, into the chain
@@ -302,7 +325,11 @@ ProposedMapping propose_mapping(const solver::SystemSpec& spec, const skin::Char
     some = controls_of(responses, axis, ranked.empty() ? "" : ranked.front().second);
     if (some.empty()) some = controls_of(properties, axis, "");
   }
-  const double held = share_of_held(chosen);
+  double held = share_of_held(chosen);
+  if (held < 1.0 && std::ranges::any_of(chosen, [&](const auto& one) {
+        return prober.arrives_above(*one.front()) < kWhole;
+      }))
+    held = 1.0;  // nowhere does all of it arrive: the rig loses it
   out.held_above = held < 1.0 ? held : 0.0;
   for (int axis = 0; axis < 3; ++axis) {
     const auto& some = chosen[static_cast<Index>(axis)];

@@ -17,7 +17,7 @@ constexpr double kLattice_deg = 15.0;  // of side and twist
 // A program that is asked takes milliseconds a pose. Of poses on paths: what the standard sweeps'
 // box has. Of those between them: a path with a jump or two takes fifteen for each of its poses,
 // one along singular poses any number.
-constexpr double kMostAsked = 4000.0;
+constexpr double kMostPoses = 4000.0;
 constexpr std::size_t kMostAskedOfPose = 40;
 constexpr double kStep_deg = 5.0;  // along the bend
 constexpr double kAround_deg = 16.0, kAroundStep_deg = 2.0;
@@ -105,7 +105,7 @@ Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps) 
 FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping mapping,
                            const Envelope& box, Progress* progress) {
   const bool external = external_rig(system) != nullptr;
-  const double most = external ? kMostAsked : std::numeric_limits<double>::infinity();
+  const double most = external ? kMostPoses : std::numeric_limits<double>::infinity();
   const std::vector<Sweep> paths = paths_in(box, lattice_step(box, most));
   if (progress) progress->start("search", paths.size());
   std::vector<FlipReport> flips(paths.size());
