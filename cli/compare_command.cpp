@@ -19,7 +19,7 @@ using namespace backbend::validate;
 
 enum class SideKind { rig, character, clip, run };
 
-struct Options : RunOptions {
+struct CompareOptions : RunOptions {
   std::string first, second, character, rig = "even", mapping = "chest", sweeps = "stress";
   ExternalOptions external;
   bool baked = false, dry_run = false;
@@ -61,13 +61,13 @@ SideKind kind_of(const std::string& text, bool baked) {
   return fs::exists(path, none) ? SideKind::clip : SideKind::rig;
 }
 
-int run_or_plan(RunRequest request, const Options& options, const Common& common) {
+int run_or_plan(RunRequest request, const CompareOptions& options, const Common& common) {
   options.apply_to(request);
   if (options.dry_run) return print_estimate(request, common);
   return run_and_print(std::move(request), common, options);
 }
 
-int compare_rigs(const Options& options, const Common& common) {
+int compare_rigs(const CompareOptions& options, const Common& common) {
   RigPlan proposed = read_rig(options.first), reference = read_rig(options.second);
   options.external.apply_to({&proposed, &reference});
   return run_or_plan(
@@ -76,14 +76,14 @@ int compare_rigs(const Options& options, const Common& common) {
       options, common);
 }
 
-int compare_characters(const Options& options, const Common& common) {
+int compare_characters(const CompareOptions& options, const Common& common) {
   return run_or_plan(compare_characters_request({options.first, options.second,
                                                  options.external.read_rig(options.rig),
                                                  *find_mapping(options.mapping), options.sweeps}),
                      options, common);
 }
 
-int compare_clips(const Options& options, const Common& common) {
+int compare_clips(const CompareOptions& options, const Common& common) {
   const auto judged = [&](const std::string& clip) {
     BakedOptions baked;
     baked.clip = clip;
@@ -101,7 +101,7 @@ int compare_clips(const Options& options, const Common& common) {
 
 /// Every rig that both runs have, under the same mapping; of one character each, whatever its name.
 std::vector<Comparison> compare_reports(const Report& before, const Report& now,
-                                        const Options& options) {
+                                        const CompareOptions& options) {
   const bool by_name = before.characters.size() != 1 || now.characters.size() != 1;
   const auto [first, second] = side_labels(options.first, options.second);
   std::vector<Comparison> comparisons;
@@ -117,7 +117,7 @@ std::vector<Comparison> compare_reports(const Report& before, const Report& now,
   return comparisons;
 }
 
-int compare_runs(const Options& options, const Common& common) {
+int compare_runs(const CompareOptions& options, const Common& common) {
   const auto read = [](const std::string& run) {
     const fs::path file = report_of(run);
     return parse_report(read_text(file), file.string());
@@ -136,7 +136,7 @@ int compare_runs(const Options& options, const Common& common) {
   return worse ? kExitFindings : kExitOk;
 }
 
-int run_compare(const Options& options, const Common& common) {
+int run_compare(const CompareOptions& options, const Common& common) {
   const SideKind kind = kind_of(options.first, options.baked);
   const SideKind other = kind_of(options.second, options.baked);
   if (kind != other)
@@ -160,7 +160,7 @@ int run_compare(const Options& options, const Common& common) {
 }  // namespace
 
 void add_compare(const Registry& registry) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompareOptions>();
   CLI::App* command =
       registry.add("compare", "compare two rigs, characters, clips or run folders, pose by pose",
                    [options, &common = registry.common] { return run_compare(*options, common); });

@@ -112,14 +112,14 @@ void print_text(const std::vector<Row>& rows, const std::optional<Project>& proj
   }
 }
 
-struct Options {
+struct ConfigOptions {
   std::string what;
   bool show_origin = false, json = false;
   CLI::App *app = nullptr, *command = nullptr;
 };
 
 /// The options of the program, the command, and all that follows it.
-std::vector<std::string> words_of(const Options& options) {
+std::vector<std::string> words_of(const ConfigOptions& options) {
   std::vector<std::string> words = job_arguments(*options.app, "");
   words.push_back(options.what);
   // No command has an option of this name, so it may stand last.
@@ -128,7 +128,7 @@ std::vector<std::string> words_of(const Options& options) {
   return words;
 }
 
-int print_command_line(const Options& options) {
+int print_command_line(const ConfigOptions& options) {
   Program program;
   std::vector<std::string> words = words_of(options);
   program.app.parse(std::vector<std::string>(words.rbegin(), words.rend()));
@@ -143,7 +143,7 @@ int print_command_line(const Options& options) {
   return 0;
 }
 
-int print_all(const Options& options) {
+int print_all(const ConfigOptions& options) {
   // What was said to all commands, before and after the word `config`; to one that takes nothing.
   std::vector<std::string> words = job_arguments(*options.app, "");
   for (const std::string& word : options.command->remaining()) words.push_back(word);
@@ -169,7 +169,7 @@ int print_all(const Options& options) {
   return 0;
 }
 
-int print_config(Options options, const Common& common) {
+int print_config(ConfigOptions options, const Common& common) {
   options.json = options.json || common.json;
   const auto is_command = [&](const CLI::App* each) { return each->get_name() == options.what; };
   if (!options.app->get_subcommands(is_command).empty()) {
@@ -187,7 +187,7 @@ int print_config(Options options, const Common& common) {
 }  // namespace
 
 void add_config(const Registry& registry) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ConfigOptions>();
   options->app = &registry.app;
   CLI::App* command =
       registry.add("config", "show the value of every option, and where it comes from",
@@ -198,7 +198,7 @@ void add_config(const Registry& registry) {
                       "working folder]");
   command->add_flag(kShowOrigin, options->show_origin,
                     "show the origin: default, project file and line, variable, command line");
-  // Options of the command line that follows are its own.
+  // ConfigOptions of the command line that follows are its own.
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->fallthrough(false)->allow_extras()->prefix_command();
 }

@@ -20,13 +20,13 @@ namespace fs = std::filesystem;
 
 namespace {
 
-struct Options {
+struct HistoryOptions {
   std::string file = "runs/history.jsonl", add, date, label, suite, character, rig, metric;
   std::vector<std::string> first_bad;
   int nights = static_cast<int>(kTrendNights);
 };
 
-int add_run(const Options& options, const Common& common) {
+int add_run(const HistoryOptions& options, const Common& common) {
   fs::path report = options.add;
   if (fs::is_directory(report)) report /= "report.json";
   const std::string date = options.date.empty() ? today() : options.date;
@@ -41,7 +41,7 @@ int add_run(const Options& options, const Common& common) {
   return 0;
 }
 
-int print_first_bad(const Options& options, const HistoryIndex& history) {
+int print_first_bad(const HistoryOptions& options, const HistoryIndex& history) {
   const std::string& character = options.first_bad[0];
   const std::string& code = options.first_bad[1];
   const std::vector<std::string> names = history.characters();
@@ -82,7 +82,8 @@ nlohmann::json json_of(const TrendTable& table) {
   return {{"schema", "backbend.history/1"}, {"nights", table.nights}, {"trends", trends}};
 }
 
-int print_history(const Options& options, const Common& common, const HistoryIndex& history) {
+int print_history(const HistoryOptions& options, const Common& common,
+                  const HistoryIndex& history) {
   // The last night's suite, unless another is asked for.
   const std::string suite = options.suite.empty() ? history.last_suite() : options.suite;
   const auto most = static_cast<std::size_t>(options.nights);
@@ -99,7 +100,7 @@ int print_history(const Options& options, const Common& common, const HistoryInd
 }  // namespace
 
 void add_history(const Registry& registry) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<HistoryOptions>();
   CLI::App* command =
       registry.add("history", "show each metric over the nights, and since when a check fails",
                    [options, &common = registry.common] {

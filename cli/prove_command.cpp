@@ -19,7 +19,7 @@ using namespace backbend::validate;
 
 namespace {
 
-struct Options {
+struct ProveOptions {
   std::string rig = "even", box = "envelope", mapping = "chest", character, output, check;
   skin::AnatomyHints hints;
   double gain = 8.0, smallest = 1.0;
@@ -36,7 +36,7 @@ int exit_code_of(const Certificate& proof) {
   return shares.open_boxes > 0 ? kExitNotMeasured : kExitOk;
 }
 
-int run_proof(const Options& options, const Common& common) {
+int run_proof(const ProveOptions& options, const Common& common) {
   Certificate proof;
   ProofQuestion& q = proof.question;
   q.rig = read_rig(options.rig).spec;
@@ -98,7 +98,7 @@ int run_proof(const Options& options, const Common& common) {
 
 /// `--check`: nothing of the certificate is believed. Where a rig, a box or a character is named,
 /// too, it must be theirs.
-int run_check(const Options& options, const Common& common, bool names_rig) {
+int run_check(const ProveOptions& options, const Common& common, bool names_rig) {
   const Certificate certificate = read_certificate(options.check);
   if (names_rig && rig_text(read_rig(options.rig).spec) != rig_text(certificate.question.rig)) {
     throw ProofError(options.check + ": a certificate of " + rig_text(certificate.question.rig) +
@@ -136,7 +136,7 @@ int run_check(const Options& options, const Common& common, bool names_rig) {
 }  // namespace
 
 void add_prove(const Registry& registry) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ProveOptions>();
   CLI::App* command = registry.add(
       "prove",
       "prove that a rig neither jumps nor whips at any pose of a box, or show where it does",

@@ -11,6 +11,8 @@ namespace backbend::python {
 
 namespace py = pybind11;
 
+inline py::ssize_t length(std::size_t n) { return static_cast<py::ssize_t>(n); }
+
 /// An array of numbers from Python, copied: dimensions, and the values in C order, all finite.
 struct Numbers {
   std::vector<py::ssize_t> shape;

@@ -26,8 +26,6 @@ using Index = std::size_t;
 using namespace pybind11::literals;
 using Shared = std::shared_ptr<const Character>;
 
-py::ssize_t length(Index n) { return static_cast<py::ssize_t>(n); }
-
 const skin::Character& mesh(const Shared& character) { return character->stage().character(); }
 
 Shared load(const std::filesystem::path& file, const std::string& chain, const std::string& hip,

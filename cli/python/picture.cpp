@@ -16,8 +16,6 @@ namespace {
 
 using namespace pybind11::literals;
 
-py::ssize_t length(std::size_t n) { return static_cast<py::ssize_t>(n); }
-
 int whole(const char* name, int value, int least, int most) {
   if (value < least || value > most)
     throw py::value_error(std::string(name) + ": expected " + std::to_string(least) + " to " +

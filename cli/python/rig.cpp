@@ -21,8 +21,6 @@ using namespace pybind11::literals;
 
 constexpr Index kPosesBetweenLooks = 4096;  // for signals: some milliseconds of work
 
-py::ssize_t length(Index n) { return static_cast<py::ssize_t>(n); }
-
 bool turns(const solver::Channel& channel) {
   return channel.kind == solver::Channel::Kind::rotation;
 }

@@ -18,6 +18,7 @@ using Word8 = std::uint32_t __attribute__((vector_size(32)));
 
 inline Float8 splat(float value) { return Float8{} + value; }
 inline Int8 splat(int value) { return Int8{} + value; }
+const Float8 kZero = splat(0.0f), kOne = splat(1.0f);
 
 inline Float8 load(const float* from) { return _mm256_loadu_ps(from); }
 inline void store(float* to, Float8 value) { _mm256_storeu_ps(to, value); }

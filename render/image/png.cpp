@@ -9,7 +9,7 @@
 namespace backbend::render {
 namespace {
 
-constexpr int kMaxEdge = 32768;
+constexpr int kMaxPngEdge = 32768;
 constexpr std::int64_t kMaxPixels = 256'000'000;
 constexpr std::size_t kAlwaysValues = std::size_t{1} << 24;  // 64 MB, whatever the file's size
 
@@ -52,7 +52,7 @@ const char* format_of(std::span<const std::uint8_t> bytes) {
 }
 
 std::string wrong_size(const StoredPicture& size, std::size_t file_bytes) {
-  if (size.width < 1 || size.height < 1 || size.width > kMaxEdge || size.height > kMaxEdge ||
+  if (size.width < 1 || size.height < 1 || size.width > kMaxPngEdge || size.height > kMaxPngEdge ||
       std::int64_t{size.width} * size.height > kMaxPixels || size.channels < 1 ||
       size.channels > 64)
     return "its size is not acceptable";

@@ -6,7 +6,6 @@
 namespace backbend::render {
 namespace {
 
-const Float8 kZero = splat(0.0f), kOne = splat(1.0f);
 const Vec8 kBlack = splat(glm::vec3(0.0f));
 // Just short of the light, so that it does not stand in its own way.
 constexpr float kAlmost = 0.9995f;

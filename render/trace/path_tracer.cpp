@@ -10,7 +10,6 @@
 namespace backbend::render {
 namespace {
 
-const Float8 kZero = splat(0.0f), kOne = splat(1.0f);
 const Float8 kFar = splat(std::numeric_limits<float>::max());
 constexpr glm::vec3 kInk(0.02f, 0.025f, 0.035f);
 // Light that reached the eye by way of a narrow highlight is capped: one such path in a thousand

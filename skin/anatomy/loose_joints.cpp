@@ -16,7 +16,7 @@ using Index = std::size_t;
 // A loose joint that stands this near to a driven one (share of the size) belongs to it.
 constexpr double kTouches = 0.03;
 // ... and this near to one of its name is that one's copy.
-constexpr double kSamePlace = 0.001;
+constexpr double kSameJoint = 0.001;
 // Of a joint's weight that lies on places of another, to belong to it: less is a crumb.
 constexpr double kShares = 0.02;
 
@@ -164,7 +164,7 @@ class LooseJoints {
       const auto [first, last] = originals.equal_range(without_number(character_.nodes[n].name));
       for (auto each = first; each != last; ++each) {
         if (glm::distance(shape_.position[static_cast<Index>(each->second)], shape_.position[n]) >
-            kSamePlace * shape_.size)
+            kSameJoint * shape_.size)
           continue;
         follow(n, each->second, ", its original");
         break;

@@ -44,7 +44,7 @@ LimbPair::Kind kind_of(const NameFacts& name) {
   }
 }
 
-std::string name_of(const Character& character, int node) {
+std::string quoted_name(const Character& character, int node) {
   return in_quotes(character.nodes[static_cast<Index>(node)].name);
 }
 
@@ -122,7 +122,7 @@ class EndFinder {
     for (const int head : heads_by_name(shape_)) {
       out_ = {};
       out_.head = head;
-      say("head: " + name_of(character_, head) + " by its name");
+      say("head: " + quoted_name(character_, head) + " by its name");
       find_hip();
       if (out_.hip >= 0) return std::move(out_);
       if (!first) first = out_;
@@ -183,11 +183,11 @@ class EndFinder {
     }
     out_.head = head_by_topology(shape_, upper);
     if (out_.head < 0) {
-      out_.doubt = "nothing hangs between the upper limbs on " + name_of(character_, upper);
+      out_.doubt = "nothing hangs between the upper limbs on " + quoted_name(character_, upper);
       return;
     }
-    say("head: " + name_of(character_, out_.head) + ", the branch between the limbs of " +
-        name_of(character_, upper));
+    say("head: " + quoted_name(character_, out_.head) + ", the branch between the limbs of " +
+        quoted_name(character_, upper));
   }
 
   /// Pelvis and ribcage hang beside each other from one joint: the head is on the branch that goes
@@ -199,8 +199,8 @@ class EndFinder {
     const int head_a = head_by_topology(shape_, a), head_b = head_by_topology(shape_, b);
     if ((head_a < 0) == (head_b < 0)) return;
     out_.head = std::max(head_a, head_b);
-    say("head: " + name_of(character_, out_.head) + ", the branch between the limbs of " +
-        name_of(character_, head_a < 0 ? b : a));
+    say("head: " + quoted_name(character_, out_.head) + ", the branch between the limbs of " +
+        quoted_name(character_, head_a < 0 ? b : a));
   }
 
   /// A skeleton that is built from the chest: hips that are called so hang from the way to the
@@ -228,12 +228,12 @@ class EndFinder {
       const NameFacts& name = shape_.name[static_cast<Index>(node)];
       if (name.part == BodyPart::hip && !name.control && !is_mechanism(node) && node != out_.head) {
         out_.hip = node;
-        return say("hips: " + name_of(character_, node) + " by its name");
+        return say("hips: " + quoted_name(character_, node) + " by its name");
       }
     }
     if (const int hip = hip_below_chest(path); hip >= 0) {
       out_.hip = hip;
-      return say("hips: " + name_of(character_, hip) +
+      return say("hips: " + quoted_name(character_, hip) +
                  " by its name; the skeleton is built from the chest");
     }
     const int legs = leg_parent();
@@ -244,7 +244,7 @@ class EndFinder {
     });
     if (found == path.end() || *found == out_.head) {
       if (find_body_below_head()) return;
-      out_.doubt = "no joint between the root and the head " + name_of(character_, out_.head) +
+      out_.doubt = "no joint between the root and the head " + quoted_name(character_, out_.head) +
                    " could be the hips";
       return;
     }
@@ -252,7 +252,7 @@ class EndFinder {
     const char* why = legs < 0          ? ", the first joint of the body on the way to the head"
                       : *found == start ? ", where the legs meet the way to the head"
                                         : ", the first joint inside the body above the legs";
-    say("hips: " + name_of(character_, out_.hip) + why);
+    say("hips: " + quoted_name(character_, out_.hip) + why);
   }
 
   /// A snake that is built from its head: the body is the long branch that hangs from it.
@@ -264,7 +264,7 @@ class EndFinder {
     });
     if (path.size() < 3 || !central || shape_.reach[head] < kBodyReach * shape_.size) return false;
     out_.hip = path.back();
-    say("hips: " + name_of(character_, out_.hip) +
+    say("hips: " + quoted_name(character_, out_.hip) +
         ", the far end of the body that hangs from the head");
     return true;
   }

@@ -2,10 +2,10 @@
 
 #include <algorithm>
 
+#include "skin/body/index.h"
+
 namespace backbend::skin {
 namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 bool has(const std::array<int, 3>& t, int v) { return t[0] == v || t[1] == v || t[2] == v; }
 

@@ -9,13 +9,9 @@
 #include <glm/vector_relational.hpp>
 #include <utility>
 
+#include "skin/body/index.h"
+
 namespace backbend::skin {
-namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 EdgeSizes::EdgeSizes(const HalfMesh& fine, const BodyShape& shape, double cell, double finest,
                      double coarsest, double vertices)
     : width_(2.0 * cell) {

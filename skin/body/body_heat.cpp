@@ -5,10 +5,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "skin/body/index.h"
+
 namespace backbend::skin {
 namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 Lanes dot(const std::vector<Lanes>& a, const std::vector<Lanes>& b) {
   Lanes sum = 0.0;

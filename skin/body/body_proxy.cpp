@@ -9,11 +9,10 @@
 
 #include "skin/body/body_build.h"
 #include "skin/body/body_curve.h"
+#include "skin/body/index.h"
 
 namespace backbend::skin {
 namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 constexpr double kExtent = 1.75;  // of the skeleton in the description's space
 constexpr double kAside = 3.0;    // the body's middle: all of it must lie at x > 0

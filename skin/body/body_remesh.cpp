@@ -7,11 +7,10 @@
 #include <glm/geometric.hpp>
 
 #include "skin/body/body_connectivity.h"
+#include "skin/body/index.h"
 
 namespace backbend::skin {
 namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 class Remesher {
  public:

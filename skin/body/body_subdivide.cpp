@@ -5,13 +5,9 @@
 #include <algorithm>
 #include <glm/geometric.hpp>
 
+#include "skin/body/index.h"
+
 namespace backbend::skin {
-namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 void subdivide(HalfMesh& mesh, const BodyShape& shape, std::vector<std::array<int, 2>>& edge_of) {
   const int old = static_cast<int>(mesh.position.size());
   std::vector<std::array<int, 3>> sorted;  // edge, and where it is: 3 triangle + side

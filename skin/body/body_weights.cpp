@@ -9,11 +9,10 @@
 #include <utility>
 
 #include "skin/body/body_heat.h"
+#include "skin/body/index.h"
 
 namespace backbend::skin {
 namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 /// One row of joint weights while it is being put together.
 class Row {

@@ -20,7 +20,7 @@ namespace {
 
 // A joint that stretches by less does not stretch: float matrices of rigid motions round so far.
 constexpr float kNoStretch = 1e-6f;
-constexpr std::size_t kLanes = 8;
+constexpr std::size_t kWidth = 8;
 constexpr std::size_t kGrain = 256;  // blocks a task: far more work than a task costs
 
 /// The rotation nearest to `m`, by Newton's iteration on its inverse transpose.
@@ -118,9 +118,9 @@ DualQuaternionPlan::DualQuaternionPlan(const Character& character)
     : joint_(character.joints), influences_(character.influences), rest_(rest_mesh(character)) {
   for (const Node& node : character.nodes) rest_node_.push_back(node.world_from_node);
   const std::size_t vertices = character.vertex_count();
-  for (std::size_t first = 0; first < vertices; first += kLanes) {
-    std::array<std::size_t, kLanes> vertex{};
-    for (std::size_t l = 0; l < kLanes; ++l) vertex[l] = std::min(first + l, vertices - 1);
+  for (std::size_t first = 0; first < vertices; first += kWidth) {
+    std::array<std::size_t, kWidth> vertex{};
+    for (std::size_t l = 0; l < kWidth; ++l) vertex[l] = std::min(first + l, vertices - 1);
     Block block;
     block.joints = static_cast<std::uint32_t>(joints_.size());
     const auto has = [&](std::size_t v, std::size_t k) {
@@ -133,7 +133,7 @@ DualQuaternionPlan::DualQuaternionPlan(const Character& character)
       if (std::none_of(vertex.begin(), vertex.end(), [&](std::size_t v) { return has(v, k); }))
         break;
       Joints& joints = joints_.emplace_back();
-      for (std::size_t l = 0; l < kLanes; ++l) {
+      for (std::size_t l = 0; l < kWidth; ++l) {
         // What adds nothing is the vertex's first joint, whatever that does.
         const Influences& influences = influences_[vertex[l]];
         const bool counts = has(vertex[l], k);
@@ -230,7 +230,7 @@ void DualQuaternionPlan::skin_block(const Motion* motions, std::size_t number, g
       broadcast(motion + 8 * std::size_t{joint[0]}, of_turn, of_shift);
     else
       gather(motion, joint.data(), of_turn, of_shift);
-    __m256 weight = _mm256_loadu_ps(&weights_[kLanes * (block.joints + k)]);
+    __m256 weight = _mm256_loadu_ps(&weights_[kWidth * (block.joints + k)]);
     if (k == 0) lead = of_turn;
     const __m256 other_side = _mm256_cmp_ps(dot(lead, of_turn), zero, _CMP_LT_OQ);
     weight = _mm256_xor_ps(weight, _mm256_and_ps(other_side, minus));
@@ -243,8 +243,8 @@ void DualQuaternionPlan::skin_block(const Motion* motions, std::size_t number, g
     sum(turn, of_turn);
     sum(shift, of_shift);
   }
-  const float* data = &data_[6 * kLanes * number];
-  const auto lane = [&](std::size_t i) { return _mm256_loadu_ps(data + kLanes * i); };
+  const float* data = &data_[6 * kWidth * number];
+  const auto lane = [&](std::size_t i) { return _mm256_loadu_ps(data + kWidth * i); };
   const Triple rest{lane(0), lane(1), lane(2)}, rest_normal{lane(3), lane(4), lane(5)};
   const __m256 size = _mm256_sqrt_ps(dot(turn, turn));
   const auto over_size = [&](const Quaternions& q) {
@@ -272,12 +272,12 @@ void DualQuaternionPlan::skin_block(const Motion* motions, std::size_t number, g
   };
   at = kept(rest, at);
   const Triple facing = kept(rest_normal, out_normal[0]);
-  const std::size_t first = number * kLanes;
+  const std::size_t first = number * kWidth;
   if constexpr (kWhole) {
     store_in_a_row(&position[first].x, at);
     store_in_a_row(&normal[first].x, facing);
   } else {
-    std::array<glm::vec3, kLanes> points, normals;
+    std::array<glm::vec3, kWidth> points, normals;
     store_in_a_row(&points[0].x, at);
     store_in_a_row(&normals[0].x, facing);
     const std::size_t left = influences_.size() - first;
@@ -303,13 +303,13 @@ void DualQuaternionPlan::skin(const std::vector<glm::dmat4>& world_from_node,
       tbb::blocked_range<std::size_t>(0, blocks_.size(), kGrain), [&](const auto& range) {
         for (std::size_t b = range.begin(); b != range.end(); ++b) {
           if (!motions.stretch) {
-            if ((b + 1) * kLanes <= vertices)
+            if ((b + 1) * kWidth <= vertices)
               skin_block<true>(rigid.data(), b, out.position.data(), out.normal.data());
             else
               skin_block<false>(rigid.data(), b, out.position.data(), out.normal.data());
             continue;
           }
-          for (std::size_t v = b * kLanes; v < std::min(vertices, (b + 1) * kLanes); ++v) {
+          for (std::size_t v = b * kWidth; v < std::min(vertices, (b + 1) * kWidth); ++v) {
             out.position[v] = rest_.position[v];
             out.normal[v] = rest_.normal[v];
             blend_dual_quaternions(motions, influences_[v], out.position[v], out.normal[v]);

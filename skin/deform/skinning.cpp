@@ -12,7 +12,7 @@
 namespace backbend::skin {
 namespace {
 
-constexpr std::size_t kGrain = 2048;  // vertices a task: far more work than a task costs
+constexpr std::size_t kVerticesOfTask = 2048;  // vertices a task: far more work than a task costs
 
 PosedMesh linear(const Character& character, const std::vector<glm::dmat4>& world_from_node) {
   assert(world_from_node.size() == character.nodes.size());
@@ -20,7 +20,7 @@ PosedMesh linear(const Character& character, const std::vector<glm::dmat4>& worl
   PosedMesh out;
   out.position.resize(character.vertex_count());
   out.normal.resize(character.vertex_count());
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, character.vertex_count(), kGrain),
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, character.vertex_count(), kVerticesOfTask),
                     [&](const auto& range) {
                       for (std::size_t v = range.begin(); v != range.end(); ++v)
                         blend_vertex(joints, character.influences[v], character.bind_position[v],
@@ -40,11 +40,12 @@ PosedMesh dual_quaternion(const Character& character,
   PosedMesh out = rest_mesh(character);
   const JointMotions motions =
       joint_motions(character.joints, rest_matrices(character), world_from_node);
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, character.vertex_count(), kGrain), [&](const auto& range) {
-        for (std::size_t v = range.begin(); v != range.end(); ++v)
-          blend_dual_quaternions(motions, character.influences[v], out.position[v], out.normal[v]);
-      });
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, character.vertex_count(), kVerticesOfTask),
+                    [&](const auto& range) {
+                      for (std::size_t v = range.begin(); v != range.end(); ++v)
+                        blend_dual_quaternions(motions, character.influences[v], out.position[v],
+                                               out.normal[v]);
+                    });
   return out;
 }
 

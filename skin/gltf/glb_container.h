@@ -7,6 +7,11 @@
 
 namespace backbend::skin {
 
+// Numbers of the binary form: of the file, and of its two kinds of chunks.
+inline constexpr std::uint32_t kGlbMagic = 0x46546C67;  // "glTF"
+inline constexpr std::uint32_t kChunkJson = 0x4E4F534A;
+inline constexpr std::uint32_t kChunkBin = 0x004E4942;
+
 /// What a .glb or .gltf file holds: the JSON text, and the binary chunk of a .glb.
 struct GltfContainer {
   std::string json_text;

@@ -23,9 +23,6 @@ using Bytes = std::vector<std::uint8_t>;
 using nlohmann::ordered_json;
 using Index = std::size_t;
 
-constexpr std::uint32_t kGlbMagic = 0x46546C67;  // "glTF"
-constexpr std::uint32_t kChunkJson = 0x4E4F534A;
-constexpr std::uint32_t kChunkBin = 0x004E4942;
 constexpr Index kSetJoints = 4;  // of one JOINTS_n
 
 constexpr int kByte = 5121, kShort = 5123, kFloat = 5126;  // glTF 2.0, componentType

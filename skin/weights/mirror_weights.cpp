@@ -13,7 +13,7 @@ namespace {
 using Index = std::size_t;
 
 constexpr double kNodeSlack = 0.002;  // of the body's largest side
-constexpr double kSurfaceSlack = 0.01;
+constexpr double kSurfaceReach = 0.01;
 
 double largest_side(const WeightGraph& graph) {
   glm::dvec3 low(1e300), high(-1e300);
@@ -65,7 +65,7 @@ std::vector<JointShares> mirrored_weights(const Character& character, const Mirr
       there = weights[nearest];
     } else {
       TrianglePoint best;
-      best.distance = kSurfaceSlack * size;
+      best.distance = kSurfaceReach * size;
       const glm::uvec3* found = nullptr;
       const auto look_around = [&](std::uint32_t node) {
         for (const Index t : triangles[node]) {

@@ -13,13 +13,13 @@ namespace {
 
 using Index = std::size_t;
 
-constexpr double kBoth = 0.3;       // of a vertex's weight, on the two joints together
-constexpr double kAlone = 0.02;     // of the two weights: less is none
-constexpr double kSoft = 0.25;      // of a border's edges, at most, where weights blend
-constexpr Index kFewestEdges = 8;   // across a border, for it to be asked
-constexpr double kLongBone = 1.6;   // of the edges that cross: else no edge can hold a blend
-constexpr Index kFewestOthers = 2;  // soft borders elsewhere
-constexpr double kFewestLed = 1.0;  // weight of a joint, in vertices, to have a border
+constexpr double kBoth = 0.3;         // of a vertex's weight, on the two joints together
+constexpr double kAlone = 0.02;       // of the two weights: less is none
+constexpr double kSoft = 0.25;        // of a border's edges, at most, where weights blend
+constexpr Index kFewestEdges = 8;     // across a border, for it to be asked
+constexpr double kLeastLength = 1.6;  // of the edges that cross: else no edge can hold a blend
+constexpr Index kFewestOthers = 2;    // soft borders elsewhere
+constexpr double kFewestLed = 1.0;    // weight of a joint, in vertices, to have a border
 
 /// Where the weights of two joints meet.
 struct Border {
@@ -125,7 +125,7 @@ WeightAnswer find_hard_borders(const Character& character, const Anatomy& anatom
   for (Border& border : borders) count_edges(character, rest.position, edges, border);
   std::erase_if(borders, [](const Border& border) {
     return border.edges < kFewestEdges ||
-           border.bone * static_cast<double>(border.edges) < kLongBone * border.edge_length;
+           border.bone * static_cast<double>(border.edges) < kLeastLength * border.edge_length;
   });
   const auto soft = static_cast<Index>(std::ranges::count_if(
       borders, [](const Border& border) { return border.hardness() <= kSoft; }));

@@ -18,7 +18,7 @@ using Index = std::size_t;
 
 constexpr double kMirrorTolerance = 0.002;  // of the height
 constexpr double kAsymmetryCounts = 0.05;
-constexpr std::size_t kPiece = 12;  // places: as few as a cube with its edges cut
+constexpr std::size_t kLeastPiece = 12;  // places: as few as a cube with its edges cut
 constexpr float kFixed = 0.9f;
 
 /// Disjoint sets over 0..count-1; the smallest member stands for its set.
@@ -131,7 +131,7 @@ void find_bleed(const Character& character, const std::vector<std::uint32_t>& ve
       const Bleed& island = at->second.facts;
       if (island.largest < kBleedCounts) continue;
       // A buckle or a plate that is fixed to one joint all over was not painted by accident.
-      if (island.places >= kPiece && at->second.least >= kFixed) continue;
+      if (island.places >= kLeastPiece && at->second.least >= kFixed) continue;
       if (out.bleed.empty() || out.bleed.back().node != island.node)
         out.bleed.push_back({island.node});
       Bleed& sum = out.bleed.back();

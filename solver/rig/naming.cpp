@@ -11,8 +11,6 @@ namespace {
 
 using Names = std::vector<std::string>;
 
-std::string control_of(const std::string& channel) { return channel.substr(0, channel.find('.')); }
-
 std::string padded(std::size_t number, std::size_t most) {
   const std::string digits = std::to_string(number);
   return std::string(std::to_string(most).size() - digits.size(), '0') + digits;

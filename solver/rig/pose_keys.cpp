@@ -9,8 +9,6 @@
 namespace backbend::solver {
 namespace {
 
-std::string control_of(const std::string& channel) { return channel.substr(0, channel.find('.')); }
-
 std::vector<std::string> control_names(const SpineSystem& system) {
   std::vector<std::string> names;
   for (const Channel& c : system.channels()) {

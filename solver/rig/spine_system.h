@@ -62,6 +62,11 @@ struct Channel {
   double rest = 0.0;
 };
 
+/// The control that a channel belongs to: "chest" of "chest.rx".
+inline std::string control_of(const std::string& channel) {
+  return channel.substr(0, channel.find('.'));
+}
+
 /// A body pose in the names that riggers use, radians; the signs are ours (docs/conventions.md).
 /// Extension is a backbend, side bends to the character's left, twist turns it to its left.
 ///

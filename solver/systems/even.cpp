@@ -23,9 +23,9 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
-enum ChannelIndex { kUpper = 3, kStretch = 9, kCompression };
-
 class Even final : public FormulaSystem, public BoxSolver {
+  enum ChannelIndex { kUpper = 3, kStretch = 9, kCompression };
+
  public:
   Even(const SystemSpec& spec, const RestChain& chain) : Even(spec, chain, OptionReader(spec)) {}
 

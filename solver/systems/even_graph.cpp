@@ -31,7 +31,7 @@ void check_options(const SpineSystem& system) {
   if (number("stretchiness") > 0.0) refuse("stretchiness", "the exported spine keeps its length");
 }
 
-EvenGraph::Weights weights_at(const EvenWeights& weights, double s) {
+EvenGraph::Weights graph_weights_at(const EvenWeights& weights, double s) {
   EvenGraph::Weights out{};
   for (int channel = 0; channel < kUpperChannels; ++channel)
     out[std::size_t(channel)] = weights.of(channel)(s);
@@ -136,14 +136,15 @@ EvenGraph even_graph(const SystemSpec& spec, const RestChain& chain, int steps_p
     for (std::size_t n = 0; n < node.size(); ++n) {
       const double s = at[i - 1] + width * node[n];
       graph.sample.push_back(
-          {s, weights_at(weights, s), (weight[n] * width * line.length()) * line.tangent(s)});
+          {s, graph_weights_at(weights, s), (weight[n] * width * line.length()) * line.tangent(s)});
     }
   }
   for (EvenGraph::Control& control : graph.control)
     control.samples = samples_below(graph, control.at);
   for (std::size_t k = 0; k < places.joint.size(); ++k)
-    graph.joint.push_back({places.joint[k], places.frame[k], weights_at(weights, places.frame[k]),
-                           line.point(places.joint[k]), samples_below(graph, places.joint[k])});
+    graph.joint.push_back({places.joint[k], places.frame[k],
+                           graph_weights_at(weights, places.frame[k]), line.point(places.joint[k]),
+                           samples_below(graph, places.joint[k])});
   return graph;
 }
 

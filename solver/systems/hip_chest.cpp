@@ -9,7 +9,7 @@
 namespace backbend::solver {
 namespace {
 
-enum ChannelIndex { kHip = 0, kChest = 3, kHipMove = 6, kChestMove = 9 };
+enum HipChestChannel { kHip = 0, kChest = 3, kHipMove = 6, kChestMove = 9 };
 
 }  // namespace
 

@@ -27,16 +27,16 @@ enum class Aim { project, shortest_arc, none };
 enum class Slerp { shortest, raw };
 
 /// Channels in the order of solve().
-enum ChannelIndex {
-  kHip = 0,
-  kChest = 3,
-  kHipMove = 6,
-  kChestMove = 9,
-  kHipDepth = 12,
-  kChestDepth
-};
-
 class Isner final : public FormulaSystem, public BoxSolver {
+  enum ChannelIndex {
+    kHip = 0,
+    kChest = 3,
+    kHipMove = 6,
+    kChestMove = 9,
+    kHipDepth = 12,
+    kChestDepth
+  };
+
  public:
   Isner(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;

@@ -19,8 +19,6 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
-enum ChannelIndex { kBaseZ, kBaseY, kTopY, kRoll, kParent, kParentMove = kParent + 3 };
-
 struct Vertebra {
   std::string name;
   dquat rest{1, 0, 0, 0};
@@ -53,6 +51,8 @@ dquat neck_axes(const dquat& bone_frame) {
 }
 
 class Neck final : public FormulaSystem, public BoxSolver {
+  enum ChannelIndex { kBaseZ, kBaseY, kTopY, kRoll, kParent, kParentMove = kParent + 3 };
+
  public:
   Neck(const SystemSpec& spec, const RestChain& chain) : head_first_(!chain.frame.empty()) {
     name_ = spec.system;

@@ -18,8 +18,6 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
-enum ChannelIndex { kSlide, kAmplitude, kFrequency, kOffset, kStretchy, kLead, kFirstList };
-
 /// The place of CV i in the parameter of a clamped uniform cubic over 0..1: the mean of its knots.
 double greville(int i, int count) {
   const double spans = count - 3;
@@ -37,6 +35,8 @@ double interpolated(std::span<const double> at, std::span<const double> value, d
 }
 
 class Snake final : public FormulaSystem {
+  enum ChannelIndex { kSlide, kAmplitude, kFrequency, kOffset, kStretchy, kLead, kFirstList };
+
  public:
   Snake(const SystemSpec& spec, const RestChain& chain) : Snake(spec, chain, OptionReader(spec)) {}
 

@@ -25,14 +25,14 @@ using Cvs = std::array<dvec3, 4>;
 enum class Form { bones, carve };
 enum class Carve { span, literal };
 enum class PastEnd { clamp, extend };
-enum class Twist { none, spread };
+enum class TwistWay { none, spread };
 
 /// Twelve channels place the curve either way; the scalars follow.
-enum ChannelIndex { kStretchiness = HipChest::kChannels, kLead, kCompression, kSlide };
-
 constexpr double kMostCompression = 0.99;
 
 class Stretchy final : public FormulaSystem {
+  enum ChannelIndex { kStretchiness = HipChest::kChannels, kLead, kCompression, kSlide };
+
  public:
   Stretchy(const SystemSpec& spec, const RestChain& chain)
       : by_cvs_(!chain.curve.empty()), left_(chain.left) {
@@ -42,7 +42,7 @@ class Stretchy final : public FormulaSystem {
     form_ = read.choice<Form>("form", {"bones", "carve"});
     carve_ = read.choice<Carve>("carve", {"span", "literal"});
     past_end_ = read.choice<PastEnd>("past_end", {"clamp", "extend"});
-    twist_ = read.choice<Twist>("twist", {"none", "spread"});
+    twist_ = read.choice<TwistWay>("twist", {"none", "spread"});
     max_ratio_ = read.number("max_ratio", 100.0, 1.0, 100.0);
     no_squash_ = read.flag("no_squash", false);
     const double stretchiness = read.number("stretchiness", 1.0, 0.0, 1.0);
@@ -302,7 +302,7 @@ class Stretchy final : public FormulaSystem {
           cut.collapsed ? 0.0 : std::min({pose.flip_margin[k], drawn.margin, walk_margin});
     }
     for (int k = 0; k < bones_; ++k) {
-      if (twist_ == Twist::spread) {
+      if (twist_ == TwistWay::spread) {
         frame[k] = frame[k] * turn_about(kAxisX, drawn.twist * ((k + 1.0) / bones_));
       }
       frame[k] = glm::normalize(frame[k] * glm::conjugate(rest_bone_frame_[k]));
@@ -348,7 +348,7 @@ class Stretchy final : public FormulaSystem {
   Form form_;
   Carve carve_;
   PastEnd past_end_;
-  Twist twist_;
+  TwistWay twist_;
   double max_ratio_ = 100.0;
   bool no_squash_ = false;
   std::vector<double> depth_;

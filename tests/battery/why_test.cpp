@@ -18,7 +18,7 @@ namespace {
 
 using namespace validate;
 
-const skin::Character& figure() {
+const skin::Character& why_figure() {
   static const skin::Character body = welded(skin::make_body(skin::figure()));
   return body;
 }
@@ -32,7 +32,7 @@ Version version(const char* label, skin::Character body, const char* rig = "even
   return {label, std::move(body), hints(), std::nullopt, read_rig(rig)};
 }
 skin::Character with_weight_fault(double size = 50) {
-  skin::Character body = figure();
+  skin::Character body = why_figure();
   Draw draw(3, 1);
   plant(body, skin::find_anatomy(body, hints()), "half torso one up", size, draw);
   return body;
@@ -44,14 +44,14 @@ WhyPair why_of(Version before, Version after) {
 
 TEST(Why, NamesTheWeightsWithTheirJointAndVertices) {
   const skin::Character spoiled = with_weight_fault();
-  const WhyPair found = why_of(version("a", figure()), version("b", spoiled));
+  const WhyPair found = why_of(version("a", why_figure()), version("b", spoiled));
   EXPECT_EQ(found.changed, bit(Ingredient::weights));
   ASSERT_FALSE(found.findings.empty());
   for (const WhyFinding& each : found.findings) {
     EXPECT_EQ(each.ingredients, bit(Ingredient::weights)) << each.key;
     ASSERT_FALSE(each.vertices.empty());
     for (const std::uint32_t v : each.vertices) {
-      const auto a = weights_of(figure().influences[v]), b = weights_of(spoiled.influences[v]);
+      const auto a = weights_of(why_figure().influences[v]), b = weights_of(spoiled.influences[v]);
       EXPECT_NE(a, b) << v;
     }
   }
@@ -62,7 +62,7 @@ TEST(Why, IsNotMisledByVerticesInAnotherOrderOrAnotherBindSpace) {
   Draw draw(5, 1);
   shuffle_vertices(spoiled, draw);
   change_bind_space(spoiled, glm::scale(glm::dmat4(1.0), glm::dvec3(2.0)));
-  const VersionPair pair(version("a", figure()), version("b", spoiled));
+  const VersionPair pair(version("a", why_figure()), version("b", spoiled));
   EXPECT_EQ(pair.changed() & bit(Ingredient::bind), 0u);
   EXPECT_EQ(pair.changed() & bit(Ingredient::skeleton), 0u);
   EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
@@ -77,15 +77,15 @@ TEST(Why, IsNotMisledByVerticesInAnotherOrderOrAnotherBindSpace) {
 void cut(skin::Character& body) { split_vertices(body, glm::dvec3(0.0), {1.0, 0.0, 0.2}); }
 
 TEST(Why, IsNotMisledByVerticesThatAnExportSplitOrMerged) {
-  skin::Character spoiled = with_weight_fault(), split = figure();
+  skin::Character spoiled = with_weight_fault(), split = why_figure();
   cut(split);
-  ASSERT_GT(split.vertex_count(), figure().vertex_count() + 10);
+  ASSERT_GT(split.vertex_count(), why_figure().vertex_count() + 10);
   Draw draw(6, 1);
   shuffle_vertices(spoiled, draw);
   skin::Character split_spoiled = with_weight_fault();
   cut(split_spoiled);
   for (const auto& [before, after] :
-       {std::pair(figure(), split_spoiled), std::pair(split, spoiled)}) {
+       {std::pair(why_figure(), split_spoiled), std::pair(split, spoiled)}) {
     const VersionPair pair(version("a", before), version("b", after));
     EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
     Progress none(Progress::Style::none);
@@ -94,28 +94,28 @@ TEST(Why, IsNotMisledByVerticesThatAnExportSplitOrMerged) {
     for (const WhyFinding& each : found.findings)
       EXPECT_EQ(each.ingredients, bit(Ingredient::weights)) << each.key;
   }
-  EXPECT_TRUE(why_of(version("a", figure()), version("b", split)).findings.empty());
-  EXPECT_TRUE(why_of(version("a", split), version("b", figure())).findings.empty());
+  EXPECT_TRUE(why_of(version("a", why_figure()), version("b", split)).findings.empty());
+  EXPECT_TRUE(why_of(version("a", split), version("b", why_figure())).findings.empty());
 }
 
 TEST(Why, TellsVerticesThatWereMovedAndRenumberedFromChangedWeights) {
-  skin::Character moved = figure();
+  skin::Character moved = why_figure();
   // A belt of the torso pushed up by more than its vertices are apart.
   for (glm::vec3& p : moved.bind_position)
     if (p.y > 1.05f && p.y < 1.25f) p.y += 0.08f;
   Draw draw(8, 1);
   shuffle_vertices(moved, draw);
-  const VersionPair pair(version("a", figure()), version("b", moved));
+  const VersionPair pair(version("a", why_figure()), version("b", moved));
   EXPECT_EQ(pair.changed(), bit(Ingredient::mesh));
   EXPECT_DOUBLE_EQ(pair.coverage(), 1.0);
 }
 
 TEST(Why, BooksAValueAtItsLimitToWhatMadeItAndNotToAHair) {
   const char* rig = "curve:basis=linear";
-  skin::Character hair = figure();
+  skin::Character hair = why_figure();
   for (glm::vec3& p : hair.bind_position)
     if (p.y > 1.05f && p.y < 1.25f) p.z += 1e-4f;
-  const Failures plain = failures_of(version("a", figure(), rig), {}),
+  const Failures plain = failures_of(version("a", why_figure(), rig), {}),
                  other = failures_of(version("b", hair, rig), {});
   int tried = 0;
   for (const auto& [key, finding] : plain) {
@@ -129,8 +129,8 @@ TEST(Why, BooksAValueAtItsLimitToWhatMadeItAndNotToAHair) {
     const double single = find_check(finding.code)->limit;
     WhySettings settings;
     settings.limits[finding.code] = 0.5 * (finding.value + changed.value) * single / finding.limit;
-    const skin::Character &less = hair_is_worse ? figure() : hair,
-                          &more = hair_is_worse ? hair : figure();
+    const skin::Character &less = hair_is_worse ? why_figure() : hair,
+                          &more = hair_is_worse ? hair : why_figure();
     if (failures_of(version("a", less, rig), settings).contains(key)) continue;
     Progress none(Progress::Style::none);
     const WhyPair found =
@@ -145,8 +145,9 @@ TEST(Why, BooksAValueAtItsLimitToWhatMadeItAndNotToAHair) {
 }
 
 TEST(Why, NamesTheOptionAndLeavesTheOthersOut) {
-  const WhyPair found = why_of(version("a", figure(), "curve:bones=10"),
-                               version("b", figure(), "curve:bones=11,length=rest,follow=chase"));
+  const WhyPair found =
+      why_of(version("a", why_figure(), "curve:bones=10"),
+             version("b", why_figure(), "curve:bones=11,length=rest,follow=chase"));
   EXPECT_EQ(found.changed, bit(Ingredient::options));
   bool by_length = false;
   for (const WhyFinding& each : found.findings) {
@@ -157,25 +158,25 @@ TEST(Why, NamesTheOptionAndLeavesTheOthersOut) {
 }
 
 TEST(Why, HasNothingToSayOfHarmlessChanges) {
-  skin::Character other = figure();
+  skin::Character other = why_figure();
   Draw draw(5, 1);
   shuffle_vertices(other, draw);
   rename_joints(other, 0);
   skin::AnatomyHints none_said = hints();
-  EXPECT_TRUE(why_of(version("a", figure()), version("b", figure())).findings.empty());
+  EXPECT_TRUE(why_of(version("a", why_figure()), version("b", why_figure())).findings.empty());
   Version renamed = version("b", other);
   // Under their new names.
-  const skin::Anatomy anatomy = skin::find_anatomy(figure(), hints());
+  const skin::Anatomy anatomy = skin::find_anatomy(why_figure(), hints());
   renamed.hints.hip = other.nodes[static_cast<std::size_t>(anatomy.spine.front())].name;
   renamed.hints.chest = other.nodes[static_cast<std::size_t>(anatomy.chest)].name;
-  const WhyPair found = why_of(version("a", figure()), renamed);
+  const WhyPair found = why_of(version("a", why_figure()), renamed);
   EXPECT_TRUE(found.findings.empty());
   EXPECT_EQ(found.changed & bit(Ingredient::skeleton), 0u);
   EXPECT_EQ(found.changed & bit(Ingredient::weights), 0u);
 }
 
 TEST(Why, MixturesOfAllAndNoneAreTheVersionsThemselves) {
-  const VersionPair pair(version("a", figure()), version("b", with_weight_fault()));
+  const VersionPair pair(version("a", why_figure()), version("b", with_weight_fault()));
   EXPECT_EQ(pair.mixed(0).label, "a");
   EXPECT_EQ(pair.mixed(pair.changed()).label, "b");
   const Failures alone =
@@ -186,11 +187,11 @@ TEST(Why, MixturesOfAllAndNoneAreTheVersionsThemselves) {
 }
 
 TEST(Why, RefusesBodiesThatShareTooFewVertices) {
-  skin::Character other = figure();
+  skin::Character other = why_figure();
   subdivide(other);
   for (glm::vec3& p : other.bind_position) p *= glm::vec3(1.3f, 1.0f, 1.3f);
   try {
-    VersionPair(version("a.glb", figure()), version("b.glb", other));
+    VersionPair(version("a.glb", why_figure()), version("b.glb", other));
     FAIL();
   } catch (const skin::CharacterError& error) {
     EXPECT_NE(std::string(error.what()).find("b.glb: only"), std::string::npos) << error.what();

@@ -5,12 +5,11 @@
 
 #include "skin/body/body.h"
 #include "skin/body/body_connectivity.h"
+#include "skin/body/index.h"
 
 namespace backbend::skin {
 
 constexpr double kPi = 3.14159265358979323846;
-
-inline std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 /// Melts with nothing, holds no joint.
 BodySolid ball(const glm::dvec3& center, double radius);

@@ -9,7 +9,7 @@
 namespace backbend::validate {
 namespace {
 
-enum Stream : std::uint64_t { kThreshold = 1, kClean = 2, kFault = 1000 };
+enum ChainStream : std::uint64_t { kChainThreshold = 1, kChainClean = 2, kChainFault = 1000 };
 
 /// A rest chain of length 1: straight, or bent gently as spines are.
 solver::RestChain random_chain(Draw& draw) {
@@ -45,28 +45,28 @@ struct CleanChain {
   ChainMeasures measure() const { return measure_chain({pose, rig->rest(), curve, rest_curve}); }
 };
 
-struct Reading {
+struct ChainReading {
   double value = std::numeric_limits<double>::quiet_NaN();
   bool placed = false;
 };
 
 /// Runs one reading per pose, in parallel, each from its own stream.
 template <typename Read>
-std::vector<Reading> read_all(std::size_t count, Read read) {
-  std::vector<Reading> out(count);
+std::vector<ChainReading> read_all(std::size_t count, Read read) {
+  std::vector<ChainReading> out(count);
   oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) { out[i] = read(i); });
   return out;
 }
 
-std::vector<double> values_of(const std::vector<Reading>& readings) {
+std::vector<double> values_of(const std::vector<ChainReading>& readings) {
   std::vector<double> out;
-  for (const Reading& r : readings) out.push_back(r.value);
+  for (const ChainReading& r : readings) out.push_back(r.value);
   return out;
 }
 
-FaultTrial trial_of(double size, const std::vector<Reading>& readings, double threshold) {
+FaultTrial trial_of(double size, const std::vector<ChainReading>& readings, double threshold) {
   FaultTrial trial{size, values_of(readings), 0};
-  for (const Reading& r : readings) trial.placed += r.value > threshold && r.placed;
+  for (const ChainReading& r : readings) trial.placed += r.value > threshold && r.placed;
   return trial;
 }
 
@@ -105,13 +105,13 @@ std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, int bones,
   std::vector<FaultTrial> trials;
   for (std::size_t k = 0; k < detector.sizes.size(); ++k) {
     const auto readings = read_all(plan.fault_poses, [&](std::size_t i) {
-      CleanChain chain(bones, plan.seed + kFault + k, i);
-      Draw draw(plan.seed + kFault + k, ~static_cast<std::uint64_t>(i));
+      CleanChain chain(bones, plan.seed + kChainFault + k, i);
+      Draw draw(plan.seed + kChainFault + k, ~static_cast<std::uint64_t>(i));
       const int joint = detector.inject(chain, draw, detector.sizes[k]);
       const ChainMeasures measured = chain.measure();
       watch.step();
-      return Reading{detector.read(measured),
-                     joint < 0 || std::abs(detector.place(measured) - joint) <= 1};
+      return ChainReading{detector.read(measured),
+                          joint < 0 || std::abs(detector.place(measured) - joint) <= 1};
     });
     trials.push_back(trial_of(detector.sizes[k], readings, threshold));
   }
@@ -198,8 +198,8 @@ std::vector<Sensitivity> try_chain_detectors(const CalibrationPlan& plan, int bo
   for (const ChainDetector* detector : detectors) faults += detector->sizes.size();
   watch.begin("chain of " + std::to_string(bones) + " bones",
               2 * plan.clean_poses + faults * plan.fault_poses);
-  const std::vector<ChainMeasures> set = measure_clean(plan, bones, kThreshold, watch);
-  const std::vector<ChainMeasures> test = measure_clean(plan, bones, kClean, watch);
+  const std::vector<ChainMeasures> set = measure_clean(plan, bones, kChainThreshold, watch);
+  const std::vector<ChainMeasures> test = measure_clean(plan, bones, kChainClean, watch);
   std::vector<Sensitivity> out;
   for (const ChainDetector* detector : detectors) {
     const double threshold = threshold_from(read_clean(set, *detector), detector->floor);
@@ -237,17 +237,18 @@ Sensitivity try_flip_detector(const CalibrationPlan& plan, const CalibrationWatc
                           std::abs(jump.size_deg() - size) < 1e-3 * size);
     }
     watch.step();
-    return Reading{report.certified ? largest : std::numeric_limits<double>::quiet_NaN(), placed};
+    return ChainReading{report.certified ? largest : std::numeric_limits<double>::quiet_NaN(),
+                        placed};
   };
-  const std::vector<double> clean =
-      values_of(read_all(sweeps, [&](std::size_t i) { return read(plan.seed + kClean, i, 0.0); }));
+  const std::vector<double> clean = values_of(
+      read_all(sweeps, [&](std::size_t i) { return read(plan.seed + kChainClean, i, 0.0); }));
   std::vector<FaultTrial> trials;
   for (std::size_t k = 0; k < sizes.size(); ++k)
-    trials.push_back(
-        trial_of(sizes[k],
-                 read_all(plan.fault_poses,
-                          [&](std::size_t i) { return read(plan.seed + kFault + k, i, sizes[k]); }),
-                 0.0));
+    trials.push_back(trial_of(
+        sizes[k],
+        read_all(plan.fault_poses,
+                 [&](std::size_t i) { return read(plan.seed + kChainFault + k, i, sizes[k]); }),
+        0.0));
   // Its threshold is not set by clean poses: the certificate knows no noise.
   return judge_detector("flip", "BB001", std::to_string(kBones) + " bones", "deg", 1.2, 0.0, clean,
                         trials);

@@ -10,7 +10,7 @@
 namespace backbend::validate {
 namespace {
 
-enum Stream : std::uint64_t { kThreshold = 11, kClean = 12, kFault = 2000 };
+enum MeshStream : std::uint64_t { kMeshThreshold = 11, kMeshClean = 12, kMeshFault = 2000 };
 
 std::vector<double> values_of(const std::vector<Reading>& readings) {
   std::vector<double> out;
@@ -44,7 +44,7 @@ std::vector<FaultTrial> try_faults(const CalibrationPlan& plan, const BodyPoses&
     const double size = detector.sizes[k];
     std::vector<Reading> readings(plan.fault_poses);
     oneapi::tbb::parallel_for(std::size_t{0}, readings.size(), [&](std::size_t i) {
-      Draw draw(plan.seed + kFault + k, i);
+      Draw draw(plan.seed + kMeshFault + k, i);
       Case c = poses.draw_case(draw);
       const BodyMeasures reference = poses.measure_other(c, poses.posed_by_other(c));
       double place = -1.0;
@@ -207,8 +207,8 @@ std::vector<Sensitivity> try_mesh_detectors(const CalibrationPlan& plan,
   std::size_t faults = 0;
   for (const MeshDetector& detector : detectors) faults += detector.sizes.size();
   watch.begin("mesh of " + body.name(), 2 * plan.clean_poses + faults * plan.fault_poses);
-  const auto set = read_clean(plan, poses, detectors, kThreshold, watch);
-  const auto test = read_clean(plan, poses, detectors, kClean, watch);
+  const auto set = read_clean(plan, poses, detectors, kMeshThreshold, watch);
+  const auto test = read_clean(plan, poses, detectors, kMeshClean, watch);
   std::vector<Sensitivity> out;
   for (std::size_t d = 0; d < detectors.size(); ++d) {
     const MeshDetector& detector = detectors[d];

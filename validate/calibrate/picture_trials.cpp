@@ -15,7 +15,11 @@
 namespace backbend::validate {
 namespace {
 
-enum Stream : std::uint64_t { kThreshold = 21, kClean = 22, kFault = 4000 };
+enum PictureStream : std::uint64_t {
+  kPictureThreshold = 21,
+  kPictureClean = 22,
+  kPictureFault = 4000
+};
 
 constexpr int kCoarseBones = 12;
 constexpr std::size_t kSweepPoses = 21;  // of the sweeps in which flips are looked for
@@ -71,10 +75,10 @@ struct Trial {
   /// The cases in their order: clean ones that set the threshold, clean ones that it is tried on,
   /// then faults by size.
   Pair read(const CalibrationPlan& plan, std::size_t i) const {
-    if (i < clean) return detector.read(plan.seed + kThreshold, i, 0.0);
-    if (i < 2 * clean) return detector.read(plan.seed + kClean, i - clean, 0.0);
+    if (i < clean) return detector.read(plan.seed + kPictureThreshold, i, 0.0);
+    if (i < 2 * clean) return detector.read(plan.seed + kPictureClean, i - clean, 0.0);
     const std::size_t fault = i - 2 * clean, k = fault / faults;
-    return detector.read(plan.seed + kFault + k, fault % faults, detector.sizes[k]);
+    return detector.read(plan.seed + kPictureFault + k, fault % faults, detector.sizes[k]);
   }
 };
 

@@ -3,10 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/metrics/math/nan.h"
+
 namespace backbend::validate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 constexpr double kHitRate = 0.99;
 
 }  // namespace

@@ -12,17 +12,13 @@ namespace {
 
 using Index = std::size_t;
 
-double value_at(const skin::Clip& clip, Index frame, Index control) {
-  return clip.control_value[frame * clip.control.size() + control];
-}
-
 }  // namespace
 
 double control_range(const skin::Clip& clip, const skin::ClipSweep& range, Index control) {
   double low = std::numeric_limits<double>::quiet_NaN(), high = low;
   for (Index f = range.first; f < range.first + range.count; ++f) {
-    low = std::fmin(low, value_at(clip, f, control));
-    high = std::fmax(high, value_at(clip, f, control));
+    low = std::fmin(low, control_value(clip, f, control));
+    high = std::fmax(high, control_value(clip, f, control));
   }
   return high - low > 0.0 ? high - low : 0.0;
 }
@@ -47,7 +43,7 @@ std::vector<double> control_travel(const skin::Clip& clip, const skin::ClipSweep
     double square = 0.0;
     for (Index c = 0; c < clip.control.size(); ++c) {
       const Index f = range.first + i;
-      const double way = value_at(clip, f, c) - value_at(clip, f - 1, c);
+      const double way = control_value(clip, f, c) - control_value(clip, f - 1, c);
       if (!(way == 0.0) && PoseDegrees().find(clip.control[c]) == nullptr) return {};
       square += way * way;
     }

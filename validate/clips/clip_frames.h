@@ -6,6 +6,11 @@
 
 namespace backbend::validate {
 
+/// A recorded control at a frame, in its unit.
+inline double control_value(const skin::Clip& clip, std::size_t frame, std::size_t control) {
+  return clip.control_value[frame * clip.control.size() + control];
+}
+
 /// By how much a recorded control moves over a sweep, in its unit; 0 where nothing is said.
 double control_range(const skin::Clip& clip, const skin::ClipSweep& range, std::size_t control);
 

@@ -12,6 +12,7 @@
 #include "validate/clips/clip_frames.h"
 #include "validate/metrics/chain/chain_corner.h"
 #include "validate/metrics/math/median.h"
+#include "validate/metrics/math/nan.h"
 
 namespace backbend::validate {
 namespace {
@@ -19,7 +20,6 @@ namespace {
 using Index = std::size_t;
 using skin::origin;
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 // A clavicle that turns by less than this over a whole clip was not animated: float files round a
 // hundredth of it.
 constexpr double kAnimatedDeg = 0.05;

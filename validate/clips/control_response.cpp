@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "skin/character/matrix_facts.h"
+#include "validate/clips/clip_frames.h"
 #include "validate/metrics/math/rotation.h"
 
 namespace backbend::validate {
@@ -15,10 +16,6 @@ using Index = std::size_t;
 constexpr double kReadAt = 30.0, kMoves = 5.0, kStill = 0.5;
 // Degrees of bend that a pose at rest may have.
 constexpr double kBent = 5.0;
-
-double value_at(const skin::Clip& clip, Index frame, Index control) {
-  return clip.control_value[frame * clip.control.size() + control];
-}
 
 /// Turns of the joints from hips to chest, each against the one below, rest taken off, added up:
 /// world axes of rest, radians.
@@ -34,10 +31,10 @@ glm::dvec3 spine_turn(const ClipBody& body, const skin::Anatomy& anatomy, Index 
 int only_control(const skin::Clip& clip, const skin::ClipSweep& range) {
   int only = -1;
   for (Index c = 0; c < clip.control.size(); ++c) {
-    double low = value_at(clip, range.first, c), high = low;
+    double low = control_value(clip, range.first, c), high = low;
     for (Index f = range.first; f < range.first + range.count; ++f) {
-      low = std::fmin(low, value_at(clip, f, c));
-      high = std::fmax(high, value_at(clip, f, c));
+      low = std::fmin(low, control_value(clip, f, c));
+      high = std::fmax(high, control_value(clip, f, c));
     }
     if (!(high - low > kStill)) continue;
     if (only >= 0 || high - low < kMoves) return -1;
@@ -63,7 +60,7 @@ std::optional<ChannelResponse> control_response(const skin::Clip& clip,
 
   // The frame nearest to rest, and the one nearest to kReadAt from there.
   Index rest = range.first, read = range.first;
-  const auto value = [&](Index f) { return value_at(clip, f, static_cast<Index>(control)); };
+  const auto value = [&](Index f) { return control_value(clip, f, static_cast<Index>(control)); };
   for (Index f = range.first; f < range.first + range.count; ++f)
     if (std::abs(value(f)) < std::abs(value(rest))) rest = f;
   const auto off = [&](Index f) { return std::abs(std::abs(value(f) - value(rest)) - kReadAt); };
@@ -98,7 +95,7 @@ double bend_at_rest(const skin::Clip& clip, const skin::Anatomy& anatomy, const 
   for (Index f = 0; f < clip.frame_count(); ++f) {
     bool rests = true;
     for (Index c = 0; c < clip.control.size(); ++c)
-      rests = rests && std::abs(value_at(clip, f, c)) <= kStill;
+      rests = rests && std::abs(control_value(clip, f, c)) <= kStill;
     if (!rests) continue;
     const double bent = degrees(glm::length(spine_turn(body, anatomy, f)));
     return bent >= kBent ? bent : 0.0;

@@ -105,22 +105,22 @@ std::string from_review(const std::string& path) {
 }
 
 /// A numbered sequence of pictures: `FOLDER/extension.` 1001 `.png`.
-struct Sequence {
+struct PictureSequence {
   std::string folder, prefix, suffix;
   int first = 0, count = 0;
 };
 
 /// The sequence that these pictures are, named as a run names them; nullopt where they are none.
-std::optional<Sequence> sequence_of(const std::vector<std::string>& pictures) {
+std::optional<PictureSequence> sequence_of(const std::vector<std::string>& pictures) {
   if (pictures.empty()) return std::nullopt;
   const std::string number = std::to_string(kFirstFrame);
   const std::size_t slash = pictures.front().rfind('/');
   const std::size_t at = pictures.front().rfind(number);
   if (slash == std::string::npos || at == std::string::npos || at < slash) return std::nullopt;
   const std::string before = pictures.front().substr(0, at);
-  Sequence out{from_review(pictures.front().substr(0, slash)) + "/", before.substr(slash + 1),
-               pictures.front().substr(at + number.size()), kFirstFrame,
-               static_cast<int>(pictures.size())};
+  PictureSequence out{from_review(pictures.front().substr(0, slash)) + "/",
+                      before.substr(slash + 1), pictures.front().substr(at + number.size()),
+                      kFirstFrame, static_cast<int>(pictures.size())};
   for (int i = 0; i < out.count; ++i)
     if (pictures[static_cast<std::size_t>(i)] !=
         before + std::to_string(kFirstFrame + i) + out.suffix)
@@ -129,7 +129,7 @@ std::optional<Sequence> sequence_of(const std::vector<std::string>& pictures) {
 }
 
 Json sweep_clip(const Report& report, const RigResult& rig, const SweepSeries& sweep,
-                const Sequence& sequence) {
+                const PictureSequence& sequence) {
   const auto of_rig = &rig - report.rigs.data(), of_sweep = &sweep - rig.sweeps.data();
   Json media = object("ImageSequenceReference.1", "");
   media["available_range"] = time_range(sequence.first, sequence.count);

@@ -24,7 +24,7 @@ constexpr double kOnFaces = 0.15;     // of those: the worst of a smooth measure
 constexpr Index kMostStructured = 4;  // of the evaluations one in so many at most
 constexpr Index kLastRound = 100;     // evaluations that are worth no further round
 constexpr Index kTogether = 12;       // climbs that take a step at the same time
-constexpr double kLeastStep = 1e-3;   // of an axis: a climb has ended
+constexpr double kEndOfClimb = 1e-3;  // of an axis: a climb has ended
 constexpr double kOdd = 6.0;          // robust standard deviations from what neighbours suggest
 constexpr Index kOddities = 10;       // followed in one round
 constexpr double kAbrupt = 3.0;       // times the usual slope
@@ -52,7 +52,7 @@ struct Climb {
   Index number = 0, polled = 0;
   std::vector<double> seen_at, seen;  // the last points that it looked at, and their values
 
-  bool ended() const { return step < kLeastStep || polls_left <= 0; }
+  bool ended() const { return step < kEndOfClimb || polls_left <= 0; }
   double hope() const { return value + kOutlook * progress; }
 };
 

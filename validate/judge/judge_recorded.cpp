@@ -33,8 +33,8 @@ const JointJump& leading_joint(const Recording& recording, const Jump& jump) {
   return sum != nullptr && sum->size_deg > kAddsUp * own->size_deg ? *sum : *own;
 }
 
-Finding flip_finding(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
-                     const Jump& jump) {
+Finding recorded_flip_finding(const RigRecord& rig, const JudgeContext& context,
+                              const SweepRecord& sweep, const Jump& jump) {
   const Recording& recording = *rig.recording;
   std::string joints;
   for (const JointJump& each : jump.joints) {
@@ -124,7 +124,7 @@ std::string frame_text(const SweepRecord& sweep, std::size_t index) {
 void judge_recorded(const RigRecord& rig, const JudgeContext& context, const SweepRecord& sweep,
                     std::vector<Finding>& findings) {
   for (const Jump& jump : sweep.flips.jumps)
-    findings.push_back(flip_finding(rig, context, sweep, jump));
+    findings.push_back(recorded_flip_finding(rig, context, sweep, jump));
   if (!sweep.flips.finite) {
     Finding finding = start_finding(rig, context, sweep, "BB050", sweep.flips.not_finite_pose);
     finding.value = 1.0;

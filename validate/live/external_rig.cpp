@@ -36,7 +36,7 @@ using solver::RigError;
 // the rig at rest may be from its own rest matrices: share of the spine, and degrees.
 constexpr double kSamePlace = 0.02, kAtRestShift = 0.005, kAtRest_deg = 1.0;
 // Of what is kept; more is asked for again.
-constexpr Index kMostChains = 200'000, kMostBodyBytes = 256 << 20, kMostPointBytes = 384 << 20;
+constexpr Index kMostChains = 200'000, kMostBodyBytes = 256 << 20, kMostKeptPointBytes = 384 << 20;
 // A point of the rig stands at a vertex within this share of the height, which is what formats
 // round and a little more; fewer vertices than this share with a point are another mesh.
 constexpr double kSamePoint = 5e-4, kLeastWithPoints = 0.5;
@@ -674,7 +674,7 @@ void ExternalRig::keep(const Key& key, const Points& points) const {
   points_order_.push_back(key);
   const Index bytes = sizeof(glm::vec3) * points->size();
   point_bytes_ += bytes;
-  while (point_bytes_ > kMostPointBytes && points_order_.size() > 1) {
+  while (point_bytes_ > kMostKeptPointBytes && points_order_.size() > 1) {
     points_.erase(points_order_.front());
     points_order_.pop_front();
     point_bytes_ -= bytes;

@@ -11,8 +11,6 @@
 namespace backbend::validate {
 namespace {
 
-constexpr std::size_t kMostPointBytes = 64 << 20;  // of one answer
-
 struct KnownRigs {
   std::mutex mutex;
   std::map<std::string, std::shared_ptr<InProcessRig>> rig;  // by name and number

@@ -59,7 +59,8 @@ inline constexpr std::size_t kMostChatter = 1 << 16;  // bytes before the hello
 inline constexpr std::size_t kMostAnswerLine = 4096;
 inline constexpr std::size_t kMostRigChannels = 20'000, kMostRigJoints = 20'000;
 inline constexpr std::size_t kMostRigPoints = 2'000'000, kMostRigTriangles = 4'000'000;
-inline constexpr std::size_t kMostPosesAsked = 256;  // in one request
+inline constexpr std::size_t kMostPosesAsked = 256;       // in one request
+inline constexpr std::size_t kMostPointBytes = 64 << 20;  // of one answer
 
 /// Whether a line before the hello is one: everything else there is a program's own chatter.
 bool is_hello(const std::string& line);

@@ -12,8 +12,7 @@ namespace {
 using Outcome = ChildStream::Outcome;
 
 // Programs take their time to start and to load a scene.
-constexpr double kStartPatience = 5.0;             // of the timeout
-constexpr std::size_t kMostPointBytes = 64 << 20;  // of one answer
+constexpr double kStartPatience = 5.0;  // of the timeout
 
 /// The last line of what a program complained of, fit for a line of ours.
 std::string last_line(const std::string& text) {

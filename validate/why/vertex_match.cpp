@@ -120,20 +120,20 @@ std::vector<std::uint32_t> pair_by_triangles(const RestSurface& before, const Re
   return paired;
 }
 
-using Corners = std::array<std::uint32_t, 3>;
+using Triangle = std::array<std::uint32_t, 3>;
 
 /// Which corner a triangle is begun at so that the same one always begins at the same.
-int first_corner(const Corners& t) {
+int first_corner(const Triangle& t) {
   return t[0] <= t[1] && t[0] <= t[2] ? 0 : t[1] <= t[2] ? 1 : 2;
 }
-Corners begun_at(const Corners& t, int first) {
+Triangle begun_at(const Triangle& t, int first) {
   const auto f = static_cast<Index>(first);
   return {t[f], t[(f + 1) % 3], t[(f + 2) % 3]};
 }
-Corners ordered(const Corners& t) { return begun_at(t, first_corner(t)); }
+Triangle ordered(const Triangle& t) { return begun_at(t, first_corner(t)); }
 
 /// A triangle of `after` in the numbers of `before`; nothing where a corner has no partner.
-bool in_before(const glm::uvec3& t, const Pairs& pairs, Corners& out) {
+bool in_before(const glm::uvec3& t, const Pairs& pairs, Triangle& out) {
   for (int i = 0; i < 3; ++i) {
     const std::int64_t u = pairs.before_of(t[i]);
     if (u == kNone) return false;
@@ -144,10 +144,10 @@ bool in_before(const glm::uvec3& t, const Pairs& pairs, Corners& out) {
 
 bool is_same_mesh(const RestSurface& before, const RestSurface& after, const Pairs& pairs) {
   if (before.triangles.size() != after.triangles.size() || !pairs.is_complete()) return false;
-  std::multiset<Corners> old_ones, new_ones;
+  std::multiset<Triangle> old_ones, new_ones;
   for (const glm::uvec3& t : before.triangles) old_ones.insert(ordered({t[0], t[1], t[2]}));
   for (const glm::uvec3& t : after.triangles) {
-    Corners old{};
+    Triangle old{};
     in_before(t, pairs, old);
     new_ones.insert(ordered(old));
   }
@@ -183,11 +183,11 @@ struct Welded {
 /// the triangles told is wrong: pairs of which a triangle is none of the earlier ones.
 void drop_contradicted(const Welded& before, const Welded& after,
                        const std::vector<std::uint32_t>& by_triangles, Pairs& pairs) {
-  std::set<Corners> known;
+  std::set<Triangle> known;
   for (const glm::uvec3& t : before.triangles) known.insert(ordered({t[0], t[1], t[2]}));
   std::vector<bool> wrong(after.position.size(), false);
   for (const glm::uvec3& t : after.triangles) {
-    Corners old{};
+    Triangle old{};
     if (!in_before(t, pairs, old) || !known.contains(ordered(old)))
       for (int i = 0; i < 3; ++i) wrong[t[i]] = true;
   }
@@ -204,17 +204,17 @@ std::vector<std::int64_t> partners_by_place(const RestSurface& from, const Welde
   for (Index v = 0; v < out.size(); ++v)
     if (const std::int64_t place = place_in_to(from_places.place_of[v]); place != kNone)
       out[v] = to_places.first_at.at(static_cast<std::uint32_t>(place));
-  std::map<Corners, Corners> vertices_of;  // of a triangle of places in `to`
+  std::map<Triangle, Triangle> vertices_of;  // of a triangle of places in `to`
   for (Index t = 0; t < to.triangles.size(); ++t) {
     const glm::uvec3& p = to_places.triangles[t];
-    const Corners places{p[0], p[1], p[2]};
+    const Triangle places{p[0], p[1], p[2]};
     const int first = first_corner(places);
     const glm::uvec3& v = to.triangles[t];
     vertices_of.emplace(begun_at(places, first), begun_at({v[0], v[1], v[2]}, first));
   }
   std::vector<bool> told(out.size(), false);
   for (Index t = 0; t < from.triangles.size(); ++t) {
-    Corners places{};
+    Triangle places{};
     bool paired = true;
     for (int i = 0; i < 3; ++i) {
       const std::int64_t place = place_in_to(from_places.triangles[t][i]);

@@ -25,7 +25,7 @@ using Index = std::size_t;
 constexpr double kWorse = 1.001;
 // A finding that a mixture has to this share of the limit is known: what the others add may be a
 // hair that a split vertex makes.
-constexpr double kNear = 0.8;
+constexpr double kNearLimit = 0.8;
 
 std::string key_of(const Finding& finding) {
   return finding.code + (finding.sweep.empty() ? "" : " " + finding.sweep);
@@ -60,14 +60,14 @@ double badness_in(const Judged& judged, const std::string& key, bool advisory = 
                    advisory ? badness_in(judged.advisory, key) : 0.0});
 }
 
-/// A limit on the good side by kNear, of what is lost where a share is to be kept; its inverse
+/// A limit on the good side by kNearLimit, of what is lost where a share is to be kept; its inverse
 /// where `back`.
 double near_limit(const Check& check, double limit, bool back) {
-  const double factor = back ? 1.0 / kNear : kNear;
+  const double factor = back ? 1.0 / kNearLimit : kNearLimit;
   return check.sense == Sense::at_least ? 1.0 - (1.0 - limit) * factor : limit * factor;
 }
 
-/// What passes by less than kNear. `weights`: nullptr where the input is not asked.
+/// What passes by less than kNearLimit. `weights`: nullptr where the input is not asked.
 std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& context,
                                    const WeightHygiene* weights) {
   LimitSet nearer = context.limits;
@@ -328,7 +328,7 @@ WhyPair why(const VersionPair& pair, const WhySettings& settings, Progress& prog
     if (const auto found = before.find(key); found != before.end()) why.was = found->second.value;
     const auto makes = [&](double bad, bool advisory) {
       // Half of what it got worse by.
-      const double from = std::max(badness_in(*mixer.of(0), key, advisory), kNear);
+      const double from = std::max(badness_in(*mixer.of(0), key, advisory), kNearLimit);
       return bad > 0.0 && bad >= from + 0.5 * (badness(why.finding) - from);
     };
     const auto smallest = [&](bool advisory) -> IngredientSet {

@@ -23,7 +23,7 @@ json facts_of(const std::string& file) {
   throw std::runtime_error("characters.json does not know " + file);
 }
 
-std::vector<std::string> names_of(const Character& character, const std::vector<int>& nodes) {
+std::vector<std::string> node_names(const Character& character, const std::vector<int>& nodes) {
   std::vector<std::string> out;
   for (const int node : nodes) out.push_back(character.nodes[static_cast<std::size_t>(node)].name);
   return out;
@@ -50,13 +50,14 @@ TEST_P(EveryCharacter, HasTheSpineArmsAndFacingThatItsAuthorGaveIt) {
   const Character character = read_character(shared_character(GetParam()));
   const Anatomy anatomy = find_anatomy(character);
 
-  EXPECT_EQ(names_of(character, anatomy.spine), facts["spine"].get<std::vector<std::string>>());
+  EXPECT_EQ(node_names(character, anatomy.spine), facts["spine"].get<std::vector<std::string>>());
   const json arms = facts["arms"];
-  EXPECT_EQ(names_of(character, anatomy.left_arm), arms.value("left", std::vector<std::string>{}));
-  EXPECT_EQ(names_of(character, anatomy.right_arm),
+  EXPECT_EQ(node_names(character, anatomy.left_arm),
+            arms.value("left", std::vector<std::string>{}));
+  EXPECT_EQ(node_names(character, anatomy.right_arm),
             arms.value("right", std::vector<std::string>{}));
   if (facts.contains("extra") && facts["extra"].contains("tail")) {
-    EXPECT_EQ(names_of(character, anatomy.tail),
+    EXPECT_EQ(node_names(character, anatomy.tail),
               facts["extra"]["tail"].get<std::vector<std::string>>());
   }
   EXPECT_EQ(axis_name(anatomy.forward), facts["forward"].get<std::string>());
@@ -151,7 +152,7 @@ TEST(SharedCharacters, NeckStartsAtItsLowestJoint) {
   const auto neck = [](const char* file) {
     const Character character = read_character(shared_character(file));
     const Anatomy anatomy = find_anatomy(character);
-    return names_of(character, anatomy.spine)[anatomy.neck_index];
+    return node_names(character, anatomy.spine)[anatomy.neck_index];
   };
   EXPECT_EQ(neck("mh_male_13k.glb"), "neck01");
   EXPECT_EQ(neck("mh_female_cmu_13k.glb"), "Neck");

@@ -10,14 +10,13 @@
 
 #include "skin/body/body_proxy.h"
 #include "skin/body/body_shape.h"
+#include "skin/body/index.h"
 #include "tests/skin/proxy_figures.h"
 
 namespace backbend::skin {
 namespace {
 
 using namespace figures;
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 /// How far the surface is from `from` towards `way`.
 double reach(const BodyShape& shape, const glm::dvec3& from, const glm::dvec3& way) {

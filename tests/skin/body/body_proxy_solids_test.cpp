@@ -9,14 +9,13 @@
 
 #include "skin/body/body_proxy.h"
 #include "skin/body/body_shape.h"
+#include "skin/body/index.h"
 #include "tests/skin/proxy_figures.h"
 
 namespace backbend::skin {
 namespace {
 
 using namespace figures;
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 TEST(ProxySolids, OfAHumanFollowsItsJoints) {
   const Figure f = human();

@@ -44,7 +44,7 @@ void expect_closed(const Character& body) {
   EXPECT_TRUE(std::all_of(used.begin(), used.end(), [](bool u) { return u; }));
 }
 
-double volume(const Character& body) {
+double body_volume(const Character& body) {
   double sum = 0.0;
   for (const glm::uvec3& t : body.triangles) {
     const glm::dvec3 a(body.bind_position[t.x]), b(body.bind_position[t.y]),
@@ -140,7 +140,7 @@ float weight_of(const Character& body, std::size_t vertex, const std::string& jo
 TEST(Body, IsOneClosedShellThatFacesOutwards) {
   const Character body = make_body(figure());
   expect_closed(body);
-  EXPECT_GT(volume(body), 0.0);
+  EXPECT_GT(body_volume(body), 0.0);
   // Even triangles: none is a sliver (an equilateral one has 60 degrees).
   EXPECT_GT(smallest_angle_deg(body), 10.0);
   for (const glm::uvec3& t : body.triangles) {
@@ -250,7 +250,7 @@ joints = ["root"]
               1e-4);
   }
   // Inscribed triangles of edge L lose about L^2 / (4 R) of depth: L = 0.025, R >= 0.1.
-  EXPECT_NEAR(volume(body), 4.0 / 3.0 * 3.14159265 * 0.3 * 0.2 * 0.4, 0.01 * 0.1005);
+  EXPECT_NEAR(body_volume(body), 4.0 / 3.0 * 3.14159265 * 0.3 * 0.2 * 0.4, 0.01 * 0.1005);
 }
 
 TEST(Body, RefusesSolidsThatLeaveATunnel) {
@@ -433,7 +433,7 @@ TEST_P(BundledBody, IsSoundSymmetricAndItsSpineIsFound) {
   expect_closed(body);
   expect_symmetric(body);
   expect_weights(body);
-  EXPECT_GT(volume(body), 0.0);
+  EXPECT_GT(body_volume(body), 0.0);
   EXPECT_GT(smallest_angle_deg(body), 3.0);
   glm::vec3 low(1e9f), high(-1e9f);
   for (const glm::vec3& p : body.bind_position) {

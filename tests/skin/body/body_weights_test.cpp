@@ -13,11 +13,10 @@
 #include "skin/body/body_build.h"
 #include "skin/body/body_grid.h"
 #include "skin/body/body_subdivide.h"
+#include "skin/body/index.h"
 
 namespace backbend::skin {
 namespace {
-
-std::size_t z(int i) { return static_cast<std::size_t>(i); }
 
 /// A rod of radius 0.06 through `axis`, its joints at `places`, hanging from one another.
 BodyDescription rod(const std::vector<glm::dvec3>& axis, const std::vector<glm::dvec3>& places) {

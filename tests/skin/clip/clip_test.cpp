@@ -50,7 +50,7 @@ std::vector<float> joined(std::initializer_list<std::vector<float>> parts) {
   return out;
 }
 
-Clip read(const GltfFixture& file) {
+Clip read_clip_of(const GltfFixture& file) {
   const TemporaryFolder folder;
   return read_clip(file.write_glb(folder));
 }
@@ -70,7 +70,7 @@ TEST(GltfClip, FramesAreTheKeysHoweverUnevenTheyStand) {
   GltfFixture file = strip();
   animate(file, 1, "rotation", "LINEAR", {0.0f, 0.03f, 0.11f},
           joined({about_z(0), about_z(30), about_z(10)}));
-  const Clip clip = read(file);
+  const Clip clip = read_clip_of(file);
   ASSERT_EQ(clip.frame_count(), 3u);
   EXPECT_NEAR(clip.time[1], 0.03, 1e-8);
   EXPECT_NEAR(angle(clip, 1, "chest"), 30.0, 1e-5);
@@ -83,7 +83,7 @@ TEST(GltfClip, LinearRotationsTakeTheShorterWayWhateverTheSignOfTheirKeys) {
   GltfFixture file = strip();
   // 0.3 s apart: the player makes up what lies between, here ten frames' steps of 6 degrees.
   animate(file, 1, "rotation", "LINEAR", {0.0f, 0.3f}, joined({about_z(-30), about_z(30, -1.0f)}));
-  const Clip clip = read(file);
+  const Clip clip = read_clip_of(file);
   ASSERT_GE(clip.frame_count(), 10u);
   const double last = static_cast<double>(clip.frame_count() - 1);
   for (std::size_t f = 0; f < clip.frame_count(); ++f)
@@ -95,7 +95,7 @@ TEST(GltfClip, PutsMoveTurnAndScaleTogetherInThatOrder) {
   animate(file, 0, "translation", "LINEAR", {0.0f, 0.05f}, {0, 0, 0, 1, 2, 3});
   animate(file, 0, "rotation", "LINEAR", {0.0f, 0.05f}, joined({about_z(0), about_z(90)}));
   animate(file, 0, "scale", "LINEAR", {0.0f, 0.05f}, {1, 1, 1, 2, 3, 4});
-  const Clip clip = read(file);
+  const Clip clip = read_clip_of(file);
   const glm::dmat4 hip =
       clip.world[(clip.frame_count() - 1) * clip.joint_count() + joint(clip, "hip")];
   const glm::dvec3 expected[] = {{0, 2, 0}, {-3, 0, 0}, {0, 0, 4}, {1, 2, 3}};
@@ -106,7 +106,7 @@ TEST(GltfClip, StepsHoldTheirValueUntilTheNextKey) {
   GltfFixture file = strip();
   animate(file, 1, "rotation", "STEP", {0.0f, 0.05f}, joined({about_z(0), about_z(90)}));
   animate(file, 0, "translation", "LINEAR", {0.0f, 0.025f, 0.05f}, {0, 0, 0, 1, 0, 0, 2, 0, 0});
-  const Clip clip = read(file);
+  const Clip clip = read_clip_of(file);
   ASSERT_EQ(clip.frame_count(), 3u);
   EXPECT_NEAR(angle(clip, 1, "chest"), 0.0, 1e-6);
   EXPECT_NEAR(angle(clip, 2, "chest"), 90.0, 1e-5);
@@ -116,7 +116,7 @@ TEST(GltfClip, APauseInWhichEverythingHoldsNeedsNoFrames) {
   GltfFixture file = strip();
   animate(file, 1, "rotation", "STEP", {0.0f, 3.0f}, joined({about_z(0), about_z(90)}));
   animate(file, 0, "translation", "LINEAR", {0.0f, 3.0f}, {1, 0, 0, 1, 0, 0});
-  EXPECT_EQ(read(file).frame_count(), 2u);
+  EXPECT_EQ(read_clip_of(file).frame_count(), 2u);
 }
 
 TEST(GltfClip, CubicsAreHermiteCurvesOfTheirTangents) {
@@ -124,7 +124,7 @@ TEST(GltfClip, CubicsAreHermiteCurvesOfTheirTangents) {
   // From 0 to 1 over a second with tangents 2 and 0: p(1/2) = 1/8 of the first tangent + 1/2.
   animate(file, 0, "translation", "CUBICSPLINE", {0.0f, 1.0f},
           {0, 0, 0, /*value*/ 0, 0, 0, /*out*/ 2, 0, 0, /*in*/ 0, 0, 0, 1, 0, 0, 0, 0, 0});
-  const Clip clip = read(file);
+  const Clip clip = read_clip_of(file);
   ASSERT_EQ(clip.frame_count(), 31u);  // a second of 1/30
   const std::size_t half = 15;
   EXPECT_NEAR(clip.world[half * clip.joint_count() + joint(clip, "hip")][3][0], 0.75,
@@ -135,7 +135,7 @@ TEST(GltfClip, KeysNearerThanAnyPlayerShowsAreOneFrameTheLaterOne) {
   GltfFixture file = strip();
   animate(file, 1, "rotation", "LINEAR", {0.0f, 0.05f, 0.0501f, 0.1f},
           joined({about_z(0), about_z(0), about_z(90), about_z(90)}));
-  const Clip clip = read(file);
+  const Clip clip = read_clip_of(file);
   ASSERT_EQ(clip.frame_count(), 3u);
   EXPECT_NEAR(angle(clip, 1, "chest"), 90.0, 1e-5);
 }
@@ -146,7 +146,7 @@ TEST(GltfClip, EveryAnimationIsASweepOfItsOwnUnlessOneIsNamed) {
   json second = file.root["animations"][0];
   second["name"] = "other";
   file.root["animations"].push_back(second);
-  const Clip both = read(file);
+  const Clip both = read_clip_of(file);
   ASSERT_EQ(both.sweeps.size(), 2u);
   EXPECT_EQ(both.sweeps[1].first, 2u);
   const TemporaryFolder folder;
@@ -195,7 +195,7 @@ TEST_P(BrokenAnimation, IsRefusedWithItsPlaceAndCause) {
   animate(file, 1, "rotation", "LINEAR", {0.0f, 0.05f}, joined({about_z(0), about_z(5)}));
   GetParam().spoil(file.root["animations"][0], file);
   try {
-    read(file);
+    read_clip_of(file);
     FAIL() << "was read";
   } catch (const CharacterError& error) {
     const std::string told = error.what();
@@ -270,7 +270,7 @@ std::vector<float> identity(float x = 0, float y = 0, float z = 0) {
   return {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, x, y, z, 1};
 }
 
-json header() {
+json clip_header() {
   return {{"schema", "backbend.clip/1"},
           {"joints", {{{"name", "hips"}, {"parent", -1}}, {{"name", "chest"}, {"parent", 0}}}},
           {"poses", {{{"time", 0.0}}, {{"time", 0.5}}}}};
@@ -289,7 +289,7 @@ std::vector<float> four_matrices() {
 }
 
 TEST(BackbendClip, HoldsAMatrixForEveryJointOfEveryPose) {
-  const Clip clip = parse_backbend_clip("a.clip", encoded(header(), four_matrices()));
+  const Clip clip = parse_backbend_clip("a.clip", encoded(clip_header(), four_matrices()));
   ASSERT_EQ(clip.frame_count(), 2u);
   EXPECT_EQ(clip.joint, (std::vector<std::string>{"hips", "chest"}));
   EXPECT_EQ(glm::dvec3(clip.world[3][3]), glm::dvec3(2, 3, 4));
@@ -297,7 +297,7 @@ TEST(BackbendClip, HoldsAMatrixForEveryJointOfEveryPose) {
 }
 
 TEST(BackbendClip, UnitsAndAxesBecomeMetresAndYUp) {
-  json head = header();
+  json head = clip_header();
   head["up"] = "Z";
   head["metres_per_unit"] = 0.01;
   head["points"] = 1;
@@ -312,7 +312,7 @@ TEST(BackbendClip, UnitsAndAxesBecomeMetresAndYUp) {
 }
 
 TEST(BackbendClip, PosesCarryTheirSweepAndControls) {
-  json head = header();
+  json head = clip_header();
   head["poses"] = {{{"sweep", "twist"}, {"controls", {{"twist", -2.0}}}},
                    {{"sweep", "side"}, {"controls", {{"side", 4.0}}}}};
   const Clip clip = parse_backbend_clip("a.clip", encoded(head, four_matrices()));
@@ -326,7 +326,7 @@ TEST(BackbendClip, PosesCarryTheirSweepAndControls) {
 
 TEST(BackbendClip, RefusesWhatItCannotUse) {
   const auto refused = [](const std::function<void(json&)>& spoil, const std::string& words) {
-    json head = header();
+    json head = clip_header();
     spoil(head);
     try {
       parse_backbend_clip("a.clip", encoded(head, four_matrices()));
@@ -355,7 +355,7 @@ TEST(BackbendClip, RefusesWhatItCannotUse) {
 TEST(BackbendClip, RefusesNumbersThatAreNone) {
   std::vector<float> numbers = four_matrices();
   numbers[17] = std::numeric_limits<float>::infinity();
-  EXPECT_THROW(parse_backbend_clip("a.clip", encoded(header(), numbers)), CharacterError);
+  EXPECT_THROW(parse_backbend_clip("a.clip", encoded(clip_header(), numbers)), CharacterError);
 }
 
 // Point caches ---------------------------------------------------------------------------------
@@ -535,7 +535,7 @@ TEST(Clip, AnyByteOfAnyFormMayBeWrongWithoutHarm) {
   const TemporaryFolder folder;
   const std::vector<std::pair<std::string, std::vector<std::uint8_t>>> forms = {
       {"a.glb", gltf.glb()},
-      {"a.clip", encoded(header(), four_matrices())},
+      {"a.clip", encoded(clip_header(), four_matrices())},
       {"a.mdd", mdd()},
       {"a.pc2", pc2()}};
   for (const auto& [name, whole] : forms)

@@ -19,18 +19,18 @@ namespace {
 using glm::dmat4;
 using glm::dvec3;
 
-const dmat4 kOne(1.0);
+const dmat4 kIdentity(1.0);
 
 dmat4 matrix_of(const NodeTransform& t) {
-  return glm::translate(kOne, t.translation) * glm::mat4_cast(t.rotation) *
-         glm::scale(kOne, t.scale);
+  return glm::translate(kIdentity, t.translation) * glm::mat4_cast(t.rotation) *
+         glm::scale(kIdentity, t.scale);
 }
 double apart(const dmat4& a, const dmat4& b) {
   double most = 0.0;
   for (int c = 0; c < 4; ++c) most = std::max(most, glm::distance(a[c], b[c]));
   return most;
 }
-const dmat4 kTurned = glm::rotate(glm::translate(kOne, dvec3(0.3, -2.0, 5.0)), 1.9,
+const dmat4 kTurned = glm::rotate(glm::translate(kIdentity, dvec3(0.3, -2.0, 5.0)), 1.9,
                                   glm::normalize(dvec3(1, -2, 0.7)));
 
 TEST(SplitTransform, GivesTheMatrixBackMirroredOrNot) {
@@ -86,20 +86,20 @@ TEST(SplitTransform, HasNoneForWhatShearsOrFlattens) {
 Character sheared() {
   Character c;
   c.file_name = "sheared.glb";
-  const dmat4 local[] = {
-      glm::scale(kOne, dvec3(1.0, 2.0, 0.5)),
-      glm::rotate(glm::translate(kOne, dvec3(0.1, 0.4, 0.2)), 0.8, glm::normalize(dvec3(1, 2, 3))) *
-          glm::scale(kOne, dvec3(1.0, 2.0, 0.5)) *
-          glm::rotate(kOne, 0.6, glm::normalize(dvec3(2, -1, 1))),
-      glm::rotate(glm::translate(kOne, dvec3(0.3, 0.5, -0.2)), -1.2,
-                  glm::normalize(dvec3(-1, 0.5, 2)))};
+  const dmat4 local[] = {glm::scale(kIdentity, dvec3(1.0, 2.0, 0.5)),
+                         glm::rotate(glm::translate(kIdentity, dvec3(0.1, 0.4, 0.2)), 0.8,
+                                     glm::normalize(dvec3(1, 2, 3))) *
+                             glm::scale(kIdentity, dvec3(1.0, 2.0, 0.5)) *
+                             glm::rotate(kIdentity, 0.6, glm::normalize(dvec3(2, -1, 1))),
+                         glm::rotate(glm::translate(kIdentity, dvec3(0.3, 0.5, -0.2)), -1.2,
+                                     glm::normalize(dvec3(-1, 0.5, 2)))};
   for (int n = 0; n < 3; ++n) {
     Node node;
     node.name = "n" + std::to_string(n);
     node.parent = n - 1;
     node.world_from_node = n == 0 ? local[0] : c.nodes.back().world_from_node * local[n];
     c.nodes.push_back(node);
-    c.joints.push_back({n, glm::inverse(node.world_from_node) * glm::scale(kOne, dvec3(1.5))});
+    c.joints.push_back({n, glm::inverse(node.world_from_node) * glm::scale(kIdentity, dvec3(1.5))});
   }
   return c;
 }
@@ -107,7 +107,7 @@ Character sheared() {
 TEST(PrepareSkeleton, PutsSquareFramesAtTheSameOriginsWhereNodesShear) {
   const Character c = sheared();
   const WrittenSkeleton written = prepare_skeleton(c, nullptr);
-  dmat4 world = kOne;
+  dmat4 world = kIdentity;
   for (std::size_t n = 0; n < 3; ++n) {
     world = world * matrix_of(written.rest[n]);
     const dmat4& rest = c.nodes[n].world_from_node;
@@ -165,8 +165,8 @@ TEST(PrepareSkeleton, RefusesWhatNoFileCanSay) {
   }
   EXPECT_NO_THROW(prepare_skeleton(c, &a));
   GlbAnimation bad = a;
-  bad.world_from_node[1][2] = glm::rotate(kOne, 0.4, dvec3(0, 0, 1)) *
-                              glm::scale(kOne, dvec3(2, 1, 1)) * bad.world_from_node[1][2];
+  bad.world_from_node[1][2] = glm::rotate(kIdentity, 0.4, dvec3(0, 0, 1)) *
+                              glm::scale(kIdentity, dvec3(2, 1, 1)) * bad.world_from_node[1][2];
   refused(c, &bad, "node `n2`: sheared by the motion");
   bad = a;
   bad.time.pop_back();
@@ -199,7 +199,7 @@ Character rich(int joints) {
     node.name = "j" + std::to_string(n);
     node.parent = n == 0 || n == 3 ? -1 : n == 7 ? 2 : n - 1;
     node.parent_from_node =
-        glm::rotate(glm::translate(kOne, dvec3(0.01 * n, 0.1 + 0.02 * (n % 5), 0.03)),
+        glm::rotate(glm::translate(kIdentity, dvec3(0.01 * n, 0.1 + 0.02 * (n % 5), 0.03)),
                     0.1 + 0.01 * (n % 7), glm::normalize(dvec3(1, n % 3, 2)));
     if (n % 4 == 1) node.parent_from_node = glm::scale(node.parent_from_node, dvec3(1.25));
     if (n % 4 == 2) node.parent_from_node = glm::scale(node.parent_from_node, dvec3(0.8));

@@ -25,7 +25,7 @@ using nlohmann::json;
 const dmat4 kOne(1.0);
 
 /// A strip of two quads on a chain of three turned and scaled nodes under a bare root.
-Character strip() {
+Character strip_character() {
   Character c;
   c.name = "strip";
   c.file_name = "strip.test";
@@ -189,7 +189,7 @@ GlbAnimation spin(const Character& c, double step, int frames) {
 }
 
 TEST(GlbWriter, WritesWhatTheReaderReadsBack) {
-  const Character c = strip();
+  const Character c = strip_character();
   const Character read = read_back(encode_glb(c));
   EXPECT_EQ(read.bind_position, c.bind_position);
   EXPECT_EQ(read.bind_normal, c.bind_normal);
@@ -215,7 +215,7 @@ TEST(GlbWriter, WritesWhatTheReaderReadsBack) {
 
 /// glTF wants unit normals; where there is none to make one of, any will do.
 TEST(GlbWriter, MakesNormalsUnit) {
-  Character c = strip();
+  Character c = strip_character();
   const float infinite = std::numeric_limits<float>::infinity();
   c.bind_normal = {{0, 0, 3}, {0.25f, 0, 0},    {0, 1e-8f, 1e-8f},
                    {0, 0, 0}, {0, infinite, 0}, {0, 0, std::nanf("")}};
@@ -229,13 +229,13 @@ TEST(GlbWriter, MakesNormalsUnit) {
 }
 
 TEST(GlbWriter, GivesTheSameBytesForTheSameCharacter) {
-  const Character c = strip();
+  const Character c = strip_character();
   const GlbAnimation a = spin(c, 0.3, 5);
   EXPECT_EQ(encode_glb(c, &a), encode_glb(c, &a));
 }
 
 TEST(GlbWriter, PutsChunksWhereTheSpecificationWantsThem) {
-  const std::vector<std::uint8_t> glb = encode_glb(strip());
+  const std::vector<std::uint8_t> glb = encode_glb(strip_character());
   std::uint32_t word[5];
   std::memcpy(word, glb.data(), sizeof word);
   EXPECT_EQ(word[0], 0x46546C67u);
@@ -249,7 +249,7 @@ TEST(GlbWriter, PutsChunksWhereTheSpecificationWantsThem) {
 }
 
 TEST(GlbWriter, KeepsEveryWorldMatrixOfTheMotion) {
-  const Character c = strip();
+  const Character c = strip_character();
   const GlbAnimation a = spin(c, 0.9, 9);
   const std::vector<std::uint8_t> glb = encode_glb(c, &a);
   for (std::size_t f = 0; f < a.time.size(); ++f) {
@@ -262,7 +262,7 @@ TEST(GlbWriter, KeepsEveryWorldMatrixOfTheMotion) {
 }
 
 TEST(GlbWriter, KeepsMovesAndScalesByThemselves) {
-  const Character c = strip();
+  const Character c = strip_character();
   for (const std::string& path : {std::string("translation"), std::string("scale")}) {
     GlbAnimation a = spin(c, 0.0, 5);
     for (std::size_t f = 0; f < a.time.size(); ++f) {
@@ -282,7 +282,7 @@ TEST(GlbWriter, KeepsMovesAndScalesByThemselves) {
 }
 
 TEST(GlbWriter, WritesOnlyTheNodesThatMove) {
-  const Character c = strip();
+  const Character c = strip_character();
   const GlbAnimation a = spin(c, 0.9, 4);
   const json animation = header_of(encode_glb(c, &a))["animations"][0];
   ASSERT_EQ(animation["channels"].size(), 1u);
@@ -294,7 +294,7 @@ TEST(GlbWriter, WritesOnlyTheNodesThatMove) {
 
 TEST(GlbWriter, TurnsTheShortWayFromKeyToKey) {
   // 40 steps of 50 degrees pass the quaternions' sign change five times.
-  const Character c = strip();
+  const Character c = strip_character();
   const GlbAnimation a = spin(c, glm::radians(50.0), 40);
   const std::vector<std::uint8_t> glb = encode_glb(c, &a);
   const json sampler = header_of(glb)["animations"][0]["samplers"][0];
@@ -309,7 +309,7 @@ TEST(GlbWriter, TurnsTheShortWayFromKeyToKey) {
 
 TEST(GlbWriter, WritesAShearedSkeletonSoThatTheSkinStandsTheSame) {
   // An uneven scale above a turned node shears what is below: no node can say that.
-  Character c = strip();
+  Character c = strip_character();
   c.nodes[0].parent_from_node = c.nodes[0].world_from_node = glm::scale(kOne, dvec3(1.0, 2.0, 0.5));
   for (std::size_t i = 1; i < 3; ++i) {
     c.nodes[i].world_from_node = c.nodes[i - 1].world_from_node * c.nodes[i].parent_from_node;
@@ -338,7 +338,7 @@ TEST(GlbWriter, WritesAShearedSkeletonSoThatTheSkinStandsTheSame) {
 }
 
 TEST(GlbWriter, GivesAVertexWithoutWeightsAJointThatNeverMoves) {
-  Character c = strip();
+  Character c = strip_character();
   c.influences[5] = Influences{};
   const GlbAnimation a = spin(c, 1.0, 3);
   const std::vector<std::uint8_t> glb = encode_glb(c, &a);
@@ -349,7 +349,7 @@ TEST(GlbWriter, GivesAVertexWithoutWeightsAJointThatNeverMoves) {
 }
 
 TEST(GlbWriter, NamesANodeOnceInTheSkinThoughTwoBindMatricesHangOnIt) {
-  Character c = strip();
+  Character c = strip_character();
   c.joints.push_back({2, c.joints[1].joint_from_mesh * glm::translate(kOne, dvec3(0, 0.1, 0))});
   c.influences[4].joint = {0, 2};
   const std::vector<std::uint8_t> glb = encode_glb(c);
@@ -360,19 +360,20 @@ TEST(GlbWriter, NamesANodeOnceInTheSkinThoughTwoBindMatricesHangOnIt) {
 }
 
 TEST(GlbWriter, WritesEightInfluencesAsTwoSets) {
-  Character c = strip();
+  Character c = strip_character();
   for (int j = 0; j < 5; ++j) c.joints.push_back({2, c.joints[1].joint_from_mesh});
   c.influences[0].joint = {0, 1, 2, 3, 4, 5};
   c.influences[0].weight = {0.3f, 0.2f, 0.2f, 0.1f, 0.1f, 0.1f};
   const json attributes = header_of(encode_glb(c))["meshes"][0]["primitives"][0]["attributes"];
   EXPECT_TRUE(attributes.contains("JOINTS_1"));
   EXPECT_TRUE(attributes.contains("WEIGHTS_1"));
-  EXPECT_FALSE(header_of(encode_glb(strip()))["meshes"][0]["primitives"][0]["attributes"].contains(
-      "JOINTS_1"));
+  EXPECT_FALSE(
+      header_of(encode_glb(strip_character()))["meshes"][0]["primitives"][0]["attributes"].contains(
+          "JOINTS_1"));
 }
 
 TEST(GlbWriter, RefusesMotionsThatNoFileCanSay) {
-  const Character c = strip();
+  const Character c = strip_character();
   const auto refused = [&c](const GlbAnimation& a, const std::string& message) {
     try {
       encode_glb(c, &a);
@@ -402,7 +403,7 @@ TEST(GlbWriter, RefusesMotionsThatNoFileCanSay) {
 }
 
 TEST(GlbWriter, WritesAPoseWithAColourForEachVertex) {
-  const Character c = strip();
+  const Character c = strip_character();
   PosedMesh posed = rest_mesh(c);
   posed.position[3] += glm::vec3(0.0f, 0.25f, 0.0f);
   std::vector<glm::vec3> color(6, glm::vec3(0.25f, 0.5f, 1.0f));

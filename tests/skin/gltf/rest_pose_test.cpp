@@ -15,7 +15,7 @@ namespace {
 using glm::dmat4;
 using glm::dvec3;
 
-const dmat4 kOne(1.0);
+const dmat4 kUnmoved(1.0);
 
 /// `bones` + 1 joints in a bent chain under a bare root, one vertex on each, bound where they
 /// stand. A node `prop` that nothing binds hangs on the third joint, and one more vertex is rigid.
@@ -36,16 +36,16 @@ struct Rig {
       character.nodes.push_back(node);
       return static_cast<int>(character.nodes.size()) - 1;
     };
-    int parent = add("root", -1, glm::translate(kOne, dvec3(0.3, 0.1, -0.2)));
+    int parent = add("root", -1, glm::translate(kUnmoved, dvec3(0.3, 0.1, -0.2)));
     for (int k = 0; k <= bones; ++k) {
       const double turn = 0.2 + 0.1 * k;
       parent = add("joint", parent,
-                   glm::rotate(glm::translate(kOne, dvec3(0.05 * k, 1.0 + 0.1 * k, 0.02)), turn,
+                   glm::rotate(glm::translate(kUnmoved, dvec3(0.05 * k, 1.0 + 0.1 * k, 0.02)), turn,
                                glm::normalize(dvec3(1, 0.4, k))));
       skin.node.push_back(parent);
     }
-    add("prop", skin.node[2], glm::translate(kOne, dvec3(0.4, 0.2, 0.1)));
-    skin.world_from_mesh = glm::translate(kOne, dvec3(0.1, 0.2, 0.3));
+    add("prop", skin.node[2], glm::translate(kUnmoved, dvec3(0.4, 0.2, 0.1)));
+    skin.world_from_mesh = glm::translate(kUnmoved, dvec3(0.1, 0.2, 0.3));
     for (std::size_t j = 0; j < skin.node.size(); ++j) {
       const dmat4& world = character.nodes[static_cast<std::size_t>(skin.node[j])].world_from_node;
       skin.joint_from_mesh.push_back(glm::affineInverse(world) * skin.world_from_mesh);
@@ -94,9 +94,9 @@ std::string code_of(const std::vector<Warning>& warnings) {
 }
 
 dmat4 turn_about(const dmat4& joint, double angle) {
-  return glm::translate(kOne, dvec3(joint[3])) *
-         glm::rotate(kOne, angle, glm::normalize(dvec3(0.3, 1, -0.5))) *
-         glm::translate(kOne, -dvec3(joint[3]));
+  return glm::translate(kUnmoved, dvec3(joint[3])) *
+         glm::rotate(kUnmoved, angle, glm::normalize(dvec3(0.3, 1, -0.5))) *
+         glm::translate(kUnmoved, -dvec3(joint[3]));
 }
 
 TEST(RestPose, OfASkeletonThatStandsAsBoundIsLeftAlone) {
@@ -112,7 +112,7 @@ TEST(RestPose, IsTheBindPoseFromAHundredthOfTheSizeOn) {
   for (const auto& [share, code] :
        {std::pair(0.0095, "0"), std::pair(0.0105, "rest_is_bind_pose")}) {
     Rig rig;
-    rig.bind_from(0, glm::translate(kOne, glm::normalize(dvec3(2, -1, 2)) * (share * size)));
+    rig.bind_from(0, glm::translate(kUnmoved, glm::normalize(dvec3(2, -1, 2)) * (share * size)));
     EXPECT_EQ(code_of(rig.settle()), code) << share;
   }
 }
@@ -131,7 +131,7 @@ TEST(RestPose, MovesEveryBoundNodeAndWhatHangsOnIt) {
   }
   for (const Node& node : nodes) {
     const dmat4 parent =
-        node.parent < 0 ? kOne : nodes[static_cast<std::size_t>(node.parent)].world_from_node;
+        node.parent < 0 ? kUnmoved : nodes[static_cast<std::size_t>(node.parent)].world_from_node;
     for (int c = 0; c < 4; ++c)
       EXPECT_LT(glm::distance((parent * node.parent_from_node)[c], node.world_from_node[c]), 1e-12)
           << node.name;
@@ -196,7 +196,7 @@ TEST(RestPose, TakesTheFirstUsableBindOfANode) {
   rig.bind_from(1, turn_about(rig.bound(1), 0.4));
   // The second skin binds the same nodes elsewhere, the third joint alone as a flat matrix first.
   BoundSkin other = rig.skin;
-  rig.skin.joint_from_mesh[2] = glm::scale(kOne, dvec3(1, 1, 0));
+  rig.skin.joint_from_mesh[2] = glm::scale(kUnmoved, dvec3(1, 1, 0));
   rig.bind();
   settle_rest_pose(rig.character, {rig.skin, other}, rig.vertex_skin);
   for (std::size_t j = 0; j < rig.skin.node.size(); ++j) {
@@ -216,20 +216,21 @@ TEST(PlaceAtBind, IsWhereTheJointAboveMostOthersPutsTheMesh) {
   const int parent[] = {-1, 0, 1, -1, 3, 4, 4, 0};
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     nodes[n].parent = parent[n];
-    nodes[n].world_from_node = glm::translate(kOne, dvec3(0.1 * static_cast<double>(n), 0.3, -0.2));
+    nodes[n].world_from_node =
+        glm::translate(kUnmoved, dvec3(0.1 * static_cast<double>(n), 0.3, -0.2));
   }
   BoundSkin skin;
   skin.node = {5, 1, 2, 0, 6, 4, 3};
   for (std::size_t j = 0; j < skin.node.size(); ++j)
-    skin.joint_from_mesh.push_back(glm::translate(kOne, dvec3(0, static_cast<double>(j), 0.5)));
+    skin.joint_from_mesh.push_back(glm::translate(kUnmoved, dvec3(0, static_cast<double>(j), 0.5)));
   EXPECT_EQ(place_at_bind(nodes, skin), nodes[3].world_from_node * skin.joint_from_mesh[6]);
   // Without a usable matrix there, the next below it; of two above as many, the first listed.
-  skin.joint_from_mesh[6] = glm::scale(kOne, dvec3(1, 0, 1));
+  skin.joint_from_mesh[6] = glm::scale(kUnmoved, dvec3(1, 0, 1));
   EXPECT_EQ(place_at_bind(nodes, skin), nodes[0].world_from_node * skin.joint_from_mesh[3]);
   skin.joint_from_mesh[3][3][0] = std::numeric_limits<double>::infinity();
   EXPECT_EQ(place_at_bind(nodes, skin), nodes[4].world_from_node * skin.joint_from_mesh[5]);
   for (dmat4& m : skin.joint_from_mesh) m = dmat4(0.0);
-  EXPECT_EQ(place_at_bind(nodes, skin), kOne);
+  EXPECT_EQ(place_at_bind(nodes, skin), kUnmoved);
 }
 
 }  // namespace

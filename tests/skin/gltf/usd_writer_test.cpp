@@ -28,7 +28,7 @@ GlbAnimation still(const Character& character, std::size_t frames = 1) {
 }
 
 /// A stick figure with triangles, so that there is something to write.
-Character figure() {
+Character usd_figure() {
   Character character = stick_figure();
   character.triangles = {{0, 1, 2}};
   character.parts = {{"body", 0, 0, 1, 0, static_cast<std::uint32_t>(character.vertex_count())}};
@@ -64,7 +64,7 @@ TEST(UsdNames, InQuotesHoldNoQuoteBackslashOrControlThatActs) {
 }
 
 TEST(UsdSkeleton, KeepsWhatSkinningComputes) {
-  Character character = figure();
+  Character character = usd_figure();
   // A bind space of its own: centimetres, turned; and one joint bound a second time.
   const glm::dmat4 mesh =
       glm::scale(glm::rotate(glm::translate(glm::dmat4(1.0), {0.1, 0.2, 0.3}), 0.5, {0, 0, 1}),
@@ -103,13 +103,13 @@ TEST(UsdSkeleton, KeepsWhatSkinningComputes) {
 }
 
 TEST(UsdSkeleton, RefusesABindMatrixThatCannotBeInverted) {
-  Character character = figure();
+  Character character = usd_figure();
   character.joints[0].joint_from_mesh = glm::scale(glm::dmat4(1.0), glm::dvec3(1, 1, 0));
   EXPECT_THROW(usd_skeleton(character, still(character), false), CharacterError);
 }
 
 TEST(UsdText, WritesAValueThatNeverChangesOnceAndSamplesOtherwise) {
-  const Character character = figure();
+  const Character character = usd_figure();
   GlbAnimation animation = still(character, 3);
   const std::string resting = usd_text(character, animation, {}).text;
   EXPECT_EQ(count(resting, ".timeSamples"), 0u);
@@ -126,7 +126,7 @@ TEST(UsdText, WritesAValueThatNeverChangesOnceAndSamplesOtherwise) {
 }
 
 TEST(UsdText, CountsScalesThatHalfPrecisionCannotHold) {
-  const Character character = figure();
+  const Character character = usd_figure();
   GlbAnimation animation = still(character, 2);
   EXPECT_EQ(usd_text(character, animation, {}).rounded_scales, 0u);
   for (glm::dmat4& world : animation.world_from_node[1])
@@ -141,7 +141,7 @@ TEST(UsdText, CountsScalesThatHalfPrecisionCannotHold) {
 }
 
 TEST(UsdText, HasAMeshForEachPartUnderNamesThatNoReaderRefuses) {
-  Character character = figure();
+  Character character = usd_figure();
   const auto vertices = static_cast<std::uint32_t>(character.vertex_count());
   character.triangles = {{0, 1, 2}, {0, 2, 3}, {1, 2, 3}};
   character.parts = {{"Skeleton", 0, 0, 1, 0, vertices},

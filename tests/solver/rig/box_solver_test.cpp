@@ -13,7 +13,7 @@
 namespace backbend::solver {
 namespace {
 
-const RestChain kStraight{{{0, 0, 0}, {0, 2, 0}, {0, 4, 0}, {0, 6, 0}}};
+const RestChain kStraightUp{{{0, 0, 0}, {0, 2, 0}, {0, 4, 0}, {0, 6, 0}}};
 // Bent forward and to the side, as characters' spines are.
 const RestChain kBent{{{0, 0, 0}, {0.1, 1.8, 0.5}, {0.2, 3.5, 0.4}, {0.1, 5.6, -0.3}}};
 
@@ -181,12 +181,12 @@ TEST(BoxArc, ACurveThatStandsStillSomewhereHasNoResults) {
   EXPECT_FALSE(arc.parameter_at(BoxReal(0.5)).is_finite());
 }
 
-struct Case {
+struct BoxCase {
   const char* name;
   SystemSpec spec;
 };
 
-std::vector<Case> cases() {
+std::vector<BoxCase> box_cases() {
   using Options = std::map<std::string, OptionValue>;
   return {
       {"three_bone", {"three_bone", {}}},
@@ -205,13 +205,13 @@ std::vector<Case> cases() {
       {"isner_blend", {"isner", Options{{"aim", std::string("none")}}}}};
 }
 
-class BoxSolvers : public ::testing::TestWithParam<Case> {};
+class BoxSolvers : public ::testing::TestWithParam<BoxCase> {};
 
 /// What proofs rest on: no pose of a box turns a joint faster than the box's bound.
 TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
   std::mt19937 random(4);
   int finite = 0, sharp = 0;
-  for (const RestChain* chain : {&kStraight, &kBent}) {
+  for (const RestChain* chain : {&kStraightUp, &kBent}) {
     const auto system = build_system(GetParam().spec, *chain);
     const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
     ASSERT_NE(solver, nullptr);
@@ -251,7 +251,7 @@ TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
 
 /// A box of one pose: the same formulas, so the same gain.
 TEST_P(BoxSolvers, ASmallBoxHasTheGainOfItsPose) {
-  const auto system = build_system(GetParam().spec, kStraight);
+  const auto system = build_system(GetParam().spec, kStraightUp);
   const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
   const double at[3] = {0.5, 0.2, -0.3}, half = 1e-6;
   BoxReal of[3];
@@ -274,7 +274,7 @@ TEST_P(BoxSolvers, ASmallBoxHasTheGainOfItsPose) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Solver, BoxSolvers, ::testing::ValuesIn(cases()),
+INSTANTIATE_TEST_SUITE_P(Solver, BoxSolvers, ::testing::ValuesIn(box_cases()),
                          [](const auto& info) { return std::string(info.param.name); });
 
 TEST(BoxSolvers, EvenReachesTheGainOfItsPaperProofOnAWholeBox) {
@@ -300,7 +300,7 @@ TEST(BoxSolvers, EvenWithReachOrLimitsHasTheGainOfItsTheorem) {
                        {{"even", {{"reach", 1.0}}}, 13.0}};
   std::mt19937 random(9);
   for (const Known& known : all) {
-    const auto system = build_system(known.spec, kStraight);
+    const auto system = build_system(known.spec, kStraightUp);
     const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
     ASSERT_EQ(solver->why_not_on_boxes(), "");
     double steepest = 0.0;
@@ -335,7 +335,7 @@ TEST(BoxSolvers, EvenWithReachOrLimitsHasTheGainOfItsTheorem) {
 
 TEST(BoxSolvers, WhatHasNoIntervalFormSaysSo) {
   const auto why = [](const SystemSpec& spec) {
-    const auto system = build_system(spec, kStraight);
+    const auto system = build_system(spec, kStraightUp);
     return dynamic_cast<const BoxSolver&>(*system).why_not_on_boxes();
   };
   EXPECT_NE(why({"isner", {{"slerp", std::string("raw")}}}).find("raw"), std::string::npos);

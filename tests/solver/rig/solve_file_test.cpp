@@ -18,15 +18,17 @@ namespace {
 
 using nlohmann::json;
 
-const std::filesystem::path kAccept = source_folder() / "tests/accept";
+const std::filesystem::path kAcceptFolder = source_folder() / "tests/accept";
 
-const std::string kRig = "[rig]\nsystem = \"curve\"\n";
+const std::string kCurveRig = "[rig]\nsystem = \"curve\"\n";
 const std::string kChain = "[chain]\njoints = [[0,0,0],[0,2,0],[0,4,0],[0,6,0]]\n";
 
-SolveFile parse(const std::string& text) { return parse_solve_file(text, "pose.toml", kAccept); }
+SolveFile parse(const std::string& text) {
+  return parse_solve_file(text, "pose.toml", kAcceptFolder);
+}
 
 /// The message that parsing `text` ends with; empty if it does not.
-std::string refusal(const std::string& text) {
+std::string refusal_of(const std::string& text) {
   try {
     parse(text);
   } catch (const RigError& trouble) {
@@ -36,7 +38,7 @@ std::string refusal(const std::string& text) {
 }
 
 void expect_says(const std::string& text, const std::vector<std::string>& parts) {
-  const std::string message = refusal(text);
+  const std::string message = refusal_of(text);
   for (const std::string& part : parts) {
     EXPECT_NE(message.find(part), std::string::npos) << "no '" << part << "' in: " << message;
   }
@@ -46,14 +48,16 @@ void expect_says(const std::string& text, const std::vector<std::string>& parts)
 // ---- what is read ----
 
 TEST(SolveFile, ReadsControlsInEveryForm) {
-  const SolveFile a = parse(kRig + kChain + "[pose]\ntop = [10, 20, -30]\n");
-  const SolveFile b = parse(kRig + kChain + "[pose]\ntop = { rx = 10, ry = 20.0, rz = -30 }\n");
-  const SolveFile c = parse(kRig + kChain + "[pose]\ntop.rx = 10\ntop.ry = 20\ntop.rz = -30\n");
+  const SolveFile a = parse(kCurveRig + kChain + "[pose]\ntop = [10, 20, -30]\n");
+  const SolveFile b =
+      parse(kCurveRig + kChain + "[pose]\ntop = { rx = 10, ry = 20.0, rz = -30 }\n");
+  const SolveFile c =
+      parse(kCurveRig + kChain + "[pose]\ntop.rx = 10\ntop.ry = 20\ntop.rz = -30\n");
   EXPECT_EQ(a.control, b.control);
   EXPECT_EQ(a.control, c.control);
   EXPECT_EQ(a.control,
             (std::vector<double>{0, 0, 0, 0, 0, 0, radians(10), radians(20), radians(-30)}));
-  EXPECT_EQ(parse(kRig + kChain).control, std::vector<double>(9, 0.0));
+  EXPECT_EQ(parse(kCurveRig + kChain).control, std::vector<double>(9, 0.0));
 }
 
 TEST(SolveFile, TranslationsAreLengthsAndAnglesNeverWrap) {
@@ -66,7 +70,7 @@ TEST(SolveFile, TranslationsAreLengthsAndAnglesNeverWrap) {
 
 TEST(SolveFile, AFileIsReadFromDiskAndItsErrorsNameIt) {
   const auto path = std::filesystem::temp_directory_path() / "backbend_solve_file_test.toml";
-  std::ofstream(path) << kRig << kChain << "[pose]\ntopp = [0, 0, 1]\n";
+  std::ofstream(path) << kCurveRig << kChain << "[pose]\ntopp = [0, 0, 1]\n";
   try {
     read_solve_file(path);
     ADD_FAILURE() << "not refused";
@@ -84,23 +88,25 @@ TEST(SolveFile, NamesLineAndNearestNameOfUnknownKeys) {
   expect_says("[rig]\nsystem = \"curve\"\nbnes = 10\n" + kChain,
               {"pose.toml:3: ", "'bnes'", "did you mean 'bones'?"});
   expect_says("[rig]\nsystem = \"curv\"\n" + kChain, {"pose.toml:2: ", "did you mean 'curve'?"});
-  expect_says(kRig + kChain + "[pose]\ntopp = [0,0,0]\n", {"pose.toml:6: ", "did you mean 'top'?"});
-  expect_says(kRig + kChain + "[pose]\ntop.rw = 3\n",
+  expect_says(kCurveRig + kChain + "[pose]\ntopp = [0,0,0]\n",
+              {"pose.toml:6: ", "did you mean 'top'?"});
+  expect_says(kCurveRig + kChain + "[pose]\ntop.rw = 3\n",
               {"pose.toml:6: ", "unknown channel 'top.rw'"});
-  expect_says(kRig + "[chain]\njoint = [[0,0,0]]\n", {"pose.toml:4: ", "did you mean 'joints'?"});
-  expect_says(kRig + kChain + "[poses]\n", {"pose.toml:5: ", "did you mean 'pose'?"});
-  expect_says(kRig + kChain + "[pose]\nqqqqqqq = 1\n",
+  expect_says(kCurveRig + "[chain]\njoint = [[0,0,0]]\n",
+              {"pose.toml:4: ", "did you mean 'joints'?"});
+  expect_says(kCurveRig + kChain + "[poses]\n", {"pose.toml:5: ", "did you mean 'pose'?"});
+  expect_says(kCurveRig + kChain + "[pose]\nqqqqqqq = 1\n",
               {"unknown control 'qqqqqqq'", "known: lower, middle, top"});
 }
 
 TEST(SolveFile, RefusesTranslationAndScaleOfRotationOnlyControlsByName) {  // R48
-  expect_says(kRig + kChain + "[pose]\ntop.ty = 1\n",
+  expect_says(kCurveRig + kChain + "[pose]\ntop.ty = 1\n",
               {"pose.toml:6: ", "control 'top' only rotates", "'ty'", "translation"});
-  expect_says(kRig + kChain + "[pose]\nmiddle = { sx = 2 }\n",
+  expect_says(kCurveRig + kChain + "[pose]\nmiddle = { sx = 2 }\n",
               {"control 'middle' only rotates", "'sx'", "scale"});
-  expect_says(kRig + kChain + "[pose]\nlower_move = [0, 1, 0]\n",
+  expect_says(kCurveRig + kChain + "[pose]\nlower_move = [0, 1, 0]\n",
               {"control 'lower' only rotates", "'move'", "translation"});
-  expect_says(kRig + kChain + "[pose]\ntop = [0,0,0, 0,1,0]\n",
+  expect_says(kCurveRig + kChain + "[pose]\ntop = [0,0,0, 0,1,0]\n",
               {"6 values", "translation and scale are locked"});
 }
 
@@ -112,21 +118,21 @@ TEST(SolveFile, RefusesWrongTypesAndNumbersThatAreNone) {
   expect_says("[rig]\nsystem = \"curve\"\nbasis = \"bsplin\"\n" + kChain,
               {"pose.toml:3: ", "did you mean \"bspline\"?"});
   expect_says("[rig]\nsystem = \"curve\"\nbones = nan\n" + kChain, {"pose.toml:3: ", "nan"});
-  expect_says(kRig + kChain + "[pose]\ntop = [0, inf, 0]\n", {"pose.toml:6: ", "inf"});
-  expect_says(kRig + kChain + "[pose]\ntop = \"up\"\n", {"pose.toml:6: ", "not a number"});
-  expect_says(kRig + kChain + "[pose]\ntop = [0, 1]\n", {"2 values, expected 3"});
-  expect_says(kRig + kChain + "[pose]\ntop = [0, 1e300, 0]\n", {"1e+300", "within"});
-  expect_says(kRig + "[chain]\njoints = [[0,0,0],[0,2]]\n", {"pose.toml:4: ", "[x, y, z]"});
-  expect_says(kRig + "[chain]\njoints = [[0,0,0],[0,1e200,0]]\n", {"pose.toml:4: "});
-  expect_says(kRig + "[chain]\njoints = [[0,0,0],[0,0,0]]\n", {"pose.toml:3: ", "coincide"});
+  expect_says(kCurveRig + kChain + "[pose]\ntop = [0, inf, 0]\n", {"pose.toml:6: ", "inf"});
+  expect_says(kCurveRig + kChain + "[pose]\ntop = \"up\"\n", {"pose.toml:6: ", "not a number"});
+  expect_says(kCurveRig + kChain + "[pose]\ntop = [0, 1]\n", {"2 values, expected 3"});
+  expect_says(kCurveRig + kChain + "[pose]\ntop = [0, 1e300, 0]\n", {"1e+300", "within"});
+  expect_says(kCurveRig + "[chain]\njoints = [[0,0,0],[0,2]]\n", {"pose.toml:4: ", "[x, y, z]"});
+  expect_says(kCurveRig + "[chain]\njoints = [[0,0,0],[0,1e200,0]]\n", {"pose.toml:4: "});
+  expect_says(kCurveRig + "[chain]\njoints = [[0,0,0],[0,0,0]]\n", {"pose.toml:3: ", "coincide"});
   // A third of the way and two thirds are one place on it: the middle control has no bone.
   for (const std::string system : {"three_bone", "curve", "even"}) {
     expect_says("[rig]\nsystem = \"" + system + "\"\n[chain]\njoints = [[0,2,0],[0,1,0],[0,2,0]]\n",
                 {"pose.toml:3: ", system, "doubles back", "control 2"});
   }
-  expect_says(kRig + "[chain]\njoints = []\n", {"pose.toml:3: ", "0 joints"});
-  expect_says(kRig, {"pose.toml:", "0 joints"});
-  expect_says("pose = 3\n" + kRig + kChain, {"'pose' must be a table"});
+  expect_says(kCurveRig + "[chain]\njoints = []\n", {"pose.toml:3: ", "0 joints"});
+  expect_says(kCurveRig, {"pose.toml:", "0 joints"});
+  expect_says("pose = 3\n" + kCurveRig + kChain, {"'pose' must be a table"});
   expect_says("[rig]\nsystem = 7\n", {"pose.toml:2: ", "'system' must be a word"});
   expect_says("[rig]\n", {"no system"});
   expect_says("[chain]\n", {"no [rig] table"});
@@ -140,7 +146,7 @@ TEST(SolveFile, RestFilesStayBesideTheRig) {
   expect_says(neck + "\"/etc/passwd\"\n", {"pose.toml:4: ", "beside"});
   expect_says(neck + "\"absent.json\"\n", {"pose.toml:4: ", "absent.json", "no such file"});
   expect_says(neck + "\"solver_cases.json\"\n", {"pose.toml:4: ", "vertebrae"});
-  EXPECT_EQ(refusal(neck + "\"mSaurus_neck.json\"\n"), "");
+  EXPECT_EQ(refusal_of(neck + "\"mSaurus_neck.json\"\n"), "");
 }
 
 TEST(SolveFile, RestFilesHoldThreeNumbersARow) {
@@ -171,7 +177,7 @@ TEST(SolveFile, RestFilesHoldThreeNumbersARow) {
 // ---- what is written ----
 
 TEST(PoseJson, HasTheSchemaEveryOptionAndNumbersThatReadBack) {
-  const SolveFile file = parse(kRig + "bones = 3\n" + kChain + "[pose]\ntop = [10, 20, 30]\n");
+  const SolveFile file = parse(kCurveRig + "bones = 3\n" + kChain + "[pose]\ntop = [10, 20, 30]\n");
   const json pose = json::parse(solve_to_json(file));
   EXPECT_EQ(pose["schema"], "backbend.pose/1");
   EXPECT_EQ(pose["system"], "curve");
@@ -195,7 +201,7 @@ TEST(PoseJson, HasTheSchemaEveryOptionAndNumbersThatReadBack) {
 }
 
 TEST(PoseJson, SweepsGiveOneObjectALineWithTheControlValue) {
-  const SolveFile file = parse(kRig + kChain + "[pose]\nmiddle = [0, 0, -20]\n");
+  const SolveFile file = parse(kCurveRig + kChain + "[pose]\nmiddle = [0, 0, -20]\n");
   std::istringstream lines(sweep_to_json_lines(file, "top.rz=0:-30:-10"));
   std::string line;
   std::vector<double> seen;
@@ -220,7 +226,7 @@ TEST(PoseText, ListsEveryJointAndMeasure) {
 
 // ---- keys ----
 
-const std::string kKeyed = kRig + kChain +
+const std::string kKeyed = kCurveRig + kChain +
                            "[pose]\nlower = [0, 5, 0]\n"
                            "[[key]]\ntime = 1\npose = { top = [0, 0, 0] }\n"
                            "[[key]]\ntime = 3\npose = { top = [0, 0, 60], lower = [0, 25, 0] }\n"
@@ -238,7 +244,7 @@ TEST(SolveKeys, HalfwayBetweenTwoKeysIsHalfwayBetweenTheirAngles) {  // R8
   EXPECT_EQ(file.control_at(-1e9), file.key.front().control);
   EXPECT_EQ(file.control_at(1e9), file.key.back().control);
   EXPECT_EQ(file.control, file.key.front().control) << "without a time, the first key";
-  EXPECT_EQ(parse(kRig + kChain).control_at(7.0), parse(kRig + kChain).control);
+  EXPECT_EQ(parse(kCurveRig + kChain).control_at(7.0), parse(kCurveRig + kChain).control);
 }
 
 TEST(SolveKeys, PlayAsASweepOfTime) {
@@ -253,11 +259,11 @@ TEST(SolveKeys, PlayAsASweepOfTime) {
     EXPECT_EQ(pose["joints"][10]["position"][2].get<double>(), solved.position[10].z);
   }
   EXPECT_EQ(count, 5);
-  EXPECT_THROW(sweep_to_json_lines(parse(kRig + kChain), "time=0:1:1"), RigError);
+  EXPECT_THROW(sweep_to_json_lines(parse(kCurveRig + kChain), "time=0:1:1"), RigError);
 }
 
 TEST(SolveKeys, AreRefusedByLineWhereTheyMakeNoSense) {
-  const std::string start = kRig + kChain;  // four lines
+  const std::string start = kCurveRig + kChain;  // four lines
   expect_says(start + "[[key]]\npose = {}\n", {"pose.toml:5", "no time"});
   expect_says(start + "[[key]]\ntime = 1\n[[key]]\ntime = 1\n", {"pose.toml:8", "not after"});
   expect_says(start + "[[key]]\ntime = nan\n", {"pose.toml:6", "time"});

@@ -13,11 +13,10 @@
 
 #include "validate/calibrate/faults.h"
 #include "validate/metrics/chain/rig_probe.h"
+#include "validate/metrics/math/nan.h"
 
 namespace backbend::validate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Draw, IsTheSameEverywhereAndSpreadsEvenly) {
   Draw draw(7, 3);

@@ -1,4 +1,5 @@
 #include "validate/verdicts/booking.h"
+#include "validate/metrics/math/nan.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +8,6 @@
 namespace backbend::validate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 const Check& kKink = *find_check("BB011");
 const Check& kArea = *find_check("BB030");
 

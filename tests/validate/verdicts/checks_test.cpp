@@ -1,4 +1,5 @@
 #include "validate/verdicts/checks.h"
+#include "validate/metrics/math/nan.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +10,6 @@
 
 namespace backbend::validate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 TEST(Checks, EveryRowAnswersWhatAPersonAsks) {
   std::set<std::string_view> codes, names;

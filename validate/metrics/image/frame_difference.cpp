@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstring>
 
+#include "validate/metrics/math/nan.h"
+
 namespace backbend::validate {
 namespace {
 
@@ -58,8 +60,6 @@ class Questions {
   bool has_a_, has_b_;
   std::vector<PictureMeasure>& out_;
 };
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 void compare_colors(const render::Frame& a, const render::Frame& b, const PictureLimits& limits,
                     FrameDifference& out) {

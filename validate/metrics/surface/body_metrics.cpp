@@ -3,12 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include "validate/metrics/math/nan.h"
 #include "validate/metrics/surface/torso.h"
 
 namespace backbend::validate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// Vertices that nothing but the arms moves.
 std::vector<std::uint8_t> arm_vertices(const skin::Character& character,

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <limits>
 
+#include "validate/metrics/math/nan.h"
 #include "validate/metrics/surface/mesh_blocks.h"
 
 namespace backbend::validate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 // Strains below this are rounding of nearly straight poses, and no measure of anything.
 constexpr float kLeastStrain = 0.05f;
 constexpr std::uint32_t kLanes = MeshRest::kLanes;

@@ -4,12 +4,11 @@
 #include <cassert>
 #include <cmath>
 #include <glm/matrix.hpp>
-#include <limits>
+
+#include "validate/metrics/math/nan.h"
 
 namespace backbend::validate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 using Matrix4 = std::array<std::array<double, 4>, 4>;
 

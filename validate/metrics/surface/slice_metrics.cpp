@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <limits>
 #include <optional>
+
+#include "validate/metrics/math/nan.h"
 
 namespace backbend::validate {
 namespace {
 
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-const glm::dvec3 kNowhere(kNan);
 constexpr int kReach = kDirectionReach;
 
 /// Direction of the centres around each slice; NaN where one of them is missing.

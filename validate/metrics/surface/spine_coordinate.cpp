@@ -8,10 +8,10 @@
 namespace backbend::validate {
 namespace {
 
-constexpr int kSamples = 128;    // along the line
-constexpr double kBlur = 0.2;    // standard deviation of the average, arc fraction
-constexpr double kReach = 3.0;   // standard deviations that the average looks to either side
-constexpr int kBlurSteps = 120;  // of the average
+constexpr int kSamples = 128;        // along the line
+constexpr double kBlur = 0.2;        // standard deviation of the average, arc fraction
+constexpr double kDeviations = 3.0;  // standard deviations that the average looks to either side
+constexpr int kBlurSteps = 120;      // of the average
 // Beyond this share of the radius of curvature the planes square to the line are about to meet.
 constexpr double kSureDepth = 0.8;
 constexpr int kMostSweeps = 4000;
@@ -79,7 +79,7 @@ SpineLine::SpineLine(std::span<const glm::dvec3> joint) {
     glm::dvec3 sum(0.0);
     double weight = 0.0;
     for (int k = -kBlurSteps; k <= kBlurSteps; ++k) {
-      const double away = kReach * k / kBlurSteps;
+      const double away = kDeviations * k / kBlurSteps;
       const double w = std::exp(-0.5 * away * away);
       sum += w * chain.at(s + kBlur * away);
       weight += w;

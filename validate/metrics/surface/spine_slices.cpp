@@ -3,16 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <map>
 
+#include "validate/metrics/math/nan.h"
 #include "validate/metrics/math/rotation.h"
 
 namespace backbend::validate {
 namespace {
-
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
-const glm::dvec3 kNowhere(kNan);
 
 using EdgeKey = std::pair<std::uint32_t, std::uint32_t>;  // places, lower first
 

@@ -1,4 +1,6 @@
 #include "validate/metrics/chain/chain.h"
+#include "tests/validate/metrics/axes.h"
+#include "validate/metrics/math/nan.h"
 
 #include <gtest/gtest.h>
 
@@ -9,8 +11,6 @@ namespace {
 
 using solver::SpinePose;
 
-const glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
-constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 // Chords of a curve given as 400 points are off by (1/400)^2 of the turning.
 constexpr int kCurvePoints = 401;
 constexpr double kChordTolerance = 2e-3;

@@ -1,4 +1,5 @@
 #include "validate/metrics/chain/clip_flip.h"
+#include "tests/validate/metrics/axes.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +8,6 @@
 
 namespace backbend::validate {
 namespace {
-
-const glm::dvec3 kX(1, 0, 0), kZ(0, 0, 1);
 
 /// A lively clip: each joint swings about two axes, a few times a second at its busiest.
 struct Clip {

@@ -1,4 +1,5 @@
 #include "validate/metrics/chain/flip.h"
+#include "tests/validate/metrics/axes.h"
 
 #include <gtest/gtest.h>
 
@@ -7,8 +8,6 @@
 
 namespace backbend::validate {
 namespace {
-
-const glm::dvec3 kX(1, 0, 0), kY(0, 1, 0), kZ(0, 0, 1);
 
 double uniform(std::mt19937_64& rng, double low, double high) {
   return low + (high - low) * (static_cast<double>(rng() >> 11) * 0x1p-53);

@@ -8,16 +8,16 @@
 namespace backbend::validate {
 namespace {
 
-constexpr int kSize = 48;
+constexpr int kEdge = 48;
 
 /// A grey disc on black with its alpha, normals that face the camera, and a variance where asked.
 render::Frame disc(double centre_x, double grey = 0.4, double variance = -1.0) {
   render::Frame frame;
-  frame.width = frame.height = kSize;
+  frame.width = frame.height = kEdge;
   render::Layer color{{"R", "G", "B", "A"}, false, {}}, normal{{"N.X", "N.Y", "N.Z"}, false, {}},
       spread{{"variance.R", "variance.G", "variance.B"}, false, {}};
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  for (int y = 0; y < kEdge; ++y)
+    for (int x = 0; x < kEdge; ++x) {
       const bool inside = std::hypot(x - centre_x, y - 24.0) < 12.0;
       const float value = inside ? static_cast<float>(grey) : 0.0f;
       color.data.insert(color.data.end(), {value, value, value, inside ? 1.0f : 0.0f});
@@ -72,8 +72,8 @@ render::Frame ball(double radius) {
   const double pixel = 0.02;
   render::Layer place{{"P.X", "P.Y", "P.Z"}, false, {}}, normal{{"N.X", "N.Y", "N.Z"}, false, {}},
       depth{{"Z"}, false, {}};
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  for (int y = 0; y < kEdge; ++y)
+    for (int x = 0; x < kEdge; ++x) {
       // The camera looks along -Z from 12 at the ball in the origin; rays are as good as parallel.
       const double px = (x - 24) * pixel * 12, py = (24 - y) * pixel * 12;
       const double pz = std::sqrt(std::max(0.0, radius * radius - px * px - py * py));
@@ -127,10 +127,10 @@ TEST(FrameDifference, LetsNoiseDecideWhereTheVarianceIsKnown) {
 render::Frame before_a_backdrop(double centre_x) {
   render::Frame frame = disc(centre_x);
   render::Layer matte{{"CryptoAsset00.r", "CryptoAsset00.g"}, false, {}};
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  for (int y = 0; y < kEdge; ++y)
+    for (int x = 0; x < kEdge; ++x) {
       const double away = std::hypot(x - centre_x, y - 24.0);
-      frame.layers[0].data[4 * (static_cast<std::size_t>(y) * kSize + x) + 3] = 1.0f;
+      frame.layers[0].data[4 * (static_cast<std::size_t>(y) * kEdge + x) + 3] = 1.0f;
       // Beyond the rim a little of the figure, and around that another number: none.
       matte.data.insert(matte.data.end(), {away < 14.0 ? 7.0f : 0.0f, away < 12.0   ? 1.0f
                                                                       : away < 13.0 ? 0.5f
@@ -144,8 +144,8 @@ TEST(FrameDifference, TakesTheFigureFromItsMatteWhereABackdropCoversAll) {
   const FrameDifference d = frame_difference(before_a_backdrop(20), before_a_backdrop(24));
   EXPECT_EQ(measure(d, "outline_largest").value, 4.0);
   std::size_t both = 0, either = 0;
-  for (int y = 0; y < kSize; ++y)
-    for (int x = 0; x < kSize; ++x) {
+  for (int y = 0; y < kEdge; ++y)
+    for (int x = 0; x < kEdge; ++x) {
       const bool a = std::hypot(x - 20, y - 24) < 13.0, b = std::hypot(x - 24, y - 24) < 13.0;
       both += a && b;
       either += a || b;
@@ -202,14 +202,14 @@ TEST(FrameDifference, WhatOneSideLacksIsNotMeasured) {
 
 TEST(FrameDifference, AValueThatIsNoNumberIsNotMeasured) {
   render::Frame broken = disc(24);
-  broken.layers[0].data[4 * 24 * kSize] = std::numeric_limits<float>::quiet_NaN();
+  broken.layers[0].data[4 * 24 * kEdge] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_EQ(frame_difference(disc(24), broken).verdict(), Verdict::not_measured);
 }
 
 TEST(FrameDifference, OfDifferentSizesIsRefused) {
   render::Frame small = disc(24);
   small.height = 1;
-  for (render::Layer& layer : small.layers) layer.data.resize(kSize * layer.names.size());
+  for (render::Layer& layer : small.layers) layer.data.resize(kEdge * layer.names.size());
   EXPECT_THROW(frame_difference(disc(24), small), ImageError);
 }
 

@@ -104,12 +104,12 @@ TEST(TrianglesMeet, FarAwayAlongAnyAxisAsAtHome) {
 }
 
 /// A closed tube along y of `rings` rings of `around` corners, its ends fanned.
-struct Tube {
+struct ClosedTube {
   std::vector<glm::vec3> position;
   std::vector<glm::uvec3> triangle;
   std::vector<std::uint32_t> place;
 
-  Tube(int rings, int around) {
+  ClosedTube(int rings, int around) {
     const auto at = [&](int ring, int k) {
       return static_cast<std::uint32_t>(ring * around + k % around);
     };
@@ -144,7 +144,7 @@ struct Tube {
   }
 };
 
-std::vector<SelfIntersection::Pair> by_trying_all(const Tube& tube,
+std::vector<SelfIntersection::Pair> by_trying_all(const ClosedTube& tube,
                                                   const std::vector<glm::vec3>& position) {
   std::vector<SelfIntersection::Pair> out;
   const auto corners = [&](std::size_t t) {
@@ -163,7 +163,7 @@ std::vector<SelfIntersection::Pair> by_trying_all(const Tube& tube,
 }
 
 TEST(SelfIntersection, FindsWhatTryingAllPairsFinds) {
-  const Tube tube(24, 8);
+  const ClosedTube tube(24, 8);
   const SelfIntersection mesh(tube.position, tube.triangle, tube.place);
   for (const double turn : {0.5, 3.0, 6.0, 6.5, 7.0, 9.0, 14.0}) {
     const std::vector<glm::vec3> posed = tube.bent(turn);
@@ -183,7 +183,7 @@ TEST(SelfIntersection, FindsWhatTryingAllPairsFinds) {
 }
 
 TEST(SelfIntersection, OfATubeBeginsWhereItsEndsRunIntoEachOther) {
-  const Tube tube(120, 16);
+  const ClosedTube tube(120, 16);
   const SelfIntersection mesh(tube.position, tube.triangle, tube.place);
   // Below a full turn the ends are apart, and the inner side (radius 1 / turn > 0.1) keeps its
   // length.
@@ -201,19 +201,19 @@ TEST(SelfIntersection, OfATubeBeginsWhereItsEndsRunIntoEachOther) {
 }
 
 TEST(SelfIntersection, CountsOnlyWhatIsNewAgainstRest) {
-  Tube tube(40, 12);
+  ClosedTube tube(40, 12);
   tube.position = tube.bent(6.6);  // as modelled: it runs through itself
   const SelfIntersection mesh(tube.position, tube.triangle, tube.place);
   EXPECT_GT(mesh.pairs(tube.position).size(), 0u);
   EXPECT_EQ(mesh.measure(tube.position).pairs, 0u);
   EXPECT_EQ(mesh.measure(tube.position).vertex, -1);
-  const auto further = Tube(40, 12).bent(6.65);
+  const auto further = ClosedTube(40, 12).bent(6.65);
   EXPECT_GT(mesh.new_pairs(further).size(), 0u);
   EXPECT_LT(mesh.new_pairs(further).size(), mesh.pairs(further).size());
 }
 
 TEST(SelfIntersection, OfShellsThatAreInEachOtherAtRestIsNeverNew) {
-  const Tube tube(40, 12);
+  const ClosedTube tube(40, 12);
   const auto with_second = [&](float across, float along) {
     std::vector<glm::vec3> out = tube.position;
     for (const glm::vec3& p : tube.position) out.emplace_back(across + p.y, 0.5f + along, p.z);
@@ -234,7 +234,7 @@ TEST(SelfIntersection, OfShellsThatAreInEachOtherAtRestIsNeverNew) {
 }
 
 TEST(SelfIntersection, WithinRigidGroupsIsNeverNewAndAcrossThemStillFound) {
-  const Tube tube(60, 12);
+  const ClosedTube tube(60, 12);
   std::vector<int> group;
   for (const glm::vec3& p : tube.position) group.push_back(p.y < 0.3f ? 0 : p.y > 0.7f ? 1 : -1);
   const SelfIntersection whole(tube.position, tube.triangle, tube.place);
