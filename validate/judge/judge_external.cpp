@@ -6,6 +6,7 @@
 
 #include "skin/anatomy/mirror_image.h"
 #include "validate/live/external_rig.h"
+#include "validate/measure/compound_search.h"
 #include "validate/metrics/chain/bend_shares.h"
 #include "validate/metrics/chain/chain.h"
 
@@ -151,7 +152,11 @@ std::string resolution_note(const RigRecord& rig) {
   for (const auto& [channel, width] : width_deg)
     text += " " + number_text(width, 3) + " deg of " + channel + ",";
   text.back() = ';';
-  return text + " sweeps with a smaller step look closer";
+  text += " sweeps with a smaller step look closer";
+  if (rig.search.paths > 0)
+    text += "; between the sweeps jumps of " + number_text(kSmallestAsked_deg) +
+            " deg and more were looked for";
+  return text;
 }
 
 ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapping mapping,

@@ -638,35 +638,37 @@ ExternalRig::Answers ExternalRig::read(const RigServer::Answer& answer, Index po
 
 ExternalRig::Answers ExternalRig::fetch(std::span<const std::vector<double>> controls,
                                         bool points) const {
-  Answers answers;
   try {
     const Lease lease(*this);
-    answers = ask(controls, lease.server(), points);
+    return ask(controls, lease.server(), points);
   } catch (const RigError& error) {
     throw RigUnavailable(key_, false, error.what());
   }
-  const std::lock_guard lock(mutex_);
-  for (Index p = 0; p < answers.poses.size(); ++p) {
-    keep(key_of(controls[p]), answers.poses[p]);
-    if (points) keep(key_of(controls[p]), answers.points[p]);
-  }
-  return answers;
 }
 
-void ExternalRig::keep(const Key& key, const solver::SpinePose& pose) const {
-  if (chain_.size() >= kMostChains) chain_.clear();
-  solver::SpinePose chain = pose;
-  chain.body.reset();
-  chain_.insert_or_assign(key, std::move(chain));
-  if (!body_.emplace(key, pose.body).second) return;
-  body_order_.push_back(key);
-  const Index bytes = sizeof(glm::dmat4) * character_.nodes.size();
-  body_bytes_ += bytes;
-  while (body_bytes_ > kMostBodyBytes && body_order_.size() > 1) {
-    body_.erase(body_order_.front());
-    body_order_.pop_front();
-    body_bytes_ -= bytes;
+void ExternalRig::keep(std::span<const std::vector<double>> controls, Answers&& answers) const {
+  const std::lock_guard lock(mutex_);
+  for (Index p = 0; p < answers.poses.size(); ++p) {
+    const Key key = key_of(controls[p]);
+    keep(key, std::move(answers.poses[p]));
+    if (!answers.points.empty()) keep(key, answers.points[p]);
   }
+}
+
+void ExternalRig::keep(const Key& key, solver::SpinePose&& pose) const {
+  if (body_.emplace(key, std::move(pose.body)).second) {
+    body_order_.push_back(key);
+    const Index bytes = sizeof(glm::dmat4) * character_.nodes.size();
+    body_bytes_ += bytes;
+    while (body_bytes_ > kMostBodyBytes && body_order_.size() > 1) {
+      body_.erase(body_order_.front());
+      body_order_.pop_front();
+      body_bytes_ -= bytes;
+    }
+  }
+  pose.body.reset();
+  if (chain_.size() >= kMostChains) chain_.clear();
+  chain_.insert_or_assign(key, std::move(pose));
 }
 
 void ExternalRig::keep(const Key& key, const Points& points) const {
@@ -685,18 +687,29 @@ bool ExternalRig::has(const Key& key, solver::Detail detail) const {
   return chain_.contains(key) && (detail == solver::Detail::joints || body_.contains(key));
 }
 
-solver::SpinePose ExternalRig::pose(std::span<const double> control, solver::Detail detail) const {
+void ExternalRig::pose_into(std::span<const double> control, solver::Detail detail,
+                            solver::SpinePose& pose) const {
   const Key key = key_of(control);
   {
     const std::lock_guard lock(mutex_);
-    if (has(key, detail)) {
-      solver::SpinePose pose = chain_.at(key);
-      if (const auto body = body_.find(key); body != body_.end()) pose.body = body->second;
-      return pose;
+    const auto chain = chain_.find(key);
+    const auto body = body_.find(key);
+    if (chain != chain_.end() && (detail == solver::Detail::joints || body != body_.end())) {
+      pose = chain->second;
+      if (body != body_.end()) pose.body = body->second;
+      return;
     }
   }
   const std::vector<double> values(control.begin(), control.end());
-  return fetch({&values, 1}).poses.front();
+  Answers answers = fetch({&values, 1});
+  pose = answers.poses.front();
+  keep({&values, 1}, std::move(answers));
+}
+
+solver::SpinePose ExternalRig::pose(std::span<const double> control, solver::Detail detail) const {
+  solver::SpinePose pose;
+  pose_into(control, detail, pose);
+  return pose;
 }
 
 ExternalRig::Points ExternalRig::points(std::span<const double> control) const {
@@ -706,7 +719,10 @@ ExternalRig::Points ExternalRig::points(std::span<const double> control) const {
       return found->second;
   }
   const std::vector<double> values(control.begin(), control.end());
-  return fetch({&values, 1}, true).points.front();
+  Answers answers = fetch({&values, 1}, true);
+  const Points points = answers.points.front();
+  keep({&values, 1}, std::move(answers));
+  return points;
 }
 
 void ExternalRig::deform(std::span<const double> control, skin::PosedMesh& mesh) const {
@@ -728,7 +744,7 @@ void ExternalRig::prepare(std::span<const std::vector<double>> controls,
       if (!has(key, detail) || (with_points && !points_.contains(key))) missing.push_back(control);
     }
   }
-  if (!missing.empty()) fetch(missing, with_points);
+  if (!missing.empty()) keep(missing, fetch(missing, with_points));
 }
 
 }  // namespace backbend::validate

@@ -97,6 +97,9 @@ class ExternalRig {
 
   /// Throws RigUnavailable where the servers have been given up; Interrupted.
   solver::SpinePose pose(std::span<const double> control, solver::Detail detail) const;
+  /// The same, over the memory of another pose.
+  void pose_into(std::span<const double> control, solver::Detail detail,
+                 solver::SpinePose& pose) const;
   /// Detail::all: with the points, where the rig gives them.
   void prepare(std::span<const std::vector<double>> controls, solver::Detail detail) const;
   /// The rig's points in world space, in its own order. Call only where it gives_points(). Throws
@@ -133,9 +136,10 @@ class ExternalRig {
   Answers ask(std::span<const std::vector<double>> controls, RigServer& server,
               bool points = false) const;
   Answers read(const RigServer::Answer& answer, std::size_t poses) const;
-  /// Asks a free server, and keeps the answers.
+  /// Asks a free server.
   Answers fetch(std::span<const std::vector<double>> controls, bool points = false) const;
-  void keep(const Key& key, const solver::SpinePose& pose) const;
+  void keep(std::span<const std::vector<double>> controls, Answers&& answers) const;
+  void keep(const Key& key, solver::SpinePose&& pose) const;
   void keep(const Key& key, const Points& points) const;
   bool has(const Key& key, solver::Detail detail) const;
   solver::SpinePose pose_from(std::span<const glm::dmat4> joints) const;

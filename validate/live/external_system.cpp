@@ -30,7 +30,7 @@ class ExternalSystem final : public solver::SystemBase {
   }
   void solve_into(std::span<const double> control, solver::Detail detail,
                   solver::SpinePose& pose) const override {
-    pose = rig_->pose(control, detail);
+    rig_->pose_into(control, detail, pose);
   }
   void prepare(std::span<const std::vector<double>> controls,
                solver::Detail detail) const override {

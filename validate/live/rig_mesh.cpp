@@ -168,6 +168,7 @@ std::optional<skin::Character> ExternalRig::own_mesh() const {
   std::vector<std::vector<double>> controls;
   for (const solver::BodyPose& pose : telling_poses()) controls.push_back(controls_for(pose));
   const Answers answers = fetch(controls, true);
+  keep(controls, Answers(answers));
   std::vector<int> nodes;
   for (Index n = 0; n < character_.nodes.size(); ++n)
     if (asked_[n] >= 0) nodes.push_back(static_cast<int>(n));

@@ -117,7 +117,10 @@ FoundJumps search_compound(const solver::SpineSystem& system, solver::Mapping ma
     const int intervals = static_cast<int>(path.pose_count()) - 1;
     prepare_search(system, control, intervals);
     FlipSettings settings = flip_settings(system, intervals, path.to_deg);
-    if (external) settings.budget = kMostAskedOfPose * path.pose_count();
+    if (external) {
+      settings.budget = kMostAskedOfPose * path.pose_count();
+      settings.smallest_deg = kSmallestAsked_deg;
+    }
     flips[i] = find_flips(probe(system, control), settings);
     if (progress) progress->step();
   });

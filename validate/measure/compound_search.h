@@ -17,6 +17,11 @@ struct FoundJumps {
 /// What the names of those sweeps begin with.
 inline constexpr std::string_view kJumpSweep = "jump near";
 
+/// Of a live rig, jumps below are not looked for between the sweeps: a step of the bend turns its
+/// chest by 1.25 degrees between the samples that are always taken, and a smaller limit would have
+/// each of them halved.
+inline constexpr double kSmallestAsked_deg = 2.0;
+
 /// What is searched: each channel as far as the envelope needs, and as far as the sweeps take it.
 Envelope search_box(const Envelope& envelope, const std::vector<Sweep>& sweeps);
 
