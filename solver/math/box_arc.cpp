@@ -32,17 +32,20 @@ Interval along(const Interval& p, const Interval& b, const Interval& c, const In
 
 }  // namespace
 
-BoxArc::BoxArc(const std::array<BoxVector, 4>& cv) {
+BoxArc::BoxArc(const std::array<BoxVector, 4>& cv, int panels) : panels_(panels) {
   const BoxReal three(3.0), six(6.0);
   const BoxVector first = cv[1] - cv[0], second = cv[2] - cv[1], third = cv[3] - cv[2];
   a_ = coefficient(three * first);
   b_ = coefficient(six * (second - first));
   c_ = coefficient(three * ((third - second) - (second - first)));
   until_.emplace_back(0.0);
-  for (int i = 0; i < kPanels; ++i) {
-    until_.push_back(until_.back() + piece(double(i) / kPanels, double(i + 1) / kPanels));
+  for (int i = 0; i < panels_; ++i) {
+    panel_.push_back(piece(double(i) / panels_, double(i + 1) / panels_));
+    until_.push_back(until_.back() + panel_.back());
   }
   length_ = until_.back();
+  after_.assign(until_.size(), BoxReal(0.0));
+  for (std::size_t i = after_.size() - 1; i-- > 0;) after_[i] = panel_[i] + after_[i + 1];
 }
 
 BoxArc::Triple BoxArc::velocity(const Interval& u, double middle) const {
@@ -112,24 +115,37 @@ BoxReal BoxArc::piece(double from, double to, int depth) const {
   return r;
 }
 
-BoxReal BoxArc::parameter_at(const BoxReal& s) const {
-  const BoxReal undefined = BoxReal::undefined();
-  if (!length_.is_finite() || !s.is_finite()) return undefined;
-  // A guess for the box's middle: which panel, and how far along it at even speed.
-  const double goal = s.center.middle();
+BoxArc::Guess BoxArc::guess_at(double length) const {
   std::size_t panel = 0;
-  while (panel + 1 < kPanels && until_[panel + 1].center.middle() < goal) ++panel;
+  while (int(panel) + 1 < panels_ && until_[panel + 1].center.middle() < length) ++panel;
   const double before = until_[panel].center.middle(), after = until_[panel + 1].center.middle();
-  const double from = double(panel) / kPanels;
-  double guess = from + (goal - before) / (after - before) / kPanels;
-  if (!(guess > from - 1.0 && guess < from + 1.0)) return undefined;
+  return {panel, (double(panel) + (length - before) / (after - before)) / panels_};
+}
 
-  BoxReal error = guess == from
-                      ? until_[panel] - s
-                      : until_[panel] + piece(std::min(from, guess), std::max(from, guess)) - s;
-  if (guess < from) error = until_[panel] - piece(guess, from) - s;
-  if (!error.is_finite()) return undefined;
+BoxReal BoxArc::parameter_at(const BoxReal& s) const {
+  if (!length_.is_finite() || !s.is_finite()) return BoxReal::undefined();
+  const auto [panel, guess] = guess_at(s.center.middle());
+  const double from = double(panel) / panels_;
+  if (!(guess > from - 1.0 && guess < from + 1.0)) return BoxReal::undefined();
+  BoxReal reached = until_[panel];
+  if (guess > from) reached = reached + piece(from, guess);
+  if (guess < from) reached = reached - piece(guess, from);
+  return root_near(guess, reached - s);
+}
 
+BoxReal BoxArc::parameter_at_share(double share) const {
+  if (!length_.is_finite()) return BoxReal::undefined();
+  const auto [panel, guess] = guess_at(share * length_.center.middle());
+  const double from = double(panel) / panels_, to = double(panel + 1) / panels_;
+  if (!(guess > from && guess < to)) return parameter_at(BoxReal(share) * length_);
+  const BoxReal before = until_[panel] + piece(from, guess);
+  const BoxReal after = piece(guess, to) + after_[panel + 1];
+  // (1 - share) of what lies before less the share of what lies after: grows by one with the arc.
+  return root_near(guess, (BoxReal(1.0) - BoxReal(share)) * before - BoxReal(share) * after);
+}
+
+BoxReal BoxArc::root_near(double guess, const BoxReal& error) const {
+  if (!error.is_finite()) return BoxReal::undefined();
   // Interval Newton: if guess - error / speed(u) lies inside u, every pose of the box has its root
   // there. The speed is above 0, so it has no other.
   const Interval own(guess);
@@ -138,7 +154,7 @@ BoxReal BoxArc::parameter_at(const BoxReal& s) const {
     const Interval u = own + Interval(-reach, reach);
     const Triple v = velocity(u, guess);
     const Interval speed = size(v);
-    if (!(speed.lo > 0.0)) return undefined;
+    if (!(speed.lo > 0.0)) return BoxReal::undefined();
     const Interval root = own - error.value / speed;
     if (!(root.lo > u.lo && root.hi < u.hi)) continue;
     BoxReal r;
@@ -151,7 +167,7 @@ BoxReal BoxArc::parameter_at(const BoxReal& s) const {
     }
     return r;
   }
-  return undefined;
+  return BoxReal::undefined();
 }
 
 }  // namespace backbend::solver

@@ -12,16 +12,19 @@ namespace backbend::solver {
 /// A curve whose speed may vanish somewhere, at some pose of the box, has no finite results.
 class BoxArc {
  public:
-  explicit BoxArc(const std::array<BoxVector, 4>& cv);
+  /// More panels cost as much more, and bring lengths nearer: their error falls with the square.
+  explicit BoxArc(const std::array<BoxVector, 4>& cv, int panels = 32);
 
   const BoxReal& length() const { return length_; }
 
   /// The parameter at arc length `s` from the start, on the polynomial's own continuation past 1.
   /// There is one, and one only, at every pose of the box; not finite where that was not proved.
   BoxReal parameter_at(const BoxReal& s) const;
+  /// The parameter at a fixed share of the whole length, above 0 and below 1: narrower than
+  /// parameter_at(share * length()), since no piece of the length counts twice.
+  BoxReal parameter_at_share(double share) const;
 
  private:
-  static constexpr int kPanels = 32;
   struct Triple {
     Interval x, y, z;
   };
@@ -40,11 +43,24 @@ class BoxArc {
   /// d speed / d y_j over the box for parameters in `u`.
   Interval speed_slope(const Interval& u, const Triple& velocity, const Interval& speed,
                        std::size_t j) const;
+  /// The root near `guess` of a length that grows with the parameter as the arc does, where `error`
+  /// is the length at the guess.
+  BoxReal root_near(double guess, const BoxReal& error) const;
+  /// Which panel holds a length at the box's middle, and the parameter there at even speed.
+  struct Guess {
+    std::size_t panel;
+    double parameter;
+  };
+  Guess guess_at(double length) const;
   /// Arc length between two parameters. Cut finer where the speed varies much.
   BoxReal piece(double from, double to, int depth = 0) const;
 
+  int panels_;
+  std::vector<BoxReal> panel_;  // arc length of each
   Coefficient a_, b_, c_;       // velocity a + b u + c u^2
-  std::vector<BoxReal> until_;  // arc length up to each panel's end; the first is 0
+  std::vector<BoxReal>
+      until_;  // arc length up to each panel's begin, and the whole; the first is 0
+  std::vector<BoxReal> after_;  // arc length from each panel's begin to the end; the last is 0
   BoxReal length_;
 };
 

@@ -315,4 +315,19 @@ BoxRates rates_of_aim(const BoxVector& velocity, const BoxVector& up) {
   return rate;
 }
 
+BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to) {
+  BoxSlopes roll;
+  roll.fill(Interval::entire());
+  const Interval one_and_cosine = Interval(1.0) + dot(from, to).value;
+  if (!(one_and_cosine.lo > 0.0)) return roll;
+  const BoxVector axis = cross(from, to);
+  for (std::size_t j = 0; j < kBoxVariables; ++j) {
+    roll[j] = -(axis.x.value * (from.x.slope[j] + to.x.slope[j]) +
+                axis.y.value * (from.y.slope[j] + to.y.slope[j]) +
+                axis.z.value * (from.z.slope[j] + to.z.slope[j])) /
+              one_and_cosine;
+  }
+  return roll;
+}
+
 }  // namespace backbend::solver

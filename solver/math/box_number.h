@@ -115,6 +115,14 @@ BoxTurn shortest_arc(const BoxVector& from, const BoxVector& to, const BoxVector
 /// widen anything.
 BoxRates rates_of_aim(const BoxVector& velocity, const BoxVector& up);
 
+/// How fast what the shortest arc from unit `from` to unit `to` carries along rolls about `to`,
+/// more than it did about `from`: -(from x to) . (from' + to') / (1 + from . to), by each variable.
+/// Not finite where somewhere in the box the two may point apart.
+///
+/// Of q = (w, from x to / 2w), w the cosine of half the angle, the angular speed is twice the
+/// vector part of q' q*; its part along `to` comes to that.
+BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to);
+
 /// sin(t h) / sin(h) over cosines c = cos(h), 0 < c <= 1, 0 <= t <= 1: what a slerp takes of its
 /// end. Falls with c.
 Interval slerp_weight(const Interval& c, double t);

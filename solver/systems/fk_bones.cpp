@@ -107,4 +107,17 @@ std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping) {
   return fk_controls(body.twist, -body.side, body.flexion - body.extension, mapping);
 }
 
+void FkBones::set_chest(const BodyBox& body, Mapping mapping, std::span<BoxReal> turns,
+                        std::span<BoxReal> moves) const {
+  turns[0] = body.twist;
+  turns[1] = -body.side;
+  turns[2] = -body.back;
+  if (mapping != Mapping::spread) return;
+  const BoxVector tip = pose(fk_controls(turns[0], turns[1], turns[2], mapping)).joint[3];
+  const BoxVector move = tip - rest.joint[3];
+  moves[0] = move.x;
+  moves[1] = move.y;
+  moves[2] = move.z;
+}
+
 }  // namespace backbend::solver

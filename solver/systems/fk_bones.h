@@ -8,6 +8,7 @@
 #include "solver/math/box_number.h"
 #include "solver/math/lane_vectors.h"
 #include "solver/math/rotation.h"
+#include "solver/rig/box_solver.h"
 #include "solver/rig/spine_system.h"
 
 namespace backbend::solver {
@@ -46,6 +47,11 @@ struct FkBones {
     std::array<BoxTurn, 3> turn;
   };
   BoxPose pose(std::span<const BoxReal> control) const;
+
+  /// What a body pose sets on a hip and a chest control with moves, over a box: the chest's three
+  /// turns, and for spread its three moves, to where the tip would be.
+  void set_chest(const BodyBox& body, Mapping mapping, std::span<BoxReal> turns,
+                 std::span<BoxReal> moves) const;
 
   /// root, the three bone centres, tip: the points that the thesis draws its curve on, riding on
   /// their bones (R21, R24).

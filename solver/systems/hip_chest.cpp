@@ -41,6 +41,27 @@ HipChest::Ends HipChest::ends(std::span<const double> c) const {
   return e;
 }
 
+HipChest::BoxEnds HipChest::ends(std::span<const BoxReal> c) const {
+  const auto moved = [&](std::size_t i) { return BoxVector(c[i], c[i + 1], c[i + 2]); };
+  const BoxVector along(axes_[0]);
+  BoxEnds e;
+  e.hip_turn = turn(c, kHip);
+  e.chest_turn = turn(c, kChest);
+  e.cv[0] = BoxVector(rest_cv_[0]) + moved(kHipMove);
+  e.cv[3] = BoxVector(rest_cv_[3]) + moved(kChestMove);
+  // A handle lies on its control's own X, which the control's RX leaves where it is.
+  const auto handle = [&](std::size_t i) {
+    return euler_turn(axes_, from_euler_xyz(BoxReal(0.0), c[i + 1], c[i + 2])) * along;
+  };
+  e.cv[1] = e.cv[0] + BoxReal(depth_[0] * length_) * handle(kHip);
+  e.cv[2] = e.cv[3] - BoxReal(depth_[1] * length_) * handle(kChest);
+  return e;
+}
+
+void HipChest::set_body(const BodyBox& body, Mapping mapping, std::span<BoxReal> control) const {
+  bones_.set_chest(body, mapping, control.subspan(kChest, 3), control.subspan(kChestMove, 3));
+}
+
 void HipChest::set_body(const BodyPose& body, Mapping mapping, std::span<double> control) const {
   const std::vector<double> top = fk_controls_for(body, Mapping::chest);
   std::copy(top.end() - 3, top.end(), control.begin() + kChest);

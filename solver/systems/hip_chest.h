@@ -40,13 +40,24 @@ class HipChest {
                       from_euler_xyz(control[first], control[first + 1], control[first + 2]));
   }
 
+  /// The four CVs and the turns of both controls from rest, over a box of poses.
+  struct BoxEnds {
+    std::array<BoxVector, 4> cv;
+    BoxTurn hip_turn, chest_turn;
+  };
+  BoxEnds ends(std::span<const BoxReal> control) const;
+
   const std::array<glm::dvec3, 4>& rest_cv() const { return rest_cv_; }
   const glm::dquat& rest_frame() const { return frame_; }
+  /// From hip to chest at rest, unit.
+  glm::dvec3 rest_direction() const { return axes_[0]; }
   double rest_length() const { return length_; }
 
   /// Writes the twelve values of a body pose: hip tips by hip's RZ, all else is on chest, which is
   /// moved by what the pose stretches; for spread also to where the three-bone tip would be.
   void set_body(const BodyPose& body, Mapping mapping, std::span<double> control) const;
+  /// The same over a box; of the others a box has none.
+  void set_body(const BodyBox& body, Mapping mapping, std::span<BoxReal> control) const;
 
  private:
   FkBones bones_;  // only to know where a three-bone tip would be

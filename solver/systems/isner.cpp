@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 #include <optional>
+#include <type_traits>
 
 #include "solver/curves/curve.h"
 #include "solver/math/bezier.h"
@@ -94,17 +95,8 @@ class Isner final : public FormulaSystem, public BoxSolver {
   std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
     std::vector<BoxReal> control;
     for (const Channel& channel : channels_) control.emplace_back(channel.rest);
-    control[kChest] = body.twist;
-    control[kChest + 1] = -body.side;
-    control[kChest + 2] = -body.back;
-    if (mapping == Mapping::spread) {
-      const BoxVector tip =
-          bones_.pose(fk_controls(body.twist, -body.side, -body.back, mapping)).joint[3];
-      const BoxVector move = tip - bones_.rest.joint[3];
-      control[kChestMove] = move.x;
-      control[kChestMove + 1] = move.y;
-      control[kChestMove + 2] = move.z;
-    }
+    const std::span all(control);
+    bones_.set_chest(body, mapping, all.subspan(kChest, 3), all.subspan(kChestMove, 3));
     return control;
   }
 
@@ -146,7 +138,8 @@ class Isner final : public FormulaSystem, public BoxSolver {
  private:
   template <class Math>
   struct Ends {
-    typename Math::Turn hip, chest;  // from rest
+    typename Math::Turn hip, chest;                // from rest
+    typename Math::Vector hip_along, chest_along;  // the controls' X axes
     typename Math::Vector hip_at, chest_at;
     typename Math::Real hip_depth, chest_depth;  // lengths
   };
@@ -157,8 +150,19 @@ class Isner final : public FormulaSystem, public BoxSolver {
     const auto turned = [&](int i) {
       return euler_turn(axes_, from_euler_xyz(c[i], c[i + 1], c[i + 2]));
     };
-    return {turned(kHip),
-            turned(kChest),
+    const typename Math::Turn hip = turned(kHip), chest = turned(kChest);
+    const typename Math::Vector along(axes_[0]);
+    const auto carried = [&](const typename Math::Turn& turn, int i) {
+      if constexpr (std::is_same_v<Math, PoseMath>)
+        return turn * along;
+      else  // a control's RX leaves its X axis where it is, which intervals do not see
+        return euler_turn(axes_, from_euler_xyz(typename Math::Real(0.0), c[i + 1], c[i + 2])) *
+               along;
+    };
+    return {hip,
+            chest,
+            carried(hip, kHip),
+            carried(chest, kChest),
             hip_ + moved(kHipMove),
             chest_ + moved(kChestMove),
             c[kHipDepth] * rest_length_,
@@ -168,9 +172,8 @@ class Isner final : public FormulaSystem, public BoxSolver {
   /// The Bezier's.
   template <class Math>
   std::array<typename Math::Vector, 4> points(const Ends<Math>& e) const {
-    const typename Math::Vector along(axes_[0]);
-    return {e.hip_at, e.hip_at + e.hip_depth * (e.hip * along),
-            e.chest_at - e.chest_depth * (e.chest * along), e.chest_at};
+    return {e.hip_at, e.hip_at + e.hip_depth * e.hip_along,
+            e.chest_at - e.chest_depth * e.chest_along, e.chest_at};
   }
 
   Curve draw(const Ends<PoseMath>& e) const { return Curve::bezier(points(e)); }
@@ -183,7 +186,8 @@ class Isner final : public FormulaSystem, public BoxSolver {
       if (!fixed || fits) return 1.0;
       return smaller(arc.parameter_at(rest_length_), 1.0);
     }
-    const BoxReal used = fixed ? smaller(arc.length(), rest_length_) : arc.length();
+    if (!fixed || fits) return arc.parameter_at_share(t);
+    const BoxReal used = smaller(arc.length(), rest_length_);
     return smaller(arc.parameter_at(BoxReal(t) * used), 1.0);
   }
 

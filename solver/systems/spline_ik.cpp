@@ -3,9 +3,13 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 
 #include "solver/curves/walk.h"
+#include "solver/math/bezier.h"
+#include "solver/math/box_arc.h"
 #include "solver/math/rotation.h"
+#include "solver/rig/box_solver.h"
 #include "solver/rig/chain_measures.h"
 #include "solver/rig/option_reader.h"
 #include "solver/systems/hip_chest.h"
@@ -17,10 +21,12 @@ namespace {
 using glm::dquat;
 using glm::dvec3;
 
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
 enum class Twist { fk_roll, spread };
 enum class YScale { fit_curve, none };
 
-class SplineIk final : public FormulaSystem {
+class SplineIk final : public FormulaSystem, public BoxSolver {
  public:
   SplineIk(const SystemSpec& spec, const RestChain& chain)
       : SplineIk(spec, chain, OptionReader(spec)) {}
@@ -29,6 +35,49 @@ class SplineIk final : public FormulaSystem {
     std::vector<double> control(channels_.size(), 0.0);
     hip_chest_.set_body(body, mapping, control);
     return control;
+  }
+
+  std::string why_not_on_boxes() const override {
+    if (twist_ == Twist::spread) return "twist = \"spread\" has no interval form yet";
+    if (y_scale_ == YScale::none) return "y_scale_mode = \"none\" has no interval form yet";
+    if (resolution_ > 0) return "a curve of straight pieces has no interval form yet";
+    if (depth_[0] == 0.0 || depth_[1] == 0.0)
+      return "with a depth of 0 the curve has no velocity at its end, and a proof needs one";
+    return {};
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    std::vector<BoxReal> control(channels_.size(), BoxReal(0.0));
+    hip_chest_.set_body(body, mapping, control);
+    return control;
+  }
+
+  void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
+    const HipChest::BoxEnds ends = hip_chest_.ends(control);
+    const BoxArc arc(ends.cv, 64);
+    pose.rate.resize(bones_ + 1);
+    BoxVector before = ends.hip_turn * BoxVector(hip_chest_.rest_direction());
+    // About the bone a frame turns as far as the arcs from the hips on roll it, across the bone as
+    // the bone does. Products of the arcs themselves would widen with every bone.
+    BoxSlopes roll;
+    for (std::size_t j = 0; j < kBoxVariables; ++j)
+      roll[j] = Interval(-ends.hip_turn.rate[j], ends.hip_turn.rate[j]);
+    BoxReal from(0.0);
+    for (int k = 0; k < bones_; ++k) {
+      const BoxReal to =
+          k + 1 == bones_ ? BoxReal(1.0) : arc.parameter_at_share(arc_fraction_[k + 1]);
+      const BoxVector bone = bezier_chord(ends.cv, from, to), direction = bone / length(bone);
+      const BoxSlopes rolled = roll_of_arc(before, direction);
+      for (std::size_t j = 0; j < kBoxVariables; ++j) {
+        roll[j] = roll[j] + rolled[j];
+        const Interval sum = square(roll[j]) + square(direction.x.slope[j]) +
+                             square(direction.y.slope[j]) + square(direction.z.slope[j]);
+        pose.rate[k][j] = sum.is_finite() ? square_root(sum).hi : kInfinity;
+      }
+      before = direction;
+      from = to;
+    }
+    pose.rate[bones_] = pose.rate[bones_ - 1];
   }
 
   /// The part of the curve that the chain takes, straight on where it is longer.
@@ -50,7 +99,8 @@ class SplineIk final : public FormulaSystem {
         twist_(read.choice<Twist>("twist", {"fk_roll", "spread"})),
         y_scale_(y_scale_of(read, twist_)),
         resolution_(read.integer("resolution_u", 0, 0, 1024)),
-        hip_chest_(chain, spec.system, depth_of(read)) {
+        depth_(depth_of(read)),
+        hip_chest_(chain, spec.system, depth_) {
     name_ = spec.system;
     take_options(read);
     add_rotation("hip");
@@ -191,6 +241,7 @@ class SplineIk final : public FormulaSystem {
   Twist twist_;
   YScale y_scale_;
   int resolution_;  // 0: the curve itself
+  std::array<double, 2> depth_;
   HipChest hip_chest_;
   std::vector<double> bone_;
 };

@@ -18,6 +18,9 @@ using solver::Interval;
 /// know of; this covers it many times.
 constexpr double kSlack = 1e-12;
 
+/// Bounds that are rounded outward are not 0 where nothing turns.
+constexpr double kNoGain = 1e-9;
+
 struct Place {
   std::uint32_t node;
   SubBox box;
@@ -55,6 +58,7 @@ std::array<std::vector<Place>, 2> pending_of(const ProofTree& tree, const ProofB
 struct Outcome {
   double bound = 0.0;
   bool splits = false;
+  std::array<bool, kProofAxes> idle{};
   std::optional<Refutation> refutation;
 };
 
@@ -128,8 +132,14 @@ const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system) {
   return *solver;
 }
 
-double gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
-                 const solver::BoxSolver& solver, const SubBox& part) {
+std::array<bool, kProofAxes> PartGain::idle() const {
+  std::array<bool, kProofAxes> none{};
+  for (std::size_t j = 0; j < none.size(); ++j) none[j] = along[j] < kNoGain;
+  return none;
+}
+
+PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
+                   const solver::BoxSolver& solver, const SubBox& part) {
   const ProofBox& whole = question.box;
   std::vector<BoxReal> control;
   if (whole.of_controls) {
@@ -150,7 +160,7 @@ double gain_over(const ProofQuestion& question, const solver::SpineSystem& syste
   solver::BoxPose pose;
   solver.solve_box(control, pose);
 
-  double most = 0.0;
+  PartGain most;
   for (std::size_t j = 0; j < whole.axis.size(); ++j) {
     if (!whole.axis[j].varies()) continue;
     // Rates are radians for half the part's width; gains are degrees for a degree, or for a unit.
@@ -158,12 +168,35 @@ double gain_over(const ProofQuestion& question, const solver::SpineSystem& syste
     for (const solver::BoxRates& rate : pose.rate) {
       const Interval gain =
           Interval(rate[j]) * Interval(180.0) / solver::kPiInterval / half * Interval(1.0 + kSlack);
-      if (!gain.is_finite()) return std::numeric_limits<double>::infinity();
-      most = std::max(most, gain.hi);
+      most.along[j] = gain.is_finite() ? std::max(most.along[j], gain.hi)
+                                       : std::numeric_limits<double>::infinity();
     }
   }
   return most;
 }
+
+namespace {
+
+/// PartGain::idle(); of a part too wide for bounds, of the axes that were not split yet, whether
+/// nothing turns along them through its middle. What is split does not touch the proof.
+std::array<bool, kProofAxes> idle_axes(const ProofQuestion& question,
+                                       const solver::SpineSystem& system,
+                                       const solver::BoxSolver& solver, const SubBox& part,
+                                       const PartGain& gain) {
+  std::array<bool, kProofAxes> idle = gain.idle();
+  if (std::isfinite(gain.most())) return idle;
+  for (std::size_t j = 0; j < question.box.axis.size(); ++j) {
+    const ProofAxis& axis = question.box.axis[j];
+    if (!axis.varies() || part.low[j] != axis.low || part.high[j] != axis.high) continue;
+    SubBox line = part;
+    for (std::size_t k = 0; k < line.low.size(); ++k)
+      if (k != j) line.low[k] = line.high[k] = 0.5 * part.low[k] + 0.5 * part.high[k];
+    idle[j] = gain_over(question, system, solver, line).idle()[j];
+  }
+  return idle;
+}
+
+}  // namespace
 
 void prove(const ProofQuestion& question, const solver::SpineSystem& system, ProofTree& tree,
            Progress& progress) {
@@ -178,22 +211,24 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
   std::size_t shown = 0;
   progress.start("thousandths of the box", kSteps);
   std::vector<Outcome> outcome;
-  const std::function<void(const Place&, int)> split = [&](const Place& place, int levels) {
-    const int axis = levels > 0 ? widest_axis(place.box, question.smallest) : -1;
-    if (axis < 0) {
-      next.push_back(place);
-      return;
-    }
-    const auto first = static_cast<std::uint32_t>(tree.node.size());
-    tree.node.resize(tree.node.size() + 2);
-    ProofNode& node = tree.node[place.node];
-    node.state = BoxState::split;
-    node.axis = static_cast<std::int8_t>(axis);
-    node.first = first;
-    const auto half = halves(place.box, axis);
-    split({first, half[0]}, levels - 1);
-    split({first + 1, half[1]}, levels - 1);
-  };
+  using Idle = std::array<bool, kProofAxes>;
+  const std::function<void(const Place&, int, const Idle&)> split =
+      [&](const Place& place, int levels, const Idle& idle) {
+        const int axis = levels > 0 ? widest_axis(place.box, question.smallest, idle) : -1;
+        if (axis < 0) {
+          next.push_back(place);
+          return;
+        }
+        const auto first = static_cast<std::uint32_t>(tree.node.size());
+        tree.node.resize(tree.node.size() + 2);
+        ProofNode& node = tree.node[place.node];
+        node.state = BoxState::split;
+        node.axis = static_cast<std::int8_t>(axis);
+        node.first = first;
+        const auto half = halves(place.box, axis);
+        split({first, half[0]}, levels - 1, idle);
+        split({first + 1, half[1]}, levels - 1, idle);
+      };
   const auto settle = [&](const Place& place, Outcome& own) {
     ProofNode& node = tree.node[place.node];
     ++tree.looked_at;
@@ -204,7 +239,7 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
       node.looked_at = true;
       // Far from certified: a third of the width, or so, is looked at next.
       const int levels = own.bound > 3.0 * question.gain ? kProofAxes : 1;
-      split(place, levels);
+      split(place, levels, own.idle);
     } else {
       const bool no_jump = std::isfinite(own.bound);
       if (own.refutation) {
@@ -227,10 +262,13 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
       oneapi::tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
         const SubBox& box = level[first + i].box;
         Outcome& own = outcome[i];
-        own.bound = gain_over(question, system, solver, box);
+        const PartGain gain = gain_over(question, system, solver, box);
+        own.bound = gain.most();
         if (own.bound <= question.gain) return;
+        own.idle = idle_axes(question, system, solver, box, gain);
         const bool room = before + waiting + (1 << kProofAxes) * (i + 1) <= question.boxes;
-        own.splits = room && !solver.has_fixed_gain() && widest_axis(box, question.smallest) >= 0;
+        own.splits =
+            room && !solver.has_fixed_gain() && widest_axis(box, question.smallest, own.idle) >= 0;
         if (!own.splits) own.refutation = refuter.search(box);
       });
       for (std::size_t i = 0; i < count; ++i) settle(level[first + i], outcome[i]);

@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -87,9 +88,17 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
 /// The rig's BoxSolver. Throws ProofError naming the system and the reason where it has none.
 const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system);
 
-/// What the box solver says of a part of the box: the most that any joint turns per unit of any one
-/// channel; infinite where a joint may jump.
-double gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
-                 const solver::BoxSolver& solver, const SubBox& part);
+/// What the box solver says of a part of the box: the most that any joint turns per unit of each
+/// channel alone; infinite where a joint may jump.
+struct PartGain {
+  std::array<double, kProofAxes> along{};
+
+  double most() const { return *std::max_element(along.begin(), along.end()); }
+  /// Axes along which nothing turns: what is unknown of a part is the same over all of them, and no
+  /// split there says more.
+  std::array<bool, kProofAxes> idle() const;
+};
+PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
+                   const solver::BoxSolver& solver, const SubBox& part);
 
 }  // namespace backbend::validate

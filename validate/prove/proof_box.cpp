@@ -154,12 +154,12 @@ std::array<SubBox, 2> halves(const SubBox& box, int axis) {
   return half;
 }
 
-int widest_axis(const SubBox& box, double least) {
+int widest_axis(const SubBox& box, double least, const std::array<bool, kProofAxes>& idle) {
   int widest = -1;
   double most = least;
   for (int j = 0; j < kProofAxes; ++j) {
     const double width = box.high[std::size_t(j)] - box.low[std::size_t(j)];
-    if (width > most * (1.0 + 1e-12)) {
+    if (width > most * (1.0 + 1e-12) && !idle[std::size_t(j)]) {
       most = width;
       widest = j;
     }

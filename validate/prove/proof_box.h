@@ -54,8 +54,9 @@ SubBox whole_of(const ProofBox& box);
 
 /// Splits a part in two at the middle of an axis.
 std::array<SubBox, 2> halves(const SubBox& box, int axis);
-/// The axis that is the widest, the first of equals; -1: none is wider than `least`.
-int widest_axis(const SubBox& box, double least);
+/// The axis that is the widest, the first of equals; -1: none is wider than `least`. Those that are
+/// `idle` do not count.
+int widest_axis(const SubBox& box, double least, const std::array<bool, kProofAxes>& idle = {});
 /// The share of the whole that a part has: over the axes that vary.
 double share_of(const SubBox& part, const ProofBox& whole);
 

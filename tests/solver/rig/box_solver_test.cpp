@@ -143,9 +143,40 @@ TEST(BoxNumber, ASlerpsWeightsAreThoseOfItsFormula) {
   EXPECT_FALSE(slerp_weight(Interval(-0.1, 0.1), 0.5).is_finite());
 }
 
+/// Against the turn of a frame that goes with the arc over a small step, about the arc's end.
+TEST(BoxNumber, TheRollOfAnArcIsThatOfWhatItCarries) {
+  std::mt19937 random(5);
+  for (int i = 0; i < 200; ++i) {
+    const glm::dvec3 a0(uniform(random), uniform(random), 2.0), a1(uniform(random), 1.0, 0.3),
+        b0(uniform(random), 2.0, uniform(random)), b1(0.4, uniform(random), 1.0);
+    const auto at = [](const glm::dvec3& from, const glm::dvec3& by, double y) {
+      return glm::normalize(from + y * by);
+    };
+    constexpr double kHalf = 1e-5;
+    const BoxReal y = BoxReal::variable(0, -kHalf, kHalf);
+    const auto over = [&](const glm::dvec3& from, const glm::dvec3& by) {
+      const BoxVector v = BoxVector(from) + y * BoxVector(by);
+      return v / length(v);
+    };
+    const Interval roll = roll_of_arc(over(a0, a1), over(b0, b1))[0];
+    // A frame on a that does not roll about it.
+    const auto carried = [&](double t) {
+      const glm::dvec3 a = at(a0, a1, t);
+      const glm::dquat on_a = shortest_arc(at(a0, a1, 0.0), a, kAxisX);
+      return shortest_arc(a, at(b0, b1, t), kAxisX) * on_a;
+    };
+    const glm::dquat turned = carried(kHalf) * glm::conjugate(carried(-kHalf));
+    const double rolled = 2.0 *
+                          glm::dot(glm::dvec3(turned.x, turned.y, turned.z), at(b0, b1, 0.0)) *
+                          (turned.w < 0.0 ? -1.0 : 1.0) / 2.0;
+    EXPECT_NEAR(roll.middle(), rolled, 1e-4 * kHalf + 1e-12) << i;
+    EXPECT_LE(roll.width(), 1e-3 * kHalf);
+  }
+}
+
 TEST(BoxArc, EnclosesLengthAndParameterOfEveryCurveOfTheBox) {
   std::mt19937 random(3);
-  int finite = 0;
+  int finite = 0, narrower = 0;
   for (int i = 0; i < 300; ++i) {
     const Box box(random, 1.0, 0.1);
     const auto points = [](const auto& x, const auto& y, const auto& z, auto vector) {
@@ -158,7 +189,9 @@ TEST(BoxArc, EnclosesLengthAndParameterOfEveryCurveOfTheBox) {
         [](const BoxReal& a, const BoxReal& b, const BoxReal& c) { return BoxVector(a, b, c); }));
     const double share = 0.5 + 0.5 * uniform(random);
     const BoxReal u = arc.parameter_at(BoxReal(share) * arc.length());
+    const BoxReal of_share = arc.parameter_at_share(share);
     finite += u.is_finite();
+    narrower += of_share.value.width() < u.value.width();
     for (int k = 0; k < 4; ++k) {
       const auto curve = Curve::bezier(
           points(box.at(0, uniform(random)), box.at(1, uniform(random)), box.at(2, uniform(random)),
@@ -166,10 +199,12 @@ TEST(BoxArc, EnclosesLengthAndParameterOfEveryCurveOfTheBox) {
       EXPECT_TRUE(is_inside(arc.length(), curve.length(), 1e-11));
       if (u.is_finite()) {
         EXPECT_TRUE(is_inside(u, curve.at_fraction(share).u, 1e-10));
+        EXPECT_TRUE(is_inside(of_share, curve.at_fraction(share).u, 1e-10));
       }
     }
   }
   EXPECT_GT(finite, 250);
+  EXPECT_GT(narrower, 250);
 }
 
 TEST(BoxArc, ACurveThatStandsStillSomewhereHasNoResults) {
@@ -197,6 +232,8 @@ std::vector<BoxCase> box_cases() {
       {"matrix_blend", {"matrix_blend", {}}},
       {"matrix_blend_low", {"matrix_blend", Options{{"bones", 6.0}, {"pivot_pos", 1.0}}}},
       {"matrix_blend_chain", {"matrix_blend", Options{{"pivot_pos", 0.0}}}},
+      {"spline_ik", {"spline_ik", {}}},
+      {"spline_ik_short", {"spline_ik", Options{{"bones", 3.0}}}},
       {"isner", {"isner", {}}},
       {"isner_stretchy",
        {"isner",
@@ -339,6 +376,11 @@ TEST(BoxSolvers, WhatHasNoIntervalFormSaysSo) {
     return dynamic_cast<const BoxSolver&>(*system).why_not_on_boxes();
   };
   EXPECT_NE(why({"isner", {{"slerp", std::string("raw")}}}).find("raw"), std::string::npos);
+  EXPECT_NE(why({"spline_ik", {{"twist", std::string("spread")}}}).find("spread"),
+            std::string::npos);
+  EXPECT_NE(why({"spline_ik", {{"y_scale_mode", std::string("none")}}}).find("none"),
+            std::string::npos);
+  EXPECT_NE(why({"spline_ik", {{"resolution_u", 12.0}}}).find("straight"), std::string::npos);
   EXPECT_NE(why({"isner", {{"depth", std::vector<double>{0.0, 0.4}}}}).find("depth"),
             std::string::npos);
 }

@@ -90,6 +90,20 @@ TEST(Prove, WhatIsNotCertifiedOfIsnersPitchEnclosesItsFourFlipsClosely) {
   });
 }
 
+// Bones that keep the roll of their parent do not follow the chest's twist.
+TEST(Prove, AnAxisAlongWhichNothingTurnsIsNotSplit) {
+  const Certificate proof =
+      proved(question("spline_ik", "extension=20:40,side=10:20,twist=-60:60"));
+  EXPECT_EQ(shares_of(proof.tree, proof.question.box).certified, 1.0);
+  int split = 0;
+  for (const ProofNode& node : proof.tree.node) {
+    if (node.state != BoxState::split) continue;
+    ++split;
+    EXPECT_LT(node.axis, 2);
+  }
+  EXPECT_GT(split, 4);
+}
+
 TEST(Prove, GivesTheSameTreeForAnyNumberOfThreads) {
   const ProofQuestion q = question("isner", "extension=80:120,side=-10:10,twist=0", 0.7, 3000);
   const std::string one = certificate_text(proved(q, 1));
