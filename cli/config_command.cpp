@@ -198,7 +198,7 @@ void add_config(const Registry& registry) {
                       "working folder]");
   command->add_flag(kShowOrigin, options->show_origin,
                     "show the origin: default, project file and line, variable, command line");
-  // ConfigOptions of the command line that follows are its own.
+  // Options of the command line that follows are its own.
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->fallthrough(false)->allow_extras()->prefix_command();
 }

@@ -1,6 +1,6 @@
 #include "render/trace/bsdf.h"
 
-#include <numbers>
+#include "render/trace/pi.h"
 
 namespace backbend::render {
 namespace {
@@ -23,7 +23,7 @@ Float8 coat_share(const Bsdf8& bsdf, Float8 cos_out) {
 Float8 ggx(Float8 cos_half, Float8 alpha) {
   const Float8 a2 = alpha * alpha;
   const Float8 d = cos_half * cos_half * (a2 - 1.0f) + 1.0f;
-  return a2 / (std::numbers::pi_v<float> * d * d);
+  return a2 / (kPi * d * d);
 }
 Float8 smith_lambda(Float8 cosine, Float8 alpha) {
   const Float8 c2 = cosine * cosine;
@@ -72,7 +72,7 @@ Vec8 sample_cosine(const Vec8& n, const Point8& random) {
 
 BsdfValue8 eval_bsdf(const Bsdf8& bsdf, const Vec8& n, const Vec8& out, const Vec8& in) {
   const Float8 cos_in = max(dot(n, in), kZero);
-  const Float8 lambert_pdf = cos_in * (1.0f / std::numbers::pi_v<float>);
+  const Float8 lambert_pdf = cos_in * (1.0f / kPi);
   if (!bsdf.has_coat) return {bsdf.diffuse * lambert_pdf, lambert_pdf};
   const Float8 cos_out = dot(n, out);
   const Int8 above = (cos_in > kZero) & (cos_out > kZero);
@@ -95,8 +95,7 @@ BsdfValue8 eval_bsdf(const Bsdf8& bsdf, const Vec8& n, const Vec8& out, const Ve
 BsdfSample8 sample_bsdf(const Bsdf8& bsdf, const Vec8& n, const Vec8& out, const Point8& random,
                         Float8 lobe) {
   Vec8 in = sample_cosine(n, random);
-  if (!bsdf.has_coat)
-    return {in, bsdf.diffuse, max(dot(n, in), kZero) * (1.0f / std::numbers::pi_v<float>)};
+  if (!bsdf.has_coat) return {in, bsdf.diffuse, max(dot(n, in), kZero) * (1.0f / kPi)};
   const Float8 cos_out = dot(n, out);
   const Int8 chooses_coat = lobe < coat_share(bsdf, cos_out);
   in = select(chooses_coat, sample_coat(bsdf, n, out, cos_out, random), in);

@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+
+#include "render/trace/pi.h"
 
 namespace backbend::render {
 namespace {
@@ -52,10 +53,9 @@ EnvironmentMap::EnvironmentMap(Texture picture, double turn_rad)
 }
 
 std::size_t EnvironmentMap::texel_of(const glm::vec3& direction) const {
-  const float around =
-      0.5f - (std::atan2(direction.x, direction.z) - turn_) / (2.0f * std::numbers::pi_v<float>);
+  const float around = 0.5f - (std::atan2(direction.x, direction.z) - turn_) / (2.0f * kPi);
   const float u = around - std::floor(around);
-  const float v = std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / std::numbers::pi_v<float>;
+  const float v = std::acos(std::clamp(direction.y, -1.0f, 1.0f)) / kPi;
   const int x =
       std::clamp(static_cast<int>(u * static_cast<float>(picture_.width)), 0, picture_.width - 1);
   const int y =
@@ -75,8 +75,7 @@ float EnvironmentMap::pdf(const glm::vec3& direction) const {
   const float share = (row_cdf_[y + 1] - row_cdf_[y]) * (column[x + 1] - column[x]);
   // A texel spans 2 pi / width by pi / height in angle, and its solid angle shrinks with the sine.
   const float sine = std::sqrt(std::max(0.0f, 1.0f - direction.y * direction.y));
-  const float solid_angle = 2.0f * std::numbers::pi_v<float> * std::numbers::pi_v<float> * sine /
-                            static_cast<float>(picture_.texel.size());
+  const float solid_angle = 2.0f * kPi * kPi * sine / static_cast<float>(picture_.texel.size());
   return solid_angle > 0.0f ? share / solid_angle : 0.0f;
 }
 
@@ -91,11 +90,10 @@ EnvironmentMap::Sample EnvironmentMap::sample(glm::vec2 random) const {
   };
   const float u = (static_cast<float>(x) + within(random.x, column[x], column[x + 1])) / width;
   const float v = (static_cast<float>(y) + within(random.y, row_cdf_[y], row_cdf_[y + 1])) / height;
-  const float longitude = (0.5f - u) * 2.0f * std::numbers::pi_v<float> + turn_;
-  const float sine = std::sin(v * std::numbers::pi_v<float>);
+  const float longitude = (0.5f - u) * 2.0f * kPi + turn_;
+  const float sine = std::sin(v * kPi);
   Sample s;
-  s.direction = {sine * std::sin(longitude), std::cos(v * std::numbers::pi_v<float>),
-                 sine * std::cos(longitude)};
+  s.direction = {sine * std::sin(longitude), std::cos(v * kPi), sine * std::cos(longitude)};
   s.radiance = picture_.texel[y * width + x];
   s.pdf = pdf(s.direction);
   return s;

@@ -2,7 +2,8 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <numbers>
+
+#include "render/trace/pi.h"
 
 namespace backbend::render {
 namespace {
@@ -23,8 +24,8 @@ constexpr Placement kRim{-150.0f, 50.0f, 3.8f, 1.6f, {1.30f, 1.33f, 1.38f}};
 
 AreaLight place(const Placement& p, const glm::vec3& center, float radius, const glm::vec3& toward,
                 const glm::vec3& left) {
-  const float azimuth = p.azimuth_deg * std::numbers::pi_v<float> / 180.0f;
-  const float elevation = p.elevation_deg * std::numbers::pi_v<float> / 180.0f;
+  const float azimuth = p.azimuth_deg * kPi / 180.0f;
+  const float elevation = p.elevation_deg * kPi / 180.0f;
   const glm::vec3 up(0.0f, 1.0f, 0.0f);
   const glm::vec3 from =
       std::cos(elevation) * (std::cos(azimuth) * toward + std::sin(azimuth) * left) +
@@ -70,8 +71,7 @@ Studio make_studio(const Projection& camera, const glm::vec3& center, float radi
   studio.sky_nadir = {0.10f, 0.097f, 0.093f};
   // The integral of (horizon + (zenith - horizon) cos) cos over the upper half sphere.
   const glm::vec3 on_ground =
-      std::numbers::pi_v<float> * studio.sky_horizon +
-      (2.0f * std::numbers::pi_v<float> / 3.0f) * (studio.sky_zenith - studio.sky_horizon);
+      kPi * studio.sky_horizon + (2.0f * kPi / 3.0f) * (studio.sky_zenith - studio.sky_horizon);
   studio.sky_on_ground_luminance =
       0.2126f * on_ground.x + 0.7152f * on_ground.y + 0.0722f * on_ground.z;
   studio.ground_height = floor;

@@ -12,7 +12,7 @@
 namespace backbend::skin {
 namespace {
 
-constexpr std::size_t kVerticesOfTask = 2048;  // vertices a task: far more work than a task costs
+constexpr std::size_t kVerticesOfTask = 2048;  // far more work than a task costs
 
 PosedMesh linear(const Character& character, const std::vector<glm::dmat4>& world_from_node) {
   assert(world_from_node.size() == character.nodes.size());

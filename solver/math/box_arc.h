@@ -58,9 +58,8 @@ class BoxArc {
   int panels_;
   std::vector<BoxReal> panel_;  // arc length of each
   Coefficient a_, b_, c_;       // velocity a + b u + c u^2
-  std::vector<BoxReal>
-      until_;  // arc length up to each panel's begin, and the whole; the first is 0
-  std::vector<BoxReal> after_;  // arc length from each panel's begin to the end; the last is 0
+  std::vector<BoxReal> until_;  // up to each panel's begin, then the whole; the first is 0
+  std::vector<BoxReal> after_;  // from each panel's begin to the end; the last is 0
   BoxReal length_;
 };
 

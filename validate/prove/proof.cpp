@@ -133,9 +133,9 @@ const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system) {
 }
 
 std::array<bool, kProofAxes> PartGain::idle() const {
-  std::array<bool, kProofAxes> none{};
-  for (std::size_t j = 0; j < none.size(); ++j) none[j] = along[j] < kNoGain;
-  return none;
+  std::array<bool, kProofAxes> still{};
+  for (std::size_t j = 0; j < still.size(); ++j) still[j] = along[j] < kNoGain;
+  return still;
 }
 
 PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
