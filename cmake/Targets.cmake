@@ -73,8 +73,8 @@ function(backbend_together target sources)
   endforeach()
 endfunction()
 
-# backbend_layer(NAME [EXCEPT FOLDER/] [ALONE FILES]): one layer of the program, from every source file in its
-# folder, but for one folder of it.
+# backbend_layer(NAME [EXCEPT FOLDER/] [ALONE FILES]): one layer of the program, from every source
+# file in its folder, but for one folder of it.
 function(backbend_layer name)
   cmake_parse_arguments(PARSE_ARGV 1 layer "" "EXCEPT" "ALONE")
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS *.cpp *.h)

@@ -38,8 +38,8 @@ std::vector<ControllerShape> three_squares(const SpineSystem& system, const Rest
     const glm::dvec3 along = rest.position[bone + 1] - rest.position[bone];
     const glm::dquat frame = pose.turn[bone] * rest_frame(along, chain.left);
     const std::string& channel = system.channels()[std::size_t(3 * bone)].name;
-    shapes.push_back(square(channel.substr(0, channel.find('.')), bone, pose.position[bone], frame,
-                            glm::length(along)));
+    shapes.push_back(
+        square(control_of(channel), bone, pose.position[bone], frame, glm::length(along)));
   }
   return shapes;
 }

@@ -309,7 +309,7 @@ void add_controller(const Source& source, const toml::table& toml, SolveFile& fi
 }
 
 int line_of(const toml::table* table, const std::string& key) {
-  const toml::node* node = table ? table->get(key.substr(0, key.find('.'))) : nullptr;
+  const toml::node* node = table ? table->get(control_of(key)) : nullptr;
   return node ? int(node->source().begin.line) : 0;
 }
 

@@ -27,8 +27,8 @@ enum class Length { fixed, stretchy };
 enum class Aim { project, shortest_arc, none };
 enum class Slerp { shortest, raw };
 
-/// Channels in the order of solve().
 class Isner final : public FormulaSystem, public BoxSolver {
+  /// Channels in the order of solve().
   enum ChannelIndex {
     kHip = 0,
     kChest = 3,

@@ -27,10 +27,10 @@ enum class Carve { span, literal };
 enum class PastEnd { clamp, extend };
 enum class TwistWay { none, spread };
 
-/// Twelve channels place the curve either way; the scalars follow.
 constexpr double kMostCompression = 0.99;
 
 class Stretchy final : public FormulaSystem {
+  /// Twelve channels place the curve either way; the scalars follow.
   enum ChannelIndex { kStretchiness = HipChest::kChannels, kLead, kCompression, kSlide };
 
  public:

@@ -204,7 +204,7 @@ class JointMeasures {
     for (Index f = 0; f < body_.frame_count(); ++f) {
       double sum = 0.0;
       for (Index c = 0; c < clip_.control.size(); ++c) {
-        const double value = clip_.control_value[f * clip_.control.size() + c];
+        const double value = control_value(clip_, f, c);
         if (std::isfinite(value)) sum += std::abs(value);
       }
       if (sum < least) {
@@ -455,7 +455,7 @@ SweepRecord plan_sweep(const skin::Clip& clip, const skin::ClipSweep& range) {
     pose.control = {static_cast<double>(f)};
     pose.control_deg = static_cast<double>(i);
     if (control) {
-      const double value = clip.control_value[f * clip.control.size() + *control];
+      const double value = control_value(clip, f, *control);
       if (std::isfinite(value)) pose.control_deg = value;
     }
     if (clip.frame_number[f] < 0) continue;

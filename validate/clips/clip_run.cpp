@@ -7,6 +7,7 @@
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
 #include "validate/clips/clip_canary.h"
+#include "validate/clips/clip_frames.h"
 #include "validate/clips/clip_input.h"
 #include "validate/clips/clip_pictures.h"
 #include "validate/clips/clip_sensitivity.h"
@@ -107,7 +108,7 @@ void say_to_artist(const std::optional<skin::Sidecar>& sidecar, const skin::Clip
     const Index frame = frame_of(pose_of(record, finding));
     PoseDegrees pose;
     for (Index k = 0; k < clip.control.size(); ++k) {
-      const double value = clip.control_value[frame * clip.control.size() + k];
+      const double value = control_value(clip, frame, k);
       double* const channel = pose.find(clip.control[k]);
       if (channel != nullptr && std::isfinite(value)) *channel = value;
     }

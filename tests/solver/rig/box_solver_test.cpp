@@ -166,9 +166,9 @@ TEST(BoxNumber, TheRollOfAnArcIsThatOfWhatItCarries) {
       return shortest_arc(a, at(b0, b1, t), kAxisX) * on_a;
     };
     const glm::dquat turned = carried(kHalf) * glm::conjugate(carried(-kHalf));
-    const double rolled = 2.0 *
-                          glm::dot(glm::dvec3(turned.x, turned.y, turned.z), at(b0, b1, 0.0)) *
-                          (turned.w < 0.0 ? -1.0 : 1.0) / 2.0;
+    // Twice the vector part over twice the half step.
+    const double rolled = std::copysign(1.0, turned.w) *
+                          glm::dot(glm::dvec3(turned.x, turned.y, turned.z), at(b0, b1, 0.0));
     EXPECT_NEAR(roll.middle(), rolled, 1e-4 * kHalf + 1e-12) << i;
     EXPECT_LE(roll.width(), 1e-3 * kHalf);
   }
