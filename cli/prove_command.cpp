@@ -2,11 +2,14 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "skin/anatomy/body_kind.h"
 #include "validate/files/output_folder.h"
 #include "validate/prove/certificate_check.h"
+#include "validate/prove/metric_proof_text.h"
 #include "validate/prove/proof_text.h"
 #include "validate/stage/stage.h"
 #include "validate/sweeps/external_spec.h"
@@ -22,7 +25,9 @@ namespace {
 struct ProveOptions {
   std::string rig = "even", box = "envelope", mapping = "chest", character, output, check;
   skin::AnatomyHints hints;
-  double gain = 8.0, smallest = 1.0;
+  double gain = 8.0;
+  std::optional<double> smallest;
+  std::vector<std::string> bounds;
   std::uint64_t boxes = 1000000;
   bool resume = false;
 };
@@ -36,27 +41,69 @@ int exit_code_of(const Certificate& proof) {
   return shares.open_boxes > 0 ? kExitNotMeasured : kExitOk;
 }
 
+/// What all questions need: the rig, on the spine of a character or on a straight one.
+struct RigOnSpine {
+  solver::SystemSpec rig;
+  std::unique_ptr<Stage> stage;  // null: no character was named
+  solver::RestChain chain = straight_chain();
+  Envelope envelope = *find_envelope("human");
+};
+
+RigOnSpine rig_of(const ProveOptions& options) {
+  RigOnSpine subject;
+  subject.rig = read_rig(options.rig).spec;
+  if (is_external(subject.rig))
+    throw ProofError("a rig of your own cannot be proved, only searched: backbend hunt");
+  if (options.character.empty()) return subject;
+  const bool neck = subject.rig.system == "neck";
+  subject.stage = std::make_unique<Stage>(load_character(options.character), options.hints,
+                                          neck ? DrivenChain::neck : DrivenChain::spine);
+  const Stage& stage = *subject.stage;
+  subject.chain.joint = stage.rest_chain().joint;
+  subject.chain.left = stage.rest_chain().left;
+  subject.envelope = envelope_for(skin::body_kind(stage.character(), stage.anatomy()).kind, neck);
+  return subject;
+}
+
+/// `--bound`: limits of checks over the box. No certificate is made of them.
+int run_bounds(const ProveOptions& options, const Common& common) {
+  if (!options.output.empty() || options.resume)
+    throw CLI::ValidationError("--bound makes no certificate: leave out -o and --resume");
+  const RigOnSpine subject = rig_of(options);
+  const auto system = solver::build_system(subject.rig, subject.chain);
+  MetricQuestion q;
+  q.system = system.get();
+  q.stage = subject.stage.get();
+  q.mapping = *find_mapping(options.mapping);
+  q.box = read_box(options.box, subject.envelope, *system);
+  q.smallest = options.smallest.value_or(q.smallest);
+  for (const std::string& bound : options.bounds) q.claim.push_back(read_claim(bound));
+  Progress progress(common.progress_style());
+  const MetricProof proof = prove_metrics(q, progress);
+  const std::string rig = rig_text(subject.rig);
+  std::fputs((common.json ? metric_proof_json(q, proof, rig)
+                          : metric_proof_text(q, proof, rig, style_of_stdout()))
+                 .c_str(),
+             stdout);
+  double refuted = 0.0, open = 0.0;
+  for (const ClaimResult& claim : proof.claim) {
+    refuted += claim.refuted;
+    open += claim.open;
+  }
+  return refuted > 0.0 ? kExitFindings : open > 0.0 ? kExitNotMeasured : kExitOk;
+}
+
 int run_proof(const ProveOptions& options, const Common& common) {
   Certificate proof;
   ProofQuestion& q = proof.question;
-  q.rig = read_rig(options.rig).spec;
-  if (is_external(q.rig))
-    throw ProofError("a rig of your own cannot be proved, only searched: backbend hunt");
-  q.chain = straight_chain();
-  Envelope envelope = *find_envelope("human");
-  if (!options.character.empty()) {
-    const bool neck = q.rig.system == "neck";
-    const Stage stage(load_character(options.character), options.hints,
-                      neck ? DrivenChain::neck : DrivenChain::spine);
-    q.chain.joint = stage.rest_chain().joint;
-    q.chain.left = stage.rest_chain().left;
-    envelope = envelope_for(skin::body_kind(stage.character(), stage.anatomy()).kind, neck);
-  }
+  const RigOnSpine subject = rig_of(options);
+  q.rig = subject.rig;
+  q.chain = subject.chain;
   q.mapping = *find_mapping(options.mapping);
   const auto system = solver::build_system(q.rig, q.chain);
-  q.box = read_box(options.box, envelope, *system);
+  q.box = read_box(options.box, subject.envelope, *system);
   q.gain = options.gain;
-  q.smallest = options.smallest;
+  q.smallest = options.smallest.value_or(q.smallest);
   q.boxes = options.boxes;
   box_solver_of(*system);
   if (options.resume) {
@@ -141,6 +188,7 @@ void add_prove(const Registry& registry) {
       "prove",
       "prove that a rig neither jumps nor whips at any pose of a box, or show where it does",
       [options, &common = registry.common, &app = registry.app] {
+        if (!options->bounds.empty()) return run_bounds(*options, common);
         if (options->check.empty()) return run_proof(*options, common);
         return run_check(*options, common, app.get_subcommand("prove")->count("rig") > 0);
       });
@@ -154,7 +202,13 @@ void add_prove(const Registry& registry) {
       ->add_option("--gain", options->gain,
                    "the most that a joint may turn, degrees per degree of a channel [8]")
       ->check(CLI::Range(1e-3, 1e6));
-  command->add_option("--smallest", options->smallest, "width of the smallest boxes, degrees [1]")
+  command->add_option("--bound", options->bounds,
+                      "prove instead that a check's limit holds over the box: BB020, BB021, BB041, "
+                      "BB047; with a character BB030 (cross-sections), BB033 (inverted triangles); "
+                      "CODE=LIMIT sets another limit; may be repeated");
+  command
+      ->add_option("--smallest", options->smallest,
+                   "width of the smallest boxes, degrees [1; with --bound 2]")
       ->check(CLI::Range(1e-6, 360.0));
   command->add_option("--boxes", options->boxes, "the most boxes to look at [1000000]")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{100000000}));

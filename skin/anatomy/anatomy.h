@@ -8,6 +8,10 @@
 #include "solver/rig/spine_pose.h"
 #include "solver/rig/spine_system.h"
 
+namespace backbend::solver {
+struct BoxPlaces;
+}
+
 namespace backbend::skin {
 
 /// What a user says about a skeleton: joint names, empty where nothing was said.
@@ -70,6 +74,8 @@ std::vector<Region> node_regions(const Character& character, const Anatomy& anat
 /// The region of each vertex, from the joint with the largest weight.
 std::vector<Region> vertex_regions(const Character& character, const Anatomy& anatomy);
 
+struct BoxMotion;  // skin/anatomy/box_motion.h
+
 /// How a solved spine moves a character's skeleton: built once per character and rig.
 class SpineDriver {
  public:
@@ -93,6 +99,12 @@ class SpineDriver {
   /// (SpinePose::body) stands as that says.
   std::vector<glm::dmat4> drive(const solver::SpineSystem& system,
                                 const solver::SpinePose& pose) const;
+
+  /// The motions that drive() takes nodes along with, over a box of poses; node_motions() says
+  /// which of them carries each node.
+  std::vector<BoxMotion> motions_over(const solver::SpineSystem& system,
+                                      const solver::BoxPlaces& places) const;
+  const std::vector<int>& node_motions() const { return motion_; }
 
   /// Where each spine joint hips .. chest stands along the rest chain, 0..1 by arc length.
   const std::vector<double>& joint_fractions() const { return joint_fraction_; }

@@ -4,8 +4,10 @@
 
 #include "skin/anatomy/anatomy.h"
 #include "skin/anatomy/arm_attachment.h"
+#include "skin/anatomy/box_motion.h"
 #include "skin/anatomy/chain_arc.h"
 #include "skin/character/matrix_facts.h"
+#include "solver/rig/box_solver.h"
 
 namespace backbend::skin {
 namespace {
@@ -28,64 +30,103 @@ glm::dquat shortest_between(const glm::dquat& from, const glm::dquat& to, double
   if (from == to) return from;            // slerp would round the rest pose
   return glm::slerp(from, to, fraction);  // glm::slerp takes the short way; glm::mix does not
 }
+solver::BoxTurn shortest_between(const solver::BoxTurn& from, const solver::BoxTurn& to,
+                                 double fraction) {
+  return fraction == 0.0 ? from : solver::slerp_short(from, to, fraction);
+}
+
+glm::dvec3 share_of_way(const glm::dvec3& low, const glm::dvec3& high, double share) {
+  return glm::mix(low, high, share);
+}
+solver::BoxVector share_of_way(const solver::BoxVector& low, const solver::BoxVector& high,
+                               double share) {
+  return solver::BoxReal(1.0 - share) * low + solver::BoxReal(share) * high;
+}
+
+/// One pose, or a box of them: RigidMotion's parts, and the joints.
+struct OnePose : solver::PoseMath {
+  using Motion = RigidMotion;
+  static const Turn& turn(const solver::SpinePose& pose, Index k) { return pose.turn[k]; }
+  static const Turn& hip(const solver::SpinePose& pose) { return pose.hip.turn; }
+  static const Vector& hip_at(const solver::SpinePose& pose) { return pose.hip.posed_origin; }
+  static const Vector& hip_rest(const solver::SpinePose&, const solver::SpinePose& pose) {
+    return pose.hip.rest_origin;
+  }
+  using Pose = solver::SpinePose;
+};
+struct BoxOfPoses : solver::BoxMath {
+  using Motion = BoxMotion;
+  static const Turn& turn(const solver::BoxPlaces& pose, Index k) { return pose.turn[k]; }
+  static const Turn& hip(const solver::BoxPlaces& pose) { return pose.hip; }
+  static const Vector& hip_at(const solver::BoxPlaces& pose) { return pose.hip_at; }
+  static const glm::dvec3& hip_rest(const solver::SpinePose& rest, const solver::BoxPlaces&) {
+    return rest.hip.rest_origin;
+  }
+  using Pose = solver::BoxPlaces;
+};
 
 /// The posed chain as a motion of any point beside it: between two of its joints the way they went
 /// is shared by arc fraction, beyond its ends the end joint carries rigidly.
+template <class Math>
 class ChainMotion {
+  using Turn = typename Math::Turn;
+  using Vector = typename Math::Vector;
+  using Motion = typename Math::Motion;
+
  public:
-  ChainMotion(const solver::SpineSystem& system, const solver::SpinePose& pose)
+  ChainMotion(const solver::SpineSystem& system, const typename Math::Pose& pose)
       : rest_(system.rest()), pose_(pose), fraction_(system.arc_fraction()) {
-    order_.resize(std::min(fraction_.size(), pose.joint_count()));
+    order_.resize(std::min(fraction_.size(), pose.position.size()));
     std::iota(order_.begin(), order_.end(), Index{0});
     // Some systems count from the head or the tail.
     std::stable_sort(order_.begin(), order_.end(),
                      [&](Index a, Index b) { return fraction_[a] < fraction_[b]; });
   }
 
-  RigidMotion at(double fraction, const glm::dvec3& rest_joint) const {
+  Motion at(double fraction, const glm::dvec3& rest_joint) const {
     const auto above = std::upper_bound(order_.begin(), order_.end(), fraction,
                                         [&](double f, Index k) { return f < fraction_[k]; });
     if (above == order_.end()) return carried_by(order_.back(), rest_joint);
     if (above == order_.begin()) return from_hip(*above, fraction, rest_joint);
     const Index low = *(above - 1), high = *above;
     const double share = (fraction - fraction_[low]) / (fraction_[high] - fraction_[low]);
-    return between(rest_.position[low], pose_.position[low], pose_.turn[low], high, share,
+    return between(rest_.position[low], pose_.position[low], Math::turn(pose_, low), high, share,
                    rest_joint);
   }
 
  private:
-  RigidMotion carried_by(Index joint, const glm::dvec3& rest_joint) const {
-    const RigidMotion end{pose_.turn[joint], rest_.position[joint], pose_.position[joint]};
-    return {end.turn, rest_joint, moved(end.turn, rest_joint, end.rest_origin, end.posed_origin)};
+  Motion carried_by(Index joint, const glm::dvec3& rest_joint) const {
+    const Turn& turn = Math::turn(pose_, joint);
+    return {turn, rest_joint,
+            moved(turn, rest_joint, rest_.position[joint], pose_.position[joint])};
   }
 
   /// Below the first joint of systems whose joints start above the hips: from the hips' motion on.
-  RigidMotion from_hip(Index first, double fraction, const glm::dvec3& rest_joint) const {
+  Motion from_hip(Index first, double fraction, const glm::dvec3& rest_joint) const {
     const double share = fraction_[first] > 0.0 ? fraction / fraction_[first] : 1.0;
-    return between(pose_.hip.rest_origin, pose_.hip.posed_origin, pose_.hip.turn, first, share,
-                   rest_joint);
+    return between(Math::hip_rest(rest_, pose_), Math::hip_at(pose_), Math::hip(pose_), first,
+                   share, rest_joint);
   }
 
-  RigidMotion between(const glm::dvec3& rest_low, const glm::dvec3& posed_low,
-                      const glm::dquat& turn_low, Index high, double share,
-                      const glm::dvec3& rest_joint) const {
-    const glm::dquat turn = shortest_between(turn_low, pose_.turn[high], share);
+  Motion between(const glm::dvec3& rest_low, const Vector& posed_low, const Turn& turn_low,
+                 Index high, double share, const glm::dvec3& rest_joint) const {
+    const Turn turn = shortest_between(turn_low, Math::turn(pose_, high), share);
     const glm::dvec3 rest_on_chain = glm::mix(rest_low, rest_.position[high], share);
-    const glm::dvec3 way =
-        glm::mix(posed_low - rest_low, pose_.position[high] - rest_.position[high], share);
+    const Vector way =
+        share_of_way(posed_low - rest_low, pose_.position[high] - rest_.position[high], share);
     return {turn, rest_joint, moved(turn, rest_joint, rest_on_chain, rest_on_chain + way)};
   }
 
   /// Where a point goes that is carried rigidly; written as a sum of steps that are 0 at rest, so
   /// that rest comes out exactly.
-  static glm::dvec3 moved(const glm::dquat& turn, const glm::dvec3& point,
-                          const glm::dvec3& rest_origin, const glm::dvec3& posed_origin) {
+  static Vector moved(const Turn& turn, const glm::dvec3& point, const glm::dvec3& rest_origin,
+                      const Vector& posed_origin) {
     const glm::dvec3 beside = point - rest_origin;
-    return point + (posed_origin - rest_origin) + (turn * beside - beside);
+    return point + (posed_origin - rest_origin) + (turn * Vector(beside) - beside);
   }
 
   const solver::SpinePose& rest_;
-  const solver::SpinePose& pose_;
+  const typename Math::Pose& pose_;
   const std::vector<double>& fraction_;
   std::vector<Index> order_;  // of the system's joints, by arc fraction
 };
@@ -173,7 +214,7 @@ std::vector<glm::dmat4> SpineDriver::drive(const solver::SpineSystem& system,
                                            const solver::SpinePose& pose) const {
   if (pose.body && pose.body->world_from_node.size() == character_.nodes.size())
     return pose.body->world_from_node;
-  const ChainMotion chain(system, pose);
+  const ChainMotion<OnePose> chain(system, pose);
   std::vector<RigidMotion> motions(kChain + anatomy_.chest_index + 1);
   motions[kHip] = pose.hip;
   for (Index k = 1; k <= anatomy_.chest_index; ++k)
@@ -190,6 +231,18 @@ std::vector<glm::dmat4> SpineDriver::drive(const solver::SpineSystem& system,
                  : rigid_matrix(motion.turn, motion.rest_origin, motion.posed_origin) * rest;
   }
   return out;
+}
+
+std::vector<BoxMotion> SpineDriver::motions_over(const solver::SpineSystem& system,
+                                                 const solver::BoxPlaces& places) const {
+  const ChainMotion<BoxOfPoses> chain(system, places);
+  std::vector<BoxMotion> motions(kChain + anatomy_.chest_index + 1);
+  motions[kHip] = {places.hip, system.rest().hip.rest_origin, places.hip_at};
+  for (Index k = 1; k <= anatomy_.chest_index; ++k)
+    motions[kChain + k] =
+        chain.at(joint_fraction_[k],
+                 origin(character_.nodes[static_cast<Index>(anatomy_.spine[k])].world_from_node));
+  return motions;
 }
 
 }  // namespace backbend::skin

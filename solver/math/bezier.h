@@ -12,6 +12,14 @@ Vector bezier_derivative(const std::array<Vector, 4>& cv, const Real& t) {
                       (t * t) * (cv[3] - cv[2]));
 }
 
+/// The point of a cubic Bezier at t, over a box of poses.
+template <class Real, class Vector>
+Vector bezier_point(const std::array<Vector, 4>& cv, const Real& t) {
+  const Real s = Real(1.0) - t;
+  return (s * s * s) * cv[0] + (Real(3.0) * s * s * t) * cv[1] + (Real(3.0) * s * t * t) * cv[2] +
+         (t * t * t) * cv[3];
+}
+
 /// The chord of a cubic Bezier from u to v over v - u: the mean of the derivative between them. Of
 /// one curve, or over a box of poses, where the difference of two points would be far wider.
 template <class Real, class Vector>

@@ -227,6 +227,8 @@ BoxTurn operator*(const BoxTurn& p, const BoxTurn& q) {
                            p.w * q.z + p.z * q.w + p.x * q.y - p.y * q.x, rate});
 }
 
+BoxTurn conjugate(const BoxTurn& q) { return {q.w, -q.x, -q.y, -q.z, q.rate}; }
+
 BoxVector operator*(const BoxTurn& q, const BoxVector& v) {
   const BoxVector u(q.x, q.y, q.z);
   const BoxVector once = cross(u, v);
@@ -248,6 +250,18 @@ BoxTurn from_euler_xyz(const BoxReal& rx, const BoxReal& ry, const BoxReal& rz) 
 BoxTurn euler_turn(const glm::dmat3& axes, const BoxTurn& euler) {
   const BoxVector v = axes * BoxVector(euler.x, euler.y, euler.z);
   return {euler.w, v.x, v.y, v.z, euler.rate};
+}
+
+/// By the trace, which is 4 w^2 - 1.
+BoxTurn turn_to_axes(const BoxVector& x, const BoxVector& y, const BoxVector& z) {
+  const BoxReal w = BoxReal(0.5) * square_root(BoxReal(1.0) + x.x + y.y + z.z);
+  if (!(w.value.lo > 0.0)) return undefined_turn();
+  const BoxReal scale = BoxReal(0.25) / w;
+  return with_least_rates({w,
+                           scale * (y.z - z.y),
+                           scale * (z.x - x.z),
+                           scale * (x.y - y.x),
+                           {kInfinite, kInfinite, kInfinite}});
 }
 
 Interval slerp_weight(const Interval& c, double t) {

@@ -94,6 +94,7 @@ struct BoxTurn {
 BoxTurn with_least_rates(BoxTurn q);
 
 BoxTurn operator*(const BoxTurn& a, const BoxTurn& b);
+BoxTurn conjugate(const BoxTurn& q);
 BoxVector operator*(const BoxTurn& q, const BoxVector& v);
 /// Unit already, as exact numbers are.
 inline BoxTurn normalize(const BoxTurn& q) { return q; }
@@ -102,6 +103,9 @@ inline BoxTurn renormalised(const BoxTurn& q) { return q; }
 BoxTurn turn_about(const glm::dvec3& axis, const BoxReal& angle);
 BoxTurn from_euler_xyz(const BoxReal& rx, const BoxReal& ry, const BoxReal& rz);
 BoxTurn euler_turn(const glm::dmat3& axes, const BoxTurn& euler);
+/// The rotation that takes the unit axes X, Y, Z to these: a right-handed frame. Not finite where
+/// it may be half a turn somewhere in the box. Rates are those of its components.
+BoxTurn turn_to_axes(const BoxVector& x, const BoxVector& y, const BoxVector& z);
 /// Not finite where somewhere in the box both ways round may be equally long.
 BoxTurn slerp_short(const BoxTurn& a, const BoxTurn& b, double t);
 /// Not finite where somewhere in the box the two may point apart.

@@ -20,6 +20,18 @@ struct BoxPose {
   std::vector<BoxRates> rate;
 };
 
+/// Where a rig's joints, and what hangs from them, may be at the poses of a box: as SpinePose,
+/// whose rest origins are those of SpineSystem::rest(). Rig space.
+struct BoxPlaces {
+  std::vector<BoxTurn> turn;        // of each joint, from rest
+  std::vector<BoxVector> position;  // of each joint
+  BoxTurn hip, chest, arms;
+  BoxVector hip_at, chest_at, arms_at;  // posed origins
+  // What is so by construction, which enclosures of both sides could not tell.
+  bool ends_on_chest = false;      // the last joint stands at the chest's origin
+  bool arms_follow_chest = false;  // the arms go rigidly with the chest control
+};
+
 /// A SpineSystem is one of these too if its solver runs on boxes of poses: the same formulas as
 /// solve(), as templates, with enclosures in the place of numbers. What is enclosed is the exact
 /// value of the formulas, of which solve() gives a rounding; a rig's options and its rest frames
@@ -35,6 +47,13 @@ class BoxSolver {
   virtual std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const = 0;
   /// The rig for one value per channel. Needs !why_not_on_boxes().
   virtual void solve_box(std::span<const BoxReal> control, BoxPose& pose) const = 0;
+
+  /// Why the places of its joints cannot be enclosed; empty: they can.
+  virtual std::string why_no_places() const {
+    return "the places of its joints are not enclosed over boxes yet";
+  }
+  /// The rig for one value per channel, of a body pose's box. Needs !why_no_places().
+  virtual void place_box(std::span<const BoxReal>, BoxPlaces&) const {}
 
  protected:
   ~BoxSolver() = default;

@@ -59,6 +59,36 @@ class Even final : public FormulaSystem, public BoxSolver {
     }
   }
 
+  std::string why_no_places() const override {
+    if (limited_) return "with limits the places of its joints are not enclosed over boxes yet";
+    if (!reach_->off())
+      return "with reach the places of its joints are not enclosed over boxes yet";
+    return {};
+  }
+
+  /// At its own length, which is what a body pose without stretch asks for.
+  void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
+    const BoxTurn lower =
+        euler_turn(bone_.axes[0], from_euler_xyz(control[0], control[1], control[2]));
+    const auto upper = control.subspan(kUpper, kUpperChannels);
+    const dvec3 root = drawn_.front();
+    places.turn.clear();
+    places.position.assign(std::size_t(bones_) + 1, {});
+    shape_.shifts(upper, places.position);
+    for (int k = 0; k <= bones_; ++k) {
+      places.turn.push_back(lower * shape_.frame(k, upper));
+      BoxVector& at = places.position[std::size_t(k)];
+      at = root + lower * (BoxVector(shape_.rest_joint()[std::size_t(k)] - root) + at);
+    }
+    places.hip = BoxTurn();
+    places.hip_at = places.position.front();
+    places.chest = places.turn.back();
+    places.chest_at = places.position.back();
+    places.arms = places.chest;
+    places.arms_at = places.chest_at;
+    places.ends_on_chest = places.arms_follow_chest = true;
+  }
+
   std::string_view why_without(BodyChannel channel) const override {
     if (channel == BodyChannel::hip) return kNoHipControl;
     if (stretchiness_ == 0.0) return "with stretchiness 0 the spine keeps its length";

@@ -41,6 +41,23 @@ void sort_unique(std::vector<double>& at) {
            at.end());
 }
 
+/// `v` turned about X, then Y, then Z, each by `angle(axis)`. An axis without a turn costs nothing.
+template <class Angle>
+BoxVector turned_by_euler(BoxVector v, const Angle& angle) {
+  BoxReal* const part[3] = {&v.x, &v.y, &v.z};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const BoxReal turn = angle(axis);
+    if (turn.value.is_zero()) continue;
+    const BoxReal s = sine(turn), c = cosine(turn);
+    BoxReal& a = *part[(axis + 1) % 3];
+    BoxReal& b = *part[(axis + 2) % 3];
+    const BoxReal a_turned = c * a - s * b;
+    b = s * a + c * b;
+    a = a_turned;
+  }
+  return v;
+}
+
 std::size_t segment_at(const std::vector<double>& corner, double s) {
   std::size_t i = 1;
   while (i + 1 < corner.size() && s > corner[i]) ++i;
@@ -198,6 +215,35 @@ BoxTurn EvenShape::frame(int k, std::span<const BoxReal> upper) const {
     };
     return euler_turn(axes, from_euler_xyz(angle(0), angle(1), angle(2)));
   });
+}
+
+void EvenShape::shifts(std::span<const BoxReal> upper, std::span<BoxVector> shift) const {
+  assert(share_end_.size() == 1 && upper.size() == kUpperChannels);
+  AngleShare most;
+  for (std::size_t ch = 0; ch < kUpperChannels; ++ch) most.scale[ch] = upper[ch].value.most();
+  const double turning = panel_turning({&most, 1});
+  const Rule& rule = rule_[turning <= kTurningOfRule[0] ? 0 : turning <= kTurningOfRule[1] ? 1 : 2];
+  const auto n = std::size_t(rule.nodes);
+  BoxVector total;
+  shift[0] = total;
+  std::size_t joint = 0;
+  const double* row = rule.table.data();
+  for (const Panel& panel : panel_) {
+    for (std::size_t i = 0; i < n; ++i) {
+      const auto turned = [&](std::size_t first, const BoxVector& v) {
+        return turned_by_euler(v, [&](std::size_t axis) {
+          const std::size_t ch = first + axis;
+          const std::size_t function = (ch < 3 ? 0 : 2) + (axis == 0 ? 1 : 0);
+          return BoxReal(row[function * n + i]) * upper[ch];
+        });
+      };
+      const BoxVector in_middle = middle_from_top_ * turned(3, BoxVector(panel.in_top));
+      const BoxVector moved = turned(0, in_middle) - BoxVector(panel.in_middle);
+      total = total + BoxReal(row[4 * n + i]) * moved;
+    }
+    if (panel.ends_bone) shift[++joint] = middle_axes_ * total;
+    row += kRows * n;
+  }
 }
 
 EvenShape::Moments EvenShape::moments(std::span<const AngleShare> share) const {

@@ -79,6 +79,10 @@ class EvenShape {
   /// with one share, and without a field.
   BoxTurn frame(int k, std::span<const BoxReal> upper) const;
 
+  /// How far each joint moves from its rest place, by the quadrature of solve(), over such a box.
+  /// `shift` holds bones + 1.
+  void shifts(std::span<const BoxReal> upper, std::span<BoxVector> shift) const;
+
   /// The chest's shift without a field, and the integrals of each bump times the posed tangent,
   /// both as lengths.
   struct Moments {

@@ -114,13 +114,33 @@ class Isner final : public FormulaSystem, public BoxSolver {
         continue;
       }
       const BoxVector velocity = bezier_derivative(cv, parameter(*arc, t));
-      if (aim_ == Aim::shortest_arc) {
-        const BoxVector tangent = velocity / length(velocity);
-        pose.rate[i] = (shortest_arc(q * axes_[0], tangent, q * axes_[2]) * q).rate;
-        continue;
-      }
-      pose.rate[i] = rates_of_aim(velocity, q * axes_[1]);
+      pose.rate[i] = aim_ == Aim::shortest_arc ? aimed(q, velocity / length(velocity)).rate
+                                               : rates_of_aim(velocity, q * axes_[1]);
     }
+  }
+
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
+    const Ends<BoxMath> e = ends<BoxMath>(control);
+    const std::array<BoxVector, 4> cv = points(e);
+    const BoxArc arc(cv);
+    places.turn.clear();
+    places.position.clear();
+    for (const double t : arc_fraction_) {
+      const BoxTurn q = t == 0.0 ? e.hip : t == 1.0 ? e.chest : slerp_short(e.hip, e.chest, t);
+      const BoxReal u = parameter(arc, t);
+      places.position.push_back(bezier_point(cv, u));
+      const BoxVector velocity = bezier_derivative(cv, u);
+      places.turn.push_back(aim_ == Aim::none ? q : aimed(q, velocity / length(velocity)));
+    }
+    places.hip = e.hip;
+    places.hip_at = e.hip_at;
+    places.chest = e.chest;
+    places.chest_at = e.chest_at;
+    places.arms = places.turn.back();
+    places.arms_at = places.position.back();
+    places.ends_on_chest = places.arms_follow_chest = false;
   }
 
   /// The Bezier over the used length: what lies past it carries no vertebra.
@@ -174,6 +194,19 @@ class Isner final : public FormulaSystem, public BoxSolver {
   std::array<typename Math::Vector, 4> points(const Ends<Math>& e) const {
     return {e.hip_at, e.hip_at + e.hip_depth * e.hip_along,
             e.chest_at - e.chest_depth * e.chest_along, e.chest_at};
+  }
+
+  /// orient() over a box, but for what aims nowhere.
+  BoxTurn aimed(const BoxTurn& q, const BoxVector& tangent) const {
+    if (aim_ == Aim::shortest_arc) return shortest_arc(q * axes_[0], tangent, q * axes_[2]) * q;
+    const BoxVector across = cross(tangent, q * axes_[1]), z = across / length(across);
+    const BoxVector frame[3] = {tangent, cross(z, tangent), z};
+    // Where that frame takes the axes of rig space.
+    const auto taken = [&](int i) {
+      return BoxReal(axes_[0][i]) * frame[0] + BoxReal(axes_[1][i]) * frame[1] +
+             BoxReal(axes_[2][i]) * frame[2];
+    };
+    return turn_to_axes(taken(0), taken(1), taken(2));
   }
 
   Curve draw(const Ends<PoseMath>& e) const { return Curve::bezier(points(e)); }

@@ -52,21 +52,39 @@ class MatrixBlend final : public FormulaSystem, public BoxSolver {
   }
 
   void solve_box(std::span<const BoxReal> c, BoxPose& pose) const override {
+    BoxPlaces places;
+    place_box(c, places);
+    pose.rate.clear();
+    for (const BoxTurn& t : places.turn) pose.rate.push_back(t.rate);
+  }
+
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> c, BoxPlaces& places) const override {
     const RigifySpine::ControlOf<BoxMath> hips{hip_chest_.turn(c, 0), {c[6], c[7], c[8]}};
     const RigifySpine::ControlOf<BoxMath> chest{hip_chest_.turn(c, 3), {c[9], c[10], c[11]}};
-    std::vector<BoxTurn> turn;
+    places.turn.clear();
     if (halves_) {
-      halves_->lay(hips, chest, turn);
+      halves_->lay(hips, chest, places.position, places.turn);
     } else {
+      const BoxVector step = (chest.move - hips.move) / BoxReal(double(bones_));
+      places.position = {BoxVector(drawn_.front()) + hips.move};
       for (int k = 0; k < bones_; ++k) {
-        turn.push_back(k + 1 < bones_
-                           ? slerp_short(hips.turn, chest.turn, (double(k) + 1.0) / double(bones_))
+        places.turn.push_back(
+            k + 1 < bones_ ? slerp_short(hips.turn, chest.turn, (double(k) + 1.0) / double(bones_))
                            : chest.turn);
+        places.position.push_back(places.position.back() +
+                                  places.turn.back() * BoxVector(drawn_[k + 1] - drawn_[k]) + step);
       }
-      turn.push_back(turn.back());
+      places.turn.push_back(places.turn.back());
     }
-    pose.rate.clear();
-    for (const BoxTurn& t : turn) pose.rate.push_back(t.rate);
+    places.hip = hips.turn;
+    places.hip_at = places.position.front();
+    places.chest = chest.turn;
+    places.chest_at = places.arms_at = places.position.back();
+    places.arms = places.turn.back();
+    places.ends_on_chest = true;
+    places.arms_follow_chest = !halves_;
   }
 
   std::vector<dvec3> intended_curve(std::span<const double> control,

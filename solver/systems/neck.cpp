@@ -123,6 +123,25 @@ class Neck final : public FormulaSystem, public BoxSolver {
     });
   }
 
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> c, BoxPlaces& places) const override {
+    const std::size_t count = vertebra_.size();
+    places.turn.resize(count);
+    places.position.resize(count);
+    walk<BoxMath>(c, [&](std::size_t i, const BoxTurn& turn, const BoxVector& at) {
+      places.turn[output_of(i)] = turn;
+      places.position[output_of(i)] = at;
+    });
+    places.hip = places.turn[output_of(0)];
+    places.hip_at = places.position[output_of(0)];
+    places.chest = places.turn[output_of(count - 1)];
+    places.chest_at = places.position[output_of(count - 1)];
+    places.arms = places.chest;
+    places.arms_at = places.chest_at;
+    places.ends_on_chest = places.arms_follow_chest = true;
+  }
+
   std::string_view why_without(BodyChannel) const override {
     return "its four channels bend and roll the vertebrae above a parent that stays";
   }

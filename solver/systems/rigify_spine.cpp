@@ -126,9 +126,9 @@ bool RigifySpine::is_rigid(std::size_t k, bool chest_moves) const {
 }
 
 void RigifySpine::lay(const ControlOf<BoxMath>& hips, const ControlOf<BoxMath>& chest,
-                      std::vector<BoxTurn>& turn) const {
+                      std::vector<BoxVector>& position, std::vector<BoxTurn>& turn) const {
   const std::size_t bones = rest_.size() - 1;
-  std::vector<BoxVector> position(bones + 1);
+  position.resize(bones + 1);
   turn.resize(bones + 1);
   Joints<BoxMath> joints{position, turn};
   lay_joints<BoxMath>(hips, chest, joints);

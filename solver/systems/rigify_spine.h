@@ -40,9 +40,9 @@ class RigifySpine {
   /// takes a fraction of it; what the two lack at the pivot; what a bone's swing lacks.
   void lay(const Control& hips, const Control& chest, SpinePose& pose) const;
 
-  /// Every joint's turn over a box of poses.
+  /// Every joint's place and turn over a box of poses.
   void lay(const ControlOf<BoxMath>& hips, const ControlOf<BoxMath>& chest,
-           std::vector<BoxTurn>& turn) const;
+           std::vector<BoxVector>& position, std::vector<BoxTurn>& turn) const;
 
   /// The chain without its corners: every joint's part of the turn is spread from the middle of the
   /// bone before it to that of the bone after it. `count` points at equal steps of the rest's

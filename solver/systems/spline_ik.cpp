@@ -80,6 +80,40 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
     pose.rate[bones_] = pose.rate[bones_ - 1];
   }
 
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
+    const HipChest::BoxEnds ends = hip_chest_.ends(control);
+    const BoxArc arc(ends.cv, 64);
+    const auto parameter = [&](int k) {
+      if (k == 0 || k == bones_) return BoxReal(k == 0 ? 0.0 : 1.0);
+      return arc.parameter_at_share(arc_fraction_[k]);
+    };
+    places.turn.clear();
+    places.position = {ends.cv[0]};
+    BoxTurn turn = ends.hip_turn;
+    BoxVector before = turn * BoxVector(hip_chest_.rest_direction());
+    BoxReal from = parameter(0);
+    for (int k = 0; k < bones_; ++k) {
+      const BoxReal to = parameter(k + 1);
+      const BoxVector bone = bezier_chord(ends.cv, from, to), direction = bone / length(bone);
+      turn = shortest_arc(before, direction, BoxVector()) * turn;
+      places.turn.push_back(turn);
+      places.position.push_back(k + 1 == bones_ ? ends.cv[3] : bezier_point(ends.cv, to));
+      before = direction;
+      from = to;
+    }
+    places.turn.push_back(turn);
+    places.hip = ends.hip_turn;
+    places.hip_at = ends.cv[0];
+    places.chest = ends.chest_turn;
+    places.chest_at = ends.cv[3];
+    places.arms = turn;
+    places.arms_at = places.position.back();
+    places.ends_on_chest = true;
+    places.arms_follow_chest = false;
+  }
+
   /// The part of the curve that the chain takes, straight on where it is longer.
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {

@@ -49,6 +49,22 @@ class ThreeBone final : public SystemBase, public BoxSolver {
     pose.rate = {bones.turn[0].rate, bones.turn[1].rate, top.rate, top.rate};
   }
 
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
+    const FkBones::BoxPose bones = bones_.pose(control);
+    const BoxTurn& top = bones.turn[2];
+    places.turn = {bones.turn[0], bones.turn[1], top, top};
+    places.position.assign(bones.joint.begin(), bones.joint.end());
+    places.hip = BoxTurn();
+    places.hip_at = bones.joint[0];
+    places.chest = top;
+    places.chest_at = bones.joint[3];
+    places.arms = top;
+    places.arms_at = places.chest_at;
+    places.ends_on_chest = places.arms_follow_chest = true;
+  }
+
   std::string_view why_without(BodyChannel channel) const override {
     return channel == BodyChannel::hip ? kNoHipControl : "its controls turn and do not move";
   }

@@ -5,7 +5,7 @@ import signal
 import subprocess
 import time
 
-from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE
+from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE, human
 
 
 class Prove(CommandTest):
@@ -71,3 +71,41 @@ class Prove(CommandTest):
         self.assert_refused("prove", "--check", "none.json", code=BAD_INPUT, names=["none.json"])
         self.write("cut.json", '{"schema": "backbend.certif')
         self.assert_refused("prove", "--check", "cut.json", code=BAD_INPUT, names=["cut.json"])
+
+
+class Bounds(CommandTest):
+    BOX = ["--box", "extension=-80:50,side=-30:30"]
+
+    def test_limits_of_the_skin_hold_at_every_pose_of_a_healthy_rig(self):
+        told = self.assert_runs("prove", "even", "--character", human(), "--bound", "BB030", "--bound", "BB033=0",
+                                *self.BOX, "--json")
+        proof = json.loads(told.stdout)
+        self.assertEqual((proof["schema"], proof["character"]), ("backbend.bounds/1", "human"))
+        area, inverted = proof["claims"]
+        self.assertEqual((area["check"], area["sense"], area["limit"]), ("BB030", "at least", 0.75))
+        self.assertEqual((inverted["check"], inverted["limit"], inverted["bound"]), ("BB033", 0.0, 0.0))
+        for claim in (area, inverted):
+            self.assertEqual((claim["certified"], claim["refuted_share"], claim["open"]), (1.0, 0.0, 0.0))
+        self.assertTrue(0.75 <= area["bound"] < 1.0)
+        # More threads, the same text.
+        again = self.assert_runs("prove", "even", "--character", human(), "--bound", "BB030", "--bound", "BB033=0",
+                                 *self.BOX, "--json", "--threads", "1")
+        self.assertEqual(again.stdout, told.stdout)
+
+    def test_a_limit_that_breaks_is_shown_with_its_pose(self):
+        told = self.backbend("prove", "isner", "--bound", "BB020", "--bound", "BB041=30", *self.BOX)
+        self.assertEqual(told.returncode, 1, told.stderr)
+        self.assertIn("BB020 arm drift, rotation, at most 0.5 deg", told.stdout)
+        self.assertRegex(told.stdout, r"worst measured [0-9.]+ deg at (extension|flexion) ")
+        self.assertIn("x refuted", told.stdout)
+        self.assertIn("BB041 end gap, at most 30 % of spine\n  certified  100 %", told.stdout)
+
+    def test_what_has_no_bound_is_refused_by_name(self):
+        for bound, names in (("BB010", ["BB010", "BB030"]), ("BB030", ["BB030", "--character"]),
+                             ("BB047=-1", ["BB047=-1"]), ("BB047=x", ["BB047=x"]), ("BB047=", ["BB047="])):
+            self.assert_refused("prove", "even", "--bound", bound, code=BAD_INPUT, names=names)
+        self.assert_refused("prove", "even:reach=0.5", "--bound", "BB047", code=BAD_INPUT, names=["reach"])
+        self.assert_refused("prove", "even", "--bound", "BB047", "--box", "top.rz=0:10", code=BAD_INPUT,
+                            names=["body channels"])
+        self.assert_refused("prove", "even", "--bound", "BB047", "-o", "even.json", code=USAGE, names=["-o"])
+        self.assertFalse((self.folder / "even.json").exists())

@@ -138,27 +138,32 @@ std::array<bool, kProofAxes> PartGain::idle() const {
   return still;
 }
 
-PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
-                   const solver::BoxSolver& solver, const SubBox& part) {
-  const ProofBox& whole = question.box;
-  std::vector<BoxReal> control;
-  if (whole.of_controls) {
-    for (const solver::Channel& c : system.channels()) {
-      control.emplace_back(c.rest);
-      for (std::size_t j = 0; j < whole.axis.size(); ++j) {
-        if (whole.axis[j].channel != c.name) continue;
-        control.back() = variable_of(whole.axis[j], int(j), part.low[j], part.high[j],
-                                     c.kind == solver::Channel::Kind::rotation);
-      }
-    }
-  } else {
+std::vector<BoxReal> controls_over(const ProofBox& whole, const solver::SpineSystem& system,
+                                   const solver::BoxSolver& solver, solver::Mapping mapping,
+                                   const SubBox& part) {
+  if (!whole.of_controls) {
     const auto own = [&](std::size_t j) {
       return variable_of(whole.axis[j], int(j), part.low[j], part.high[j], true);
     };
-    control = solver.controls_for(solver::BodyBox{own(0), own(1), own(2)}, question.mapping);
+    return solver.controls_for(solver::BodyBox{own(0), own(1), own(2)}, mapping);
   }
+  std::vector<BoxReal> control;
+  for (const solver::Channel& c : system.channels()) {
+    control.emplace_back(c.rest);
+    for (std::size_t j = 0; j < whole.axis.size(); ++j) {
+      if (whole.axis[j].channel != c.name) continue;
+      control.back() = variable_of(whole.axis[j], int(j), part.low[j], part.high[j],
+                                   c.kind == solver::Channel::Kind::rotation);
+    }
+  }
+  return control;
+}
+
+PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& system,
+                   const solver::BoxSolver& solver, const SubBox& part) {
+  const ProofBox& whole = question.box;
   solver::BoxPose pose;
-  solver.solve_box(control, pose);
+  solver.solve_box(controls_over(whole, system, solver, question.mapping, part), pose);
 
   PartGain most;
   for (std::size_t j = 0; j < whole.axis.size(); ++j) {

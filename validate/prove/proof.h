@@ -88,6 +88,11 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
 /// The rig's BoxSolver. Throws ProofError naming the system and the reason where it has none.
 const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system);
 
+/// The rig's controls over a part of a box: exact, or one variable for each axis that varies.
+std::vector<solver::BoxReal> controls_over(const ProofBox& whole, const solver::SpineSystem& system,
+                                           const solver::BoxSolver& solver, solver::Mapping mapping,
+                                           const SubBox& part);
+
 /// What the box solver says of a part of the box: the most that any joint turns per unit of each
 /// channel alone; infinite where a joint may jump.
 struct PartGain {

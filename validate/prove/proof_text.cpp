@@ -4,6 +4,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "validate/prove/proof_map.h"
 #include "validate/sweeps/suite.h"
 
 namespace backbend::validate {
@@ -11,84 +12,14 @@ namespace {
 
 using nlohmann::ordered_json;
 
-/// Bands of the last axis that varies, each a picture of the first two: rows of one letter a cell,
-/// the worst of the boxes that it meets.
-struct ProofMap {
-  struct Band {
-    double low, high;
-    std::vector<std::string> row;  // by falling side; letters by rising extension
-  };
-  std::size_t across = 0, up = 0, along = 0;  // axes; up and along may be fixed ones
-  std::vector<Band> band;
-};
-
-constexpr char kCertified = '+', kOpen = '?', kRefuted = 'x';
-
 ProofMap map_of(const Certificate& proof, std::size_t columns) {
-  constexpr std::size_t kRows = 9, kBands = 5;
-  const ProofBox& box = proof.question.box;
-  ProofMap map;
-  map.up = std::min<std::size_t>(1, box.axis.size() - 1);
-  map.along = box.axis.size() - 1;
-  const auto cells = [&](std::size_t axis, std::size_t most) {
-    return box.axis[axis].varies() ? most : 1;
-  };
-  const std::size_t rows = map.up == 0 ? 1 : cells(map.up, kRows);
-  const std::size_t bands = map.along < 2 ? 1 : cells(map.along, kBands);
-  columns = cells(0, columns);
-  for (std::size_t b = 0; b < bands; ++b) {
-    const ProofAxis& axis = box.axis[map.along];
-    const double step = map.along < 2 ? 0.0 : axis.width() / double(bands);
-    map.band.push_back({axis.low + step * double(b), axis.low + step * double(b + 1),
-                        std::vector<std::string>(rows, std::string(columns, kCertified))});
-  }
-  // The cells that a part of an axis meets with more than an edge.
-  const auto range = [&](std::size_t axis, double low, double high, std::size_t count) {
-    const ProofAxis& whole = box.axis[axis];
-    if (count == 1) return std::pair<std::size_t, std::size_t>{0, 0};
-    const auto cell = [&](double at) { return (at - whole.low) / whole.width() * double(count); };
-    const double first = std::floor(cell(low) + 1e-9), last = std::ceil(cell(high) - 1e-9) - 1.0;
-    const auto most = double(count - 1);
-    return std::pair<std::size_t, std::size_t>{std::size_t(std::clamp(first, 0.0, most)),
-                                               std::size_t(std::clamp(last, 0.0, most))};
-  };
-  each_leaf(proof.tree, box, [&](const SubBox& leaf, const ProofNode& node) {
+  ProofMap map(proof.question.box, columns);
+  each_leaf(proof.tree, proof.question.box, [&](const SubBox& leaf, const ProofNode& node) {
     if (node.state == BoxState::certified) return;
     const bool refuted = node.state == BoxState::refuted || node.state == BoxState::steep;
-    const auto [c0, c1] = range(0, leaf.low[0], leaf.high[0], columns);
-    const auto [r0, r1] = range(map.up, leaf.low[map.up], leaf.high[map.up], rows);
-    const auto [b0, b1] = range(map.along, leaf.low[map.along], leaf.high[map.along], bands);
-    for (std::size_t b = b0; b <= b1; ++b) {
-      for (std::size_t r = r0; r <= r1; ++r) {
-        for (std::size_t c = c0; c <= c1; ++c) {
-          char& cell = map.band[b].row[rows - 1 - r][c];
-          if (refuted) cell = kRefuted;
-          if (!refuted && cell == kCertified) cell = kOpen;
-        }
-      }
-    }
+    map.mark(leaf, refuted ? ProofMap::kRefuted : ProofMap::kOpen);
   });
   return map;
-}
-
-std::string painted(const std::string& row, bool color) {
-  if (!color) return row;
-  std::string text;
-  char before = 0;
-  for (const char c : row) {
-    if (c != before) text += c == kCertified ? "\033[32m" : c == kRefuted ? "\033[31m" : "\033[90m";
-    text += before = c;
-  }
-  return text + "\033[0m";
-}
-
-/// A share as people read it: never 100 % or 0 % where it is not.
-std::string percent(double share) {
-  if (share == 0.0) return "0 %";
-  if (share >= 1.0) return "100 %";
-  if (share > 0.9999) return "over 99.99 %";
-  if (share < 0.0001) return "under 0.01 %";
-  return number_text(100.0 * share, 2) + " %";
 }
 
 std::string plural(std::uint64_t count, const std::string& one, const std::string& many) {
@@ -171,21 +102,21 @@ std::string proof_text(const Certificate& proof, const solver::SpineSystem& syst
   text += "box: " + q.box.text() + " (" + q.box.name + ")\n";
   text += "claim: no joint's frame jumps, and none turns by more than " + number_text(q.gain) +
           " deg per deg of any one channel\n\n";
-  text += "certified  " + percent(shares.certified) + " of the box, in " +
+  text += "certified  " + share_text(shares.certified) + " of the box, in " +
           plural(shares.certified_boxes, "box", "boxes");
   if (shares.certified_boxes > 0)
     text += "; gain there at most " + bound_text(proof.tree.gain_bound);
   text += "\n";
-  text += "refuted    " + percent(shares.refuted);
+  text += "refuted    " + share_text(shares.refuted);
   if (shares.refuted_boxes > 0) {
     text += ": " + plural(shares.refuted_boxes, "box holds", "boxes hold") +
             " a pose that breaks the claim";
   }
   text += "\n";
-  text += "open       " + percent(shares.open);
+  text += "open       " + share_text(shares.open);
   if (shares.open_boxes > 0) text += ", in " + plural(shares.open_boxes, "box", "boxes");
   text += "\n";
-  if (shares.certified < 1.0) text += "no jump    proved on " + percent(shares.no_jump) + "\n";
+  if (shares.certified < 1.0) text += "no jump    proved on " + share_text(shares.no_jump) + "\n";
 
   const std::vector<Refutation> worst = distinct(worst_first(proof.tree));
   if (!worst.empty()) {
@@ -205,41 +136,26 @@ std::string proof_text(const Certificate& proof, const solver::SpineSystem& syst
     for (std::size_t i = 0; i < std::min<std::size_t>(3, open.size()); ++i)
       text += "  " + box_text(q.box, open[i]) + "\n";
   }
-  if (shares.certified < 1.0) {
-    const ProofMap map = map_of(proof, std::size_t(std::clamp(style.width - 4, 20, 60)));
-    const auto range = [&](std::size_t axis) {
-      return q.box.axis[axis].channel + " " + number_text(q.box.axis[axis].low) + ".." +
-             number_text(q.box.axis[axis].high);
-    };
-    text += "\nacross: " + range(0);
-    if (map.up != 0) text += ", up: " + range(map.up);
-    text += "; " + std::string(1, kCertified) + " certified, " + kRefuted + " refuted, " + kOpen +
-            " open\n";
-    for (const ProofMap::Band& band : map.band) {
-      if (map.band.size() > 1) {
-        text += q.box.axis[map.along].channel + " " + number_text(band.low) + ".." +
-                number_text(band.high) + "\n";
-      }
-      for (const std::string& row : band.row) text += "  " + painted(row, style.color) + "\n";
-    }
-  }
+  if (shares.certified < 1.0)
+    text += "\n" + map_text(map_of(proof, map_columns(style)), q.box, style);
   return text;
+}
+
+ordered_json pose_json(const ProofBox& box, const std::array<double, kProofAxes>& pose) {
+  ordered_json json = ordered_json::object();
+  for (std::size_t j = 0; j < box.axis.size(); ++j) {
+    if (box.axis[j].channel == "extension" && pose[j] < 0.0)
+      json["flexion"] = -pose[j];
+    else
+      json[box.axis[j].channel] = pose[j];
+  }
+  return json;
 }
 
 std::string proof_json(const Certificate& proof, const solver::SpineSystem& system) {
   constexpr std::size_t kMost = 1000;
   const ProofQuestion& q = proof.question;
   const ProofShares shares = shares_of(proof.tree, q.box);
-  const auto pose_json = [&](const std::array<double, kProofAxes>& pose) {
-    ordered_json json = ordered_json::object();
-    for (std::size_t j = 0; j < q.box.axis.size(); ++j) {
-      if (q.box.axis[j].channel == "extension" && pose[j] < 0.0)
-        json["flexion"] = -pose[j];
-      else
-        json[q.box.axis[j].channel] = pose[j];
-    }
-    return json;
-  };
   ordered_json axes = ordered_json::object();
   for (const ProofAxis& a : q.box.axis) axes[a.channel] = {a.low, a.high};
   ordered_json refuted = ordered_json::array(), open = ordered_json::array(),
@@ -247,7 +163,7 @@ std::string proof_json(const Certificate& proof, const solver::SpineSystem& syst
   const std::vector<Refutation> worst = worst_first(proof.tree);
   for (std::size_t i = 0; i < std::min(kMost, worst.size()); ++i) {
     const Refutation& r = worst[i];
-    refuted.push_back({{"pose", pose_json(r.pose)},
+    refuted.push_back({{"pose", pose_json(q.box, r.pose)},
                        {"check", r.check},
                        {"value", r.value},
                        {"unit", r.check == "BB001" ? "deg" : unit_of(q.box, system, r.axis)},
@@ -262,7 +178,7 @@ std::string proof_json(const Certificate& proof, const solver::SpineSystem& syst
     open.push_back(part);
   }
   const ProofMap bands = map_of(proof, 60);
-  for (const ProofMap::Band& b : bands.band)
+  for (const ProofMap::Band& b : bands.bands())
     map.push_back({{"from", b.low}, {"to", b.high}, {"rows", b.row}});
   ordered_json json = {
       {"schema", "backbend.proof/1"},
@@ -285,8 +201,8 @@ std::string proof_json(const Certificate& proof, const solver::SpineSystem& syst
       {"open_boxes", open},
       {"map",
        {{"across", q.box.axis[0].channel},
-        {"up", q.box.axis[bands.up].channel},
-        {"bands_of", q.box.axis[bands.along].channel},
+        {"up", q.box.axis[bands.up()].channel},
+        {"bands_of", q.box.axis[bands.along()].channel},
         {"bands", map}}}};
   return json.dump(1) + "\n";
 }

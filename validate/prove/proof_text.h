@@ -1,4 +1,5 @@
 #pragma once
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 
 #include "validate/prove/certificate.h"
@@ -13,6 +14,9 @@ std::string proof_text(const Certificate& proof, const solver::SpineSystem& syst
 
 /// `{"schema": "backbend.proof/1", ...}`, keys in a fixed order, ended by a line feed.
 std::string proof_json(const Certificate& proof, const solver::SpineSystem& system);
+
+/// A pose of a box by its channels' names; extension below 0 is flexion.
+nlohmann::ordered_json pose_json(const ProofBox& box, const std::array<double, kProofAxes>& pose);
 
 /// An upper bound to nine decimals, rounded upward.
 std::string bound_text(double bound);

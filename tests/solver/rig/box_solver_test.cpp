@@ -286,6 +286,63 @@ TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
   EXPECT_GT(sharp, finite / 6);  // bounds that say something
 }
 
+/// What bounds of the skin rest on: at every pose of a box each joint, and what hangs from the
+/// spine, is where the box says, and where a pose is known well so is a small box.
+TEST_P(BoxSolvers, EveryPoseOfABoxIsInItsPlaces) {
+  std::mt19937 random(14);
+  int finite = 0, narrow = 0;
+  for (const RestChain* chain : {&kStraightUp, &kBent}) {
+    const auto system = build_system(GetParam().spec, *chain);
+    const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
+    if (!solver->why_no_places().empty()) GTEST_SKIP() << solver->why_no_places();
+    for (int i = 0; i < 60; ++i) {
+      const Mapping mapping = i % 2 == 0 ? Mapping::chest : Mapping::spread;
+      const Box box(random, 1.1, i % 4 < 2 ? 0.01 : 0.1);
+      BoxPlaces places;
+      solver->place_box(solver->controls_for(BodyBox{box.of[0], box.of[1], box.of[2]}, mapping),
+                        places);
+      ASSERT_EQ(places.turn.size(), system->rest().joint_count());
+      ASSERT_EQ(places.position.size(), system->rest().joint_count());
+      for (int sample = 0; sample < 3; ++sample) {
+        double x[3];
+        for (int j = 0; j < 3; ++j) x[j] = box.at(j, uniform(random));
+        const SpinePose pose = system->solve(system->controls_for(
+            BodyPose{std::max(x[0], 0.0), std::max(-x[0], 0.0), x[1], x[2], 0.0, 1.0}, mapping));
+        const auto holds = [&](const BoxVector& at, const glm::dvec3& point) {
+          if (!at.is_finite()) return;
+          ++finite;
+          narrow += at.x.value.width() + at.y.value.width() + at.z.value.width() < 0.05;
+          EXPECT_TRUE(is_inside(at.x, point.x, 1e-10) && is_inside(at.y, point.y, 1e-10) &&
+                      is_inside(at.z, point.z, 1e-10));
+        };
+        const auto turns = [&](const BoxTurn& turn, const glm::dquat& q) {
+          if (turn.w.is_finite()) {
+            EXPECT_TRUE(encloses(turn, q));
+          }
+        };
+        for (std::size_t k = 0; k < places.turn.size(); ++k) {
+          holds(places.position[k], pose.position[k]);
+          turns(places.turn[k], pose.turn[k]);
+        }
+        holds(places.hip_at, pose.hip.posed_origin);
+        holds(places.chest_at, pose.chest.posed_origin);
+        holds(places.arms_at, pose.arms.posed_origin);
+        turns(places.hip, pose.hip.turn);
+        turns(places.chest, pose.chest.turn);
+        turns(places.arms, pose.arms.turn);
+        if (places.ends_on_chest) {
+          EXPECT_LT(glm::distance(pose.position.back(), pose.chest.posed_origin), 1e-12);
+        }
+        if (places.arms_follow_chest) {
+          EXPECT_LT(angle_between(pose.arms.turn, pose.chest.turn), 1e-12);
+        }
+      }
+    }
+  }
+  EXPECT_GT(finite, 2000);
+  EXPECT_GT(narrow, finite / 4);
+}
+
 /// A box of one pose: the same formulas, so the same gain.
 TEST_P(BoxSolvers, ASmallBoxHasTheGainOfItsPose) {
   const auto system = build_system(GetParam().spec, kStraightUp);

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "solver/math/rotation.h"
+#include "tests/validate/prove/proof_refusal.h"
 #include "validate/files/hash.h"
 #include "validate/prove/certificate_check.h"
 #include "validate/prove/claim_checker.h"
@@ -36,14 +37,7 @@ Certificate proved(const ProofQuestion& q, int threads = 2) {
   return proof;
 }
 
-std::string refusal(const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const ProofError& error) {
-    return error.what();
-  }
-  return "";
-}
+using testing::refusal;
 
 TEST(Prove, EvenIsCertifiedOnTheWholeHumanEnvelopeWithAGainOfOne) {
   const Certificate proof = proved(question("even", "envelope"));

@@ -10,8 +10,7 @@
 #include <fstream>
 #include <set>
 
-#include "skin/body/body.h"
-#include "tests/skin/body_figure.h"
+#include "tests/validate/figure_stage.h"
 #include "validate/tune/rig_file.h"
 #include "validate/tune/trade_search.h"
 
@@ -170,22 +169,12 @@ TEST(RigFile, ReadsBackAsTheSameRig) {
   std::filesystem::remove(file);
 }
 
-/// A small figure to bend.
-struct Scene {
-  Scene() : stage(skin::make_body(skin::figure()), hints()) {}
-  static skin::AnatomyHints hints() {
-    skin::AnatomyHints out;
-    out.hip = "hips";
-    out.chest = "chest";
-    return out;
-  }
+struct Scene : testing::FigureStage {
   RigGauge of(const char* rig, const char* given) const {
     return HeadroomGauge(stage, body, envelope, limits, solver::Mapping::chest,
                          read_rig(given).spec)
         .of(read_rig(rig).spec);
   }
-  Stage stage;
-  BodyMetrics body{stage.character(), stage.anatomy(), stage.driver()};
   Envelope envelope = *find_envelope("human");
   LimitSet limits;
 };

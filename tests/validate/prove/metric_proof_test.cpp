@@ -1,0 +1,194 @@
+#include "validate/prove/metric_proof.h"
+
+#include <gtest/gtest.h>
+#include <oneapi/tbb/task_arena.h>
+
+#include <memory>
+#include <random>
+
+#include "solver/math/rotation.h"
+#include "tests/validate/figure_stage.h"
+#include "tests/validate/prove/proof_refusal.h"
+#include "validate/prove/chain_bounds.h"
+#include "validate/prove/metric_proof_text.h"
+#include "validate/prove/proof.h"
+#include "validate/prove/surface_bounds.h"
+#include "validate/sweeps/suite.h"
+
+namespace backbend::validate {
+namespace {
+
+using testing::refusal;
+
+/// A figure, and rigs on its spine.
+struct Scene : testing::FigureStage {
+  std::unique_ptr<solver::SpineSystem> rig(const std::string& text) const {
+    return stage.build(read_rig(text).spec);
+  }
+  MetricQuestion question(const solver::SpineSystem& system, const std::string& box,
+                          std::initializer_list<const char*> claims) const {
+    MetricQuestion q;
+    q.system = &system;
+    q.stage = &stage;
+    q.box = read_box(box, *find_envelope("human"), system);
+    for (const char* claim : claims) q.claim.push_back(read_claim(claim));
+    return q;
+  }
+};
+
+MetricProof proved(const MetricQuestion& q, int threads = 2) {
+  Progress progress(Progress::Style::none);
+  MetricProof proof;
+  oneapi::tbb::task_arena(threads).execute([&] { proof = prove_metrics(q, progress); });
+  return proof;
+}
+
+double uniform(std::mt19937& random) { return 2.0 * double(random()) / 4294967296.0 - 1.0; }
+
+/// What every claim rests on: no pose of a box is worse than the box's bounds.
+TEST(MetricProof, NoPoseOfABoxIsWorseThanItsBounds) {
+  const Scene scene;
+  const SurfaceBounds surface(scene.stage, scene.body);
+  std::mt19937 random(6);
+  std::size_t told = 0, near = 0, proved_some = 0;
+  for (const char* name : {"even", "three_bone", "matrix_blend", "isner"}) {
+    const auto system = scene.rig(name);
+    const RigAtRest rest = rig_at_rest(*system);
+    const solver::BoxSolver& solver = box_solver_of(*system);
+    const ProofBox whole = read_box("envelope", *find_envelope("human"), *system);
+    const PoseOfBox controls(whole, *system, solver::Mapping::chest);
+    for (int i = 0; i < 25; ++i) {
+      SubBox part;
+      const double width = i % 2 == 0 ? 1.0 : 4.0;
+      for (std::size_t j = 0; j < part.low.size(); ++j) {
+        part.low[j] = 45.0 * uniform(random);
+        part.high[j] = part.low[j] + width;
+      }
+      solver::BoxPlaces places;
+      solver.place_box(controls_over(whole, *system, solver, solver::Mapping::chest, part), places);
+      const RelativeMotions motions(scene.stage.driver().motions_over(*system, places),
+                                    surface.pairs());
+      std::vector<std::uint32_t> triangle = surface.triangles(), slice = surface.slices();
+      const std::size_t all = triangle.size();
+      const double inverted = surface.keep_unproved(motions, triangle);
+      const double area = surface.keep_small(motions, 0.0, slice);
+      proved_some += triangle.size() < all / 2;
+      for (int sample = 0; sample < 3; ++sample) {
+        std::array<double, kProofAxes> pose{};
+        for (std::size_t j = 0; j < pose.size(); ++j)
+          pose[j] = part.low[j] + width * (0.5 + 0.5 * uniform(random));
+        const std::vector<double> control = controls.at(pose);
+        const PosedCharacter posed = scene.stage.pose(*system, control);
+        const BodyMeasures measured =
+            scene.body.measure(rest, control, posed.spine, posed.mesh, solver::radians(pose[2]),
+                               false, Crossing::left_out);
+        EXPECT_LE(measured.surface.inverted_area, inverted + 1e-9) << name;
+        if (std::isfinite(area)) {
+          EXPECT_GE(measured.slices.least_area_ratio, area - 1e-5) << name;
+          near += measured.slices.least_area_ratio < area + 0.05;
+        }
+        const auto bounded = [&](const char* check, double value) {
+          EXPECT_LE(value, most_of_chain(check, *system, places) + 1e-6) << name << " " << check;
+        };
+        bounded("BB020", measured.chain.arms.rotation_deg);
+        bounded("BB021", 100.0 * measured.chain.arms.shift);
+        bounded("BB041", 100.0 * measured.chain.end_gap);
+        bounded("BB047", 100.0 * measured.chain.length_change);
+        ++told;
+      }
+    }
+  }
+  EXPECT_EQ(told, 300u);
+  EXPECT_GT(near, told / 3);  // bounds that say something
+  EXPECT_GT(proved_some, 80u);
+}
+
+TEST(MetricProof, AHealthyRigIsCertifiedOverTheWholeBox) {
+  const Scene scene;
+  const auto system = scene.rig("even");
+  const MetricProof proof = proved(scene.question(
+      *system, "extension=-60:40,side=-30:30,twist=-20:20", {"BB020", "BB030", "BB033", "BB047"}));
+  for (const ClaimResult& claim : proof.claim) {
+    EXPECT_EQ(claim.certified, 1.0);
+    EXPECT_EQ(claim.refuted + claim.open, 0.0);
+    EXPECT_FALSE(claim.measured);
+  }
+  EXPECT_TRUE(proof.undecided.empty());
+}
+
+/// The whole is its parts, whatever each came to, and what is refuted breaks its limit when it is
+/// measured again.
+TEST(MetricProof, ALimitThatPosesBreakIsRefutedWhereTheyDo) {
+  const Scene scene;
+  const auto system = scene.rig("isner");
+  const MetricQuestion q =
+      scene.question(*system, "extension=0:60,side=-10:10", {"BB020", "BB030=0.97"});
+  const MetricProof proof = proved(q);
+  for (std::size_t i = 0; i < q.claim.size(); ++i) {
+    const ClaimResult& claim = proof.claim[i];
+    EXPECT_NEAR(claim.certified + claim.refuted + claim.open, 1.0, 1e-12);
+    EXPECT_GT(claim.refuted, 0.1);
+    EXPECT_TRUE(claim.measured);
+    EXPECT_EQ(judge(*q.claim[i].check, claim.worst, q.claim[i].limit), Verdict::fail);
+    double refuted = 0.0;
+    for (const UndecidedBox& box : proof.undecided)
+      if (box.state[i] == ClaimState::refuted) refuted += share_of(box.box, q.box);
+    EXPECT_NEAR(refuted, claim.refuted, 1e-12);
+  }
+  const PoseOfBox controls(q.box, *system, q.mapping);
+  const solver::SpinePose pose = system->solve(controls.at(proof.claim[0].pose));
+  EXPECT_NEAR(solver::degrees(solver::angle_between(pose.arms.turn, pose.chest.turn)),
+              proof.claim[0].worst, 1e-6);
+  const std::string text = metric_proof_text(q, proof, "isner", TerminalStyle{});
+  EXPECT_NE(text.find("BB030 cross-section collapse, at least 0.97"), std::string::npos) << text;
+  EXPECT_NE(text.find("x refuted"), std::string::npos) << text;
+}
+
+TEST(MetricProof, TheResultDoesNotDependOnTheNumberOfThreads) {
+  const Scene scene;
+  const auto system = scene.rig("isner");
+  const MetricQuestion q = scene.question(*system, "extension=20:40,side=-10:10", {"BB020=8"});
+  EXPECT_EQ(metric_proof_json(q, proved(q, 1), "isner"),
+            metric_proof_json(q, proved(q, 2), "isner"));
+}
+
+TEST(MetricProof, TrianglesOfOneMotionAloneAreNotLookedAt) {
+  const Scene scene;
+  const SurfaceBounds surface(scene.stage, scene.body);
+  const auto system = scene.rig("even");
+  const solver::BoxSolver& solver = box_solver_of(*system);
+  EXPECT_LT(surface.triangles().size(), scene.stage.character().triangles.size());
+  EXPECT_GT(surface.triangles().size(), 0u);
+  EXPECT_FALSE(surface.slices().empty());
+  // A box of the rest pose alone proves them all, with the rings as large as they are.
+  const ProofBox whole = read_box("envelope", *find_envelope("human"), *system);
+  solver::BoxPlaces places;
+  solver.place_box(controls_over(whole, *system, solver, solver::Mapping::chest, SubBox{}), places);
+  const RelativeMotions motions(scene.stage.driver().motions_over(*system, places),
+                                surface.pairs());
+  std::vector<std::uint32_t> triangle = surface.triangles(), slice = surface.slices();
+  EXPECT_EQ(surface.keep_unproved(motions, triangle), 0.0);
+  EXPECT_TRUE(triangle.empty());
+  EXPECT_NEAR(surface.keep_small(motions, 0.5, slice), 1.0, 1e-5);
+  EXPECT_TRUE(slice.empty());
+}
+
+TEST(MetricProof, WhatCannotBeAskedIsRefusedByName) {
+  EXPECT_NE(refusal([] { read_claim("BB010"); }).find("BB020, BB021, BB030"), std::string::npos);
+  EXPECT_NE(refusal([] { read_claim("BB030=high"); }).find("'BB030=high'"), std::string::npos);
+  const MetricClaim claim = read_claim("BB030=0.8");
+  EXPECT_EQ(claim.limit, 0.8);
+  EXPECT_EQ(read_claim("BB030").limit, find_check("BB030")->limit);
+  const Scene scene;
+  Progress progress(Progress::Style::none);
+  const auto system = scene.rig("even");
+  MetricQuestion q = scene.question(*system, "envelope", {"BB033"});
+  q.stage = nullptr;
+  EXPECT_NE(refusal([&] { prove_metrics(q, progress); }).find("--character"), std::string::npos);
+  const auto curve = scene.rig("curve");
+  const MetricQuestion other = scene.question(*curve, "envelope", {"BB047"});
+  EXPECT_NE(refusal([&] { prove_metrics(other, progress); }).find("curve"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace backbend::validate

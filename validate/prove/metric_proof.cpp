@@ -1,0 +1,266 @@
+#include "validate/prove/metric_proof.h"
+
+#include <oneapi/tbb/parallel_for.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "solver/math/rotation.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/prove/chain_bounds.h"
+#include "validate/prove/proof.h"
+#include "validate/prove/surface_bounds.h"
+
+namespace backbend::validate {
+namespace {
+
+constexpr std::string_view kProvable[] = {"BB020", "BB021", "BB030", "BB033", "BB041", "BB047"};
+constexpr std::size_t kParts = 256;
+constexpr std::size_t kTwist = 2;  // axis of a box of body channels
+
+bool holds(const MetricClaim& claim, double bound) {
+  return claim.check->sense == Sense::at_least ? bound >= claim.limit : bound <= claim.limit;
+}
+/// The worse of two values.
+double worse(const MetricClaim& claim, double a, double b) {
+  return claim.check->sense == Sense::at_least ? std::min(a, b) : std::max(a, b);
+}
+/// What no value is better than.
+double best(const MetricClaim& claim) {
+  const double far = std::numeric_limits<double>::infinity();
+  return claim.check->sense == Sense::at_least ? far : -far;
+}
+
+/// What is left to prove of a box on the way down to its parts.
+struct Left {
+  std::vector<bool> open;                      // of each claim
+  std::vector<std::uint32_t> triangle, slice;  // that may break one
+};
+
+class Search {
+ public:
+  explicit Search(const MetricQuestion& question)
+      : q_(question),
+        solver_(box_solver_of(*question.system)),
+        controls_(question.box, *question.system, question.mapping),
+        at_rest_(rig_at_rest(*question.system)) {
+    if (!q_.stage) return;
+    body_.emplace(q_.stage->character(), q_.stage->anatomy(), q_.stage->driver());
+    surface_.emplace(*q_.stage, *body_);
+  }
+
+  Left everything() const {
+    Left all{std::vector<bool>(q_.claim.size(), true), {}, {}};
+    if (surface_) {
+      all.triangle = surface_->triangles();
+      all.slice = surface_->slices();
+    }
+    return all;
+  }
+
+  /// Looks at a box and its parts.
+  void look_at(const SubBox& part, Left left, MetricProof& out) const {
+    if (interrupt_pending()) return;
+    ++out.looked_at;
+    const double share = share_of(part, q_.box);
+    bound(part, share, left, out);
+    if (std::none_of(left.open.begin(), left.open.end(), [](bool open) { return open; })) return;
+    const int axis = widest_axis(part, q_.smallest);
+    if (axis < 0) {
+      measure(part, share, left, out);
+      return;
+    }
+    const auto half = halves(part, axis);
+    look_at(half[0], left, out);
+    look_at(half[1], std::move(left), out);
+  }
+
+ private:
+  /// Certifies what can be, and takes it out of what is left.
+  void bound(const SubBox& part, double share, Left& left, MetricProof& out) const {
+    const std::vector<solver::BoxReal> control =
+        controls_over(q_.box, *q_.system, solver_, q_.mapping, part);
+    solver::BoxPlaces places;
+    solver_.place_box(control, places);
+    std::optional<RelativeMotions> motions;
+    if (surface_)
+      motions.emplace(q_.stage->driver().motions_over(*q_.system, places), surface_->pairs());
+    double inverted = -1.0;  // the same for all claims about it
+    for (std::size_t i = 0; i < q_.claim.size(); ++i) {
+      if (!left.open[i]) continue;
+      const MetricClaim& claim = q_.claim[i];
+      const std::string_view code = claim.check->code;
+      double bound = 0.0;
+      if (code == "BB033") {
+        if (inverted < 0.0) inverted = 100.0 * surface_->keep_unproved(*motions, left.triangle);
+        bound = inverted;
+      } else if (code == "BB030") {
+        bound = surface_->keep_small(*motions, claim.limit, left.slice);
+      } else {
+        bound = most_of_chain(code, *q_.system, places);
+      }
+      if (!holds(claim, bound)) continue;
+      left.open[i] = false;
+      out.claim[i].certified += share;
+      out.claim[i].bound = worse(claim, out.claim[i].bound, bound);
+    }
+  }
+
+  /// Measures the pose in the middle of a smallest box.
+  void measure(const SubBox& part, double share, const Left& left, MetricProof& out) const {
+    std::array<double, kProofAxes> pose{};
+    for (std::size_t j = 0; j < pose.size(); ++j) pose[j] = 0.5 * part.low[j] + 0.5 * part.high[j];
+    const std::vector<double> control = controls_.at(pose);
+    UndecidedBox box{part, std::vector<ClaimState>(q_.claim.size(), ClaimState::certified)};
+    std::vector<double> value;
+    if (q_.stage) {
+      const PosedCharacter posed = q_.stage->pose(*q_.system, control);
+      value = values(body_->measure(at_rest_, control, posed.spine, posed.mesh,
+                                    solver::radians(pose[kTwist]), false, Crossing::left_out));
+    } else {
+      solver::SpinePose spine;
+      q_.system->solve_into(control, solver::Detail::joints, spine);
+      const std::vector<glm::dvec3> intended =
+          q_.system->intended_curve(control, at_rest_.curve.size());
+      BodyMeasures chain;
+      chain.chain = measure_chain({spine, q_.system->rest(), intended, at_rest_.curve});
+      value = values(chain);
+    }
+    for (std::size_t i = 0; i < q_.claim.size(); ++i) {
+      if (!left.open[i]) continue;
+      const MetricClaim& claim = q_.claim[i];
+      ClaimResult& own = out.claim[i];
+      // Nothing measured breaks nothing.
+      const bool breaks = judge(*claim.check, value[i], claim.limit) == Verdict::fail;
+      box.state[i] = breaks ? ClaimState::refuted : ClaimState::open;
+      (breaks ? own.refuted : own.open) += share;
+      if (std::isfinite(value[i]) &&
+          (!own.measured ||
+           (value[i] != own.worst && worse(claim, value[i], own.worst) == value[i]))) {
+        own.measured = true;
+        own.worst = value[i];
+        own.pose = pose;
+      }
+    }
+    out.undecided.push_back(std::move(box));
+  }
+
+  /// As the table of metrics reads them (validate/measure/metric_table.cpp).
+  std::vector<double> values(const BodyMeasures& pose) const {
+    std::vector<double> value;
+    for (const MetricClaim& claim : q_.claim) {
+      const std::string_view code = claim.check->code;
+      value.push_back(code == "BB020"   ? pose.chain.arms.rotation_deg
+                      : code == "BB021" ? 100.0 * pose.chain.arms.shift
+                      : code == "BB041" ? 100.0 * pose.chain.end_gap
+                      : code == "BB047" ? 100.0 * pose.chain.length_change
+                      : code == "BB030" ? pose.slices.least_area_ratio
+                                        : 100.0 * pose.surface.inverted_area);
+    }
+    return value;
+  }
+
+  const MetricQuestion& q_;
+  const solver::BoxSolver& solver_;
+  PoseOfBox controls_;
+  RigAtRest at_rest_;
+  std::optional<BodyMetrics> body_;
+  std::optional<SurfaceBounds> surface_;
+};
+
+/// The box in equal parts, to be looked at side by side.
+std::vector<SubBox> parts_of(const ProofBox& box, double smallest) {
+  std::vector<SubBox> part{whole_of(box)};
+  while (part.size() < kParts) {
+    std::vector<SubBox> finer;
+    for (const SubBox& p : part) {
+      const int axis = widest_axis(p, smallest);
+      if (axis < 0) return part;
+      const auto half = halves(p, axis);
+      finer.insert(finer.end(), half.begin(), half.end());
+    }
+    part = std::move(finer);
+  }
+  return part;
+}
+
+void add(const MetricQuestion& q, MetricProof&& part, MetricProof& all) {
+  for (std::size_t i = 0; i < q.claim.size(); ++i) {
+    ClaimResult& sum = all.claim[i];
+    const ClaimResult& own = part.claim[i];
+    sum.certified += own.certified;
+    sum.refuted += own.refuted;
+    sum.open += own.open;
+    sum.bound = worse(q.claim[i], sum.bound, own.bound);
+    if (own.measured && (!sum.measured || (own.worst != sum.worst &&
+                                           worse(q.claim[i], own.worst, sum.worst) == own.worst))) {
+      sum.measured = true;
+      sum.worst = own.worst;
+      sum.pose = own.pose;
+    }
+  }
+  all.undecided.insert(all.undecided.end(), part.undecided.begin(), part.undecided.end());
+  all.looked_at += part.looked_at;
+}
+
+MetricProof nothing_yet(const MetricQuestion& q) {
+  MetricProof proof;
+  for (const MetricClaim& claim : q.claim) proof.claim.emplace_back().bound = best(claim);
+  return proof;
+}
+
+}  // namespace
+
+std::vector<std::string_view> provable_checks() {
+  return {std::begin(kProvable), std::end(kProvable)};
+}
+
+MetricClaim read_claim(const std::string& text) {
+  const std::string code = text.substr(0, text.find('='));
+  MetricClaim claim{find_check(code), 0.0};
+  if (std::find(std::begin(kProvable), std::end(kProvable), code) == std::end(kProvable)) {
+    std::string all;
+    for (const std::string_view known : kProvable)
+      all += (all.empty() ? "" : ", ") + std::string(known);
+    throw ProofError("--bound '" + text + "': expected one of " + all +
+                     ", with a limit where it is not the check's own: BB030=0.8");
+  }
+  claim.limit = claim.check->limit;
+  if (code.size() == text.size()) return claim;
+  const char* const begin = text.data() + code.size() + 1;
+  const char* const end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(begin, end, claim.limit);
+  if (error != std::errc() || stop != end || !(claim.limit >= 0.0) || !std::isfinite(claim.limit))
+    throw ProofError("--bound '" + text + "': the limit is not a number of 0 or more");
+  return claim;
+}
+
+MetricProof prove_metrics(const MetricQuestion& question, Progress& progress) {
+  const solver::BoxSolver& solver = box_solver_of(*question.system);
+  if (question.box.of_controls)
+    throw ProofError("limits of checks are proved over body channels, not over a rig's controls");
+  if (const std::string why = solver.why_no_places(); !why.empty())
+    throw ProofError(std::string(question.system->name()) + ": " + why);
+  for (const MetricClaim& claim : question.claim) {
+    if (claim.check->subject == Subject::mesh && !question.stage)
+      throw ProofError(std::string(claim.check->code) + " is about a mesh: name a --character");
+  }
+  const Search search(question);
+  const std::vector<SubBox> part = parts_of(question.box, question.smallest);
+  std::vector<MetricProof> found(part.size(), nothing_yet(question));
+  progress.start("parts of the box", part.size());
+  oneapi::tbb::parallel_for(std::size_t{0}, part.size(), [&](std::size_t i) {
+    search.look_at(part[i], search.everything(), found[i]);
+    progress.step();
+  });
+  poll_interrupt();
+  progress.finish();
+  MetricProof all = nothing_yet(question);
+  for (MetricProof& own : found) add(question, std::move(own), all);
+  return all;
+}
+
+}  // namespace backbend::validate

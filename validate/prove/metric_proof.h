@@ -1,0 +1,69 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "solver/rig/box_solver.h"
+#include "validate/prove/proof_box.h"
+#include "validate/stage/stage.h"
+#include "validate/tasks/progress.h"
+#include "validate/verdicts/checks.h"
+
+namespace backbend::validate {
+
+/// A limit of a check that is to hold at every pose of a box.
+struct MetricClaim {
+  const Check* check = nullptr;
+  double limit = 0.0;
+};
+
+/// The checks that can be proved over boxes: BB020, BB021, BB041, BB047 of the chain, BB030 and
+/// BB033 of the mesh.
+std::vector<std::string_view> provable_checks();
+/// `BB030`, or with a limit of its own `BB030=0.8`. Throws ProofError.
+MetricClaim read_claim(const std::string& text);
+
+struct MetricQuestion {
+  const solver::SpineSystem* system = nullptr;
+  solver::Mapping mapping = solver::Mapping::chest;
+  const Stage* stage = nullptr;  // null: only claims about the chain
+  ProofBox box;                  // of body channels
+  std::vector<MetricClaim> claim;
+  double smallest = 2.0;  // degrees: boxes no wider are not split
+};
+
+enum class ClaimState : std::uint8_t { certified, refuted, open };
+
+/// A smallest box in which some claim was not certified.
+struct UndecidedBox {
+  SubBox box;
+  std::vector<ClaimState> state;  // of each claim
+};
+
+/// What became of one claim. Shares of the box's volume.
+struct ClaimResult {
+  double certified = 0.0, refuted = 0.0, open = 0.0;
+  double bound = 0.0;  // what was proved where it was certified: the worst value there is no worse
+  // The worst value that the plain solver and skinning gave at the middle of a smallest box; none
+  // were looked at where all is certified.
+  bool measured = false;
+  double worst = 0.0;
+  std::array<double, kProofAxes> pose{};
+};
+
+struct MetricProof {
+  std::vector<ClaimResult> claim;
+  std::vector<UndecidedBox> undecided;
+  std::uint64_t looked_at = 0;
+};
+
+/// Bounds the metrics over boxes by interval arithmetic; a box where some claim is not certified is
+/// split at the middle of its widest channel until it is no wider than `smallest`, then the pose
+/// in its middle is measured by the plain solver and skinning. The result is the same for any
+/// number of threads. Throws ProofError where the rig's joints cannot be enclosed or a claim needs
+/// a character, Interrupted after a signal.
+MetricProof prove_metrics(const MetricQuestion& question, Progress& progress);
+
+}  // namespace backbend::validate

@@ -1,0 +1,82 @@
+#include "validate/prove/relative_motions.h"
+
+namespace backbend::validate {
+
+using solver::BoxTurn;
+using solver::BoxVector;
+using solver::Interval;
+
+IntervalVector operator+(const IntervalVector& a, const IntervalVector& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+IntervalVector operator-(const IntervalVector& a, const IntervalVector& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+IntervalVector operator*(double f, const IntervalVector& v) {
+  const Interval k(f);
+  return {k * v.x, k * v.y, k * v.z};
+}
+Interval dot(const IntervalVector& a, const IntervalVector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+IntervalVector cross(const IntervalVector& a, const IntervalVector& b) {
+  return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
+}
+Interval length(const IntervalVector& v) {
+  return square_root(square(v.x) + square(v.y) + square(v.z));
+}
+
+namespace {
+
+IntervalVector enclosure(const BoxVector& v) { return {v.x.value, v.y.value, v.z.value}; }
+IntervalVector exactly(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+}  // namespace
+
+RelativeMotions::RelativeMotions(std::span<const skin::BoxMotion> motions,
+                                 std::span<const MotionPair> pairs) {
+  for (const MotionPair& pair : pairs) {
+    const skin::BoxMotion &base = motions[pair.base], &motion = motions[pair.motion];
+    Relative r{};
+    r.same = pair.base == pair.motion;
+    if (!r.same) {
+      const BoxTurn back = conjugate(base.turn), turn = back * motion.turn;
+      for (std::size_t i = 0; i < 3; ++i) {
+        glm::dvec3 axis(0.0);
+        axis[glm::length_t(i)] = 1.0;
+        r.box_excess[i] = turn * BoxVector(axis) - BoxVector(axis);
+        r.excess[i] = enclosure(r.box_excess[i]);
+      }
+      r.origin = motion.rest_origin;
+      r.box_way = back * (motion.posed_origin - base.posed_origin) -
+                  BoxVector(motion.rest_origin - base.rest_origin);
+      r.way = enclosure(r.box_way);
+    }
+    relative_.push_back(r);
+  }
+}
+
+IntervalVector RelativeMotions::turn(std::size_t pair, const glm::dvec3& v) const {
+  const Relative& r = relative_[pair];
+  if (r.same) return exactly(v);
+  return exactly(v) + (v.x * r.excess[0] + v.y * r.excess[1] + v.z * r.excess[2]);
+}
+
+IntervalVector RelativeMotions::shift(std::size_t pair, const glm::dvec3& point) const {
+  const Relative& r = relative_[pair];
+  if (r.same) return {};
+  const glm::dvec3 v = point - r.origin;
+  return r.way + (v.x * r.excess[0] + v.y * r.excess[1] + v.z * r.excess[2]);
+}
+
+BoxVector RelativeMotions::box_shift(std::size_t pair, const glm::dvec3& point) const {
+  const Relative& r = relative_[pair];
+  BoxVector shift = r.box_way;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double along = (point - r.origin)[static_cast<glm::length_t>(i)];
+    shift = shift + solver::BoxReal(along) * r.box_excess[i];
+  }
+  return shift;
+}
+
+}  // namespace backbend::validate
