@@ -174,6 +174,20 @@ Curve CurveMap::draw(std::span<const dvec3> point) const {
   return curve;
 }
 
+std::vector<std::array<BoxVector, 4>> CurveMap::draw(std::span<const BoxVector> point) const {
+  assert(point.size() == point_count_);
+  std::vector<std::array<BoxVector, 4>> piece(range_.size());
+  const double* w = weight_.data();
+  for (auto& cvs : piece) {
+    for (BoxVector& cv : cvs) {
+      for (std::size_t k = 0; k < point_count_; ++k)
+        if (w[k] != 0.0) cv = cv + BoxReal(w[k]) * point[k];
+      w += point_count_;
+    }
+  }
+  return piece;
+}
+
 void CurveMap::draw(std::span<const LaneVector> point, std::span<ArcLanes::Piece> piece) const {
   assert(point.size() == point_count_ && piece.size() == range_.size());
   const double* w = weight_.data();

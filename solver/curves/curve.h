@@ -11,6 +11,8 @@
 
 namespace backbend::solver {
 
+struct BoxVector;
+
 /// Where a curve is at one place: `overrun` is how far past the end (> 0) or before the start (< 0)
 /// the place lies on the straight continuation along the end tangent.
 struct CurvePoint {
@@ -113,6 +115,8 @@ class CurveMap {
 
   /// The curve of point_count() points.
   Curve draw(std::span<const glm::dvec3> point) const;
+  /// Its pieces over a box of poses.
+  std::vector<std::array<BoxVector, 4>> draw(std::span<const BoxVector> point) const;
   /// The pieces of four curves side by side; `piece` holds piece_count() of them.
   void draw(std::span<const LaneVector> point, std::span<ArcLanes::Piece> piece) const;
   std::size_t point_count() const { return point_count_; }

@@ -133,15 +133,21 @@ BoxReal BoxArc::parameter_at(const BoxReal& s) const {
   return root_near(guess, reached - s);
 }
 
-BoxReal BoxArc::parameter_at_share(double share) const {
+BoxReal BoxArc::parameter_at_share(double share, const BoxReal& before,
+                                   const BoxReal& after) const {
   if (!length_.is_finite()) return BoxReal::undefined();
-  const auto [panel, guess] = guess_at(share * length_.center.middle());
+  const BoxReal of_after(share), of_before = BoxReal(1.0) - of_after;
+  const double goal = share * (before + length_ + after).center.middle() - before.center.middle();
+  const auto [panel, guess] = guess_at(goal);
   const double from = double(panel) / panels_, to = double(panel + 1) / panels_;
-  if (!(guess > from && guess < to)) return parameter_at(BoxReal(share) * length_);
-  const BoxReal before = until_[panel] + piece(from, guess);
-  const BoxReal after = piece(guess, to) + after_[panel + 1];
+  if (!(guess > from - 1.0 && guess < to + 1.0)) return BoxReal::undefined();
+  BoxReal until = before + until_[panel], rest = after_[panel + 1] + after;
+  if (guess > from) until = until + piece(from, guess);
+  if (guess < from) until = until - piece(guess, from);
+  if (guess < to) rest = piece(guess, to) + rest;
+  if (guess > to) rest = rest - piece(to, guess);
   // (1 - share) of what lies before less the share of what lies after: grows by one with the arc.
-  return root_near(guess, (BoxReal(1.0) - BoxReal(share)) * before - BoxReal(share) * after);
+  return root_near(guess, of_before * until - of_after * rest);
 }
 
 BoxReal BoxArc::root_near(double guess, const BoxReal& error) const {

@@ -21,8 +21,10 @@ class BoxArc {
   /// There is one, and one only, at every pose of the box; not finite where that was not proved.
   BoxReal parameter_at(const BoxReal& s) const;
   /// The parameter at a fixed share of the whole length, above 0 and below 1: narrower than
-  /// parameter_at(share * length()), since no piece of the length counts twice.
-  BoxReal parameter_at_share(double share) const;
+  /// parameter_at(share * length()), since no piece of the length counts twice. `before` and
+  /// `after`: lengths of a longer curve that this is a piece of, and the share is of.
+  BoxReal parameter_at_share(double share, const BoxReal& before = 0.0,
+                             const BoxReal& after = 0.0) const;
 
  private:
   struct Triple {

@@ -15,18 +15,6 @@ double product_above(double a, double b) {
   return a == 0.0 || b == 0.0 ? 0.0 : rounding::above_product(a * b);
 }
 
-/// Narrows the value by the mean value form. What has no finite value has no finite slopes.
-BoxReal narrowed(BoxReal r) {
-  if (!r.value.is_finite()) return BoxReal::undefined();
-  double spread = 0.0;
-  for (const Interval& s : r.slope) {
-    if (!s.is_finite()) return r;
-    spread = sum_above(spread, s.most());
-  }
-  r.value = common(r.value, r.center + Interval(-spread, spread));
-  return r;
-}
-
 /// f(a) from its value, its value at the middle and its derivative over the box.
 BoxReal chained(const Interval& value, const Interval& center, const Interval& derivative,
                 const BoxReal& a) {
@@ -92,6 +80,17 @@ BoxTurn undefined_turn() {
 }
 
 }  // namespace
+
+BoxReal narrowed(BoxReal r) {
+  if (!r.value.is_finite()) return BoxReal::undefined();
+  double spread = 0.0;
+  for (const Interval& s : r.slope) {
+    if (!s.is_finite()) return r;
+    spread = sum_above(spread, s.most());
+  }
+  r.value = common(r.value, r.center + Interval(-spread, spread));
+  return r;
+}
 
 BoxReal BoxReal::variable(int j, double low, double high) {
   BoxReal r;
@@ -182,6 +181,25 @@ BoxReal smaller(const BoxReal& a, const BoxReal& b) {
   return narrowed(r);
 }
 
+IntervalVector operator+(const IntervalVector& a, const IntervalVector& b) {
+  return {a.x + b.x, a.y + b.y, a.z + b.z};
+}
+IntervalVector operator-(const IntervalVector& a, const IntervalVector& b) {
+  return {a.x - b.x, a.y - b.y, a.z - b.z};
+}
+IntervalVector operator*(const Interval& f, const IntervalVector& v) {
+  return {f * v.x, f * v.y, f * v.z};
+}
+Interval dot(const IntervalVector& a, const IntervalVector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+IntervalVector cross(const IntervalVector& a, const IntervalVector& b) {
+  return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
+}
+Interval length(const IntervalVector& v) {
+  return square_root(square(v.x) + square(v.y) + square(v.z));
+}
+
 BoxVector operator-(const BoxVector& a) { return {-a.x, -a.y, -a.z}; }
 BoxVector operator+(const BoxVector& a, const BoxVector& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
@@ -199,6 +217,26 @@ BoxVector operator*(const glm::dmat3& m, const BoxVector& v) {
 
 BoxReal dot(const BoxVector& a, const BoxVector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 BoxReal length(const BoxVector& v) { return square_root(square(v.x) + square(v.y) + square(v.z)); }
+/// 1 - x x as y y + z z, which does not lose what it is small by.
+IntervalVector across(const IntervalVector& u, const IntervalVector& v) {
+  const Interval xx = square(u.x), yy = square(u.y), zz = square(u.z);
+  const Interval xy = u.x * u.y, yz = u.y * u.z, zx = u.z * u.x;
+  return {(yy + zz) * v.x - xy * v.y - zx * v.z, (zz + xx) * v.y - yz * v.z - xy * v.x,
+          (xx + yy) * v.z - zx * v.x - yz * v.y};
+}
+
+BoxVector unit(const BoxVector& v) {
+  const BoxReal size = length(v);
+  BoxVector u = v / size;
+  for (std::size_t j = 0; j < kBoxVariables; ++j) {
+    const IntervalVector turned = across(u.value(), v.slope(j));
+    u.x.slope[j] = common(u.x.slope[j], turned.x / size.value);
+    u.y.slope[j] = common(u.y.slope[j], turned.y / size.value);
+    u.z.slope[j] = common(u.z.slope[j], turned.z / size.value);
+  }
+  return {narrowed(u.x), narrowed(u.y), narrowed(u.z)};
+}
+
 BoxVector cross(const BoxVector& a, const BoxVector& b) {
   return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
 }

@@ -38,6 +38,10 @@ struct BoxReal {
   bool is_finite() const;
 };
 
+/// Narrows the value by the mean value form, for slopes that were found otherwise. What has no
+/// finite value has no finite slopes.
+BoxReal narrowed(BoxReal r);
+
 BoxReal operator-(const BoxReal& a);
 BoxReal operator+(const BoxReal& a, const BoxReal& b);
 BoxReal operator-(const BoxReal& a, const BoxReal& b);
@@ -49,6 +53,16 @@ BoxReal sine(const BoxReal& a);
 BoxReal cosine(const BoxReal& a);
 BoxReal smaller(const BoxReal& a, const BoxReal& b);
 
+struct IntervalVector {
+  Interval x, y, z;
+};
+IntervalVector operator+(const IntervalVector& a, const IntervalVector& b);
+IntervalVector operator-(const IntervalVector& a, const IntervalVector& b);
+IntervalVector operator*(const Interval& f, const IntervalVector& v);
+Interval dot(const IntervalVector& a, const IntervalVector& b);
+IntervalVector cross(const IntervalVector& a, const IntervalVector& b);
+Interval length(const IntervalVector& v);
+
 struct BoxVector {
   BoxReal x, y, z;
 
@@ -57,6 +71,8 @@ struct BoxVector {
   BoxVector(const glm::dvec3& exactly)  // NOLINT: as BoxReal
       : x(exactly.x), y(exactly.y), z(exactly.z) {}
   bool is_finite() const { return x.is_finite() && y.is_finite() && z.is_finite(); }
+  IntervalVector value() const { return {x.value, y.value, z.value}; }
+  IntervalVector slope(std::size_t j) const { return {x.slope[j], y.slope[j], z.slope[j]}; }
 };
 
 BoxVector operator-(const BoxVector& a);
@@ -67,6 +83,10 @@ BoxVector operator/(const BoxVector& v, const BoxReal& f);
 BoxVector operator*(const glm::dmat3& m, const BoxVector& v);
 BoxReal dot(const BoxVector& a, const BoxVector& b);
 BoxReal length(const BoxVector& v);
+/// v / length(v), narrower: what v moves along itself is left out before it can widen anything.
+BoxVector unit(const BoxVector& v);
+/// The part of `moved` across a unit vector.
+IntervalVector across(const IntervalVector& unit, const IntervalVector& moved);
 BoxVector cross(const BoxVector& a, const BoxVector& b);
 
 /// Bounds of how fast something turns: radians for each variable's y, upward rounded.

@@ -4,12 +4,15 @@
 #include <cmath>
 #include <optional>
 
+#include "solver/curves/box_curve.h"
 #include "solver/curves/curve_chain.h"
 #include "solver/math/fast_trigonometry.h"
 #include "solver/math/rotation.h"
+#include "solver/rig/box_solver.h"
 #include "solver/rig/chain_measures.h"
 #include "solver/rig/crowd.h"
 #include "solver/rig/option_reader.h"
+#include "solver/systems/box_transport.h"
 #include "solver/systems/fk_bones.h"
 #include "solver/systems/system_base.h"
 
@@ -22,13 +25,13 @@ using glm::dvec3;
 enum class Roll { top, full };
 enum class Arms { effector, top };
 
-class CurveSpine final : public FormulaSystem, public CrowdSolver {
+class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSolver {
  public:
   CurveSpine(const SystemSpec& spec, const RestChain& chain) : bones_(chain, spec.system) {
     name_ = spec.system;
     OptionReader read(spec);
     // The words in the order of CurveMap::Kind.
-    const auto kind = read.choice<CurveMap::Kind>("basis", {"bspline", "interpolate", "linear"});
+    kind_ = read.choice<CurveMap::Kind>("basis", {"bspline", "interpolate", "linear"});
     const auto rule = read.choice<KnotRule>("knots", {"chord", "uniform", "centripetal"});
     bone_count_ = std::size_t(read.integer("bones", 10, 1, int(kMostBones)));
     follow_ = read.choice<Follow>("follow", {"chase", "on_curve"});
@@ -44,7 +47,7 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver {
     name_chain(names);
 
     const auto points = FkBones::five_points(bones_.rest);
-    map_.emplace(kind, points.size(), make_knots(points, rule));
+    map_.emplace(kind_, points.size(), make_knots(points, rule));
     const Curve curve = draw(bones_.rest);
     rest_curve_length_ = curve.length();
     build_rest(curve);
@@ -73,6 +76,49 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver {
     return fk_controls_for(body, mapping);
   }
 
+  std::string why_not_on_boxes() const override {
+    if (kind_ == CurveMap::Kind::polyline) return "basis = \"linear\" has no interval form yet";
+    if (follow_ == Follow::on_curve) return "follow = \"on_curve\" has no interval form yet";
+    if (length_ == BoneLength::close) return "length = \"close\" has no interval form yet";
+    if (roll_ == Roll::full) return "roll = \"full\" has no interval form yet";
+    return {};
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    return fk_controls(body.twist, -body.side, -body.back, mapping);
+  }
+
+  void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
+    pose.rate.clear();
+    lay_box(control, [&](const BoxTransport& frame, const BoxVector&, const BoxReal& roll) {
+      pose.rate.push_back(frame.rates(roll));
+    });
+    pose.rate.push_back(pose.rate.back());
+  }
+
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
+    places.turn.clear();
+    places.position.clear();
+    const LaidBox laid = lay_box(
+        control, [&](const BoxTransport& frame, const BoxVector& joint, const BoxReal& roll) {
+          const std::size_t i = places.turn.size();
+          places.turn.push_back(frame.turn() * turn_about(bones_.axes[0][0], roll) * uncarry_[i]);
+          places.position.push_back(joint);
+        });
+    places.turn.push_back(places.turn.back());
+    places.position.push_back(laid.tip);
+    places.hip = BoxTurn();
+    places.hip_at = laid.bones.joint[0];
+    places.chest = laid.bones.turn[2];
+    places.chest_at = laid.bones.joint[3];
+    places.arms_follow_chest = arms_ == Arms::top;
+    places.arms = places.arms_follow_chest ? places.chest : places.turn.back();
+    places.arms_at = places.arms_follow_chest ? places.chest_at : places.position.back();
+    places.ends_on_chest = false;
+  }
+
   std::string_view why_without(BodyChannel channel) const override {
     return channel == BodyChannel::hip ? kNoHipControl : "its controls turn and do not move";
   }
@@ -92,6 +138,48 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver {
     double residual = 0.0;  // twist from the last bone's frame to Top's, after the shortest arc
     double aim_gap = 0.0;   // between the last bone and Top's X
   };
+
+  struct LaidBox {
+    FkBones::BoxPose bones;
+    BoxVector tip;
+  };
+  /// lay_chain() and carry_frames() over a box of poses; `visit` gets each bone with the joint that
+  /// it starts from and its roll.
+  template <class Visit>
+  LaidBox lay_box(std::span<const BoxReal> control, const Visit& visit) const {
+    LaidBox laid{bones_.pose(control), {}};
+    const BoxCurve curve(map_->draw(FkBones::five_points(laid.bones)), 64);
+    const BoxReal length = bone_over(curve), roll = control[6];
+    BoxTransport frame(laid.bones.turn[0], bones_.axes[0][0]);
+    BoxChase chain(curve.start());
+    for (std::size_t i = 0; i < bone_count_; ++i) {
+      const double share = double(i + 1) / double(bone_count_);
+      const BoxVector joint = i == 0 ? curve.start() : chain.joint();
+      chain.go(curve.point_at_share(share), length);
+      frame.go(chain.aim());
+      visit(frame, joint, BoxReal(share) * roll);
+    }
+    laid.tip = chain.joint();
+    return laid;
+  }
+
+  BoxReal bone_over(const BoxCurve& curve) const {
+    const BoxReal bones(static_cast<double>(bone_count_));
+    const auto null = [&](int i) { return curve.point_at_share(double(i) / (kNullCount - 1)); };
+    switch (length_) {
+      case BoneLength::rest:
+        return BoxReal(rest_curve_length_) / bones;
+      case BoneLength::arc:
+        return curve.length() / bones;
+      case BoneLength::null_sum: {
+        BoxReal sum(0.0);
+        for (int i = 1; i < kNullCount; ++i) sum = sum + solver::length(null(i) - null(i - 1));
+        return sum / bones;
+      }
+      default:
+        return solver::length(null(1) - curve.start()) * BoxReal(double(kNullCount - 1)) / bones;
+    }
+  }
 
   Curve draw(const FkBones::Pose& bones) const { return map_->draw(FkBones::five_points(bones)); }
 
@@ -326,6 +414,7 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver {
   }
 
   FkBones bones_;
+  CurveMap::Kind kind_;
   Follow follow_;
   BoneLength length_;
   Roll roll_;

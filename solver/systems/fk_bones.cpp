@@ -70,6 +70,13 @@ FkBones::BoxPose FkBones::pose(std::span<const BoxReal> control) const {
   }
   BoxPose p;
   carry<BoxMath>(euler, p);
+  // A control's RX leaves its bone where it is, which intervals do not see.
+  for (std::size_t k = 0; k < 3; ++k) {
+    const BoxTurn still =
+        euler_turn(axes[k], from_euler_xyz(BoxReal(0.0), control[3 * k + 1], control[3 * k + 2]));
+    const BoxVector bone(rest.joint[k + 1] - rest.joint[k]);
+    p.joint[k + 1] = p.joint[k] + (k == 0 ? still : p.turn[k - 1] * still) * bone;
+  }
   return p;
 }
 
@@ -101,6 +108,12 @@ FkBones::PoseLanes FkBones::pose(const std::array<Lanes, kChannels>& control, in
 std::array<glm::dvec3, 5> FkBones::five_points(const Pose& pose) {
   const auto& j = pose.joint;
   return {j[0], 0.5 * (j[0] + j[1]), 0.5 * (j[1] + j[2]), 0.5 * (j[2] + j[3]), j[3]};
+}
+
+std::array<BoxVector, 5> FkBones::five_points(const BoxPose& pose) {
+  const auto& j = pose.joint;
+  const BoxReal half(0.5);
+  return {j[0], half * (j[0] + j[1]), half * (j[1] + j[2]), half * (j[2] + j[3]), j[3]};
 }
 
 std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping) {

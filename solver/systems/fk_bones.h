@@ -56,6 +56,7 @@ struct FkBones {
   /// root, the three bone centres, tip: the points that the thesis draws its curve on, riding on
   /// their bones (R21, R24).
   static std::array<glm::dvec3, 5> five_points(const Pose& pose);
+  static std::array<BoxVector, 5> five_points(const BoxPose& pose);
 
   /// Axis `i` (0 along the bone, 1 forward, 2 left) of bone `k` in a pose.
   glm::dvec3 axis(const Pose& pose, int k, int i) const { return pose.turn[k] * axes[k][i]; }

@@ -114,7 +114,7 @@ class Isner final : public FormulaSystem, public BoxSolver {
         continue;
       }
       const BoxVector velocity = bezier_derivative(cv, parameter(*arc, t));
-      pose.rate[i] = aim_ == Aim::shortest_arc ? aimed(q, velocity / length(velocity)).rate
+      pose.rate[i] = aim_ == Aim::shortest_arc ? aimed(q, unit(velocity)).rate
                                                : rates_of_aim(velocity, q * axes_[1]);
     }
   }
@@ -132,7 +132,7 @@ class Isner final : public FormulaSystem, public BoxSolver {
       const BoxReal u = parameter(arc, t);
       places.position.push_back(bezier_point(cv, u));
       const BoxVector velocity = bezier_derivative(cv, u);
-      places.turn.push_back(aim_ == Aim::none ? q : aimed(q, velocity / length(velocity)));
+      places.turn.push_back(aim_ == Aim::none ? q : aimed(q, unit(velocity)));
     }
     places.hip = e.hip;
     places.hip_at = e.hip_at;
@@ -199,7 +199,7 @@ class Isner final : public FormulaSystem, public BoxSolver {
   /// orient() over a box, but for what aims nowhere.
   BoxTurn aimed(const BoxTurn& q, const BoxVector& tangent) const {
     if (aim_ == Aim::shortest_arc) return shortest_arc(q * axes_[0], tangent, q * axes_[2]) * q;
-    const BoxVector across = cross(tangent, q * axes_[1]), z = across / length(across);
+    const BoxVector across = cross(tangent, q * axes_[1]), z = unit(across);
     const BoxVector frame[3] = {tangent, cross(z, tangent), z};
     // Where that frame takes the axes of rig space.
     const auto taken = [&](int i) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 
 #include "solver/curves/walk.h"
 #include "solver/math/bezier.h"
@@ -12,6 +11,7 @@
 #include "solver/rig/box_solver.h"
 #include "solver/rig/chain_measures.h"
 #include "solver/rig/option_reader.h"
+#include "solver/systems/box_transport.h"
 #include "solver/systems/hip_chest.h"
 #include "solver/systems/system_base.h"
 
@@ -20,8 +20,6 @@ namespace {
 
 using glm::dquat;
 using glm::dvec3;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 enum class Twist { fk_roll, spread };
 enum class YScale { fit_curve, none };
@@ -53,62 +51,30 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
   }
 
   void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
-    const HipChest::BoxEnds ends = hip_chest_.ends(control);
-    const BoxArc arc(ends.cv, 64);
-    pose.rate.resize(bones_ + 1);
-    BoxVector before = ends.hip_turn * BoxVector(hip_chest_.rest_direction());
-    // About the bone a frame turns as far as the arcs from the hips on roll it, across the bone as
-    // the bone does. Products of the arcs themselves would widen with every bone.
-    BoxSlopes roll;
-    for (std::size_t j = 0; j < kBoxVariables; ++j)
-      roll[j] = Interval(-ends.hip_turn.rate[j], ends.hip_turn.rate[j]);
-    BoxReal from(0.0);
-    for (int k = 0; k < bones_; ++k) {
-      const BoxReal to =
-          k + 1 == bones_ ? BoxReal(1.0) : arc.parameter_at_share(arc_fraction_[k + 1]);
-      const BoxVector bone = bezier_chord(ends.cv, from, to), direction = bone / length(bone);
-      const BoxSlopes rolled = roll_of_arc(before, direction);
-      for (std::size_t j = 0; j < kBoxVariables; ++j) {
-        roll[j] = roll[j] + rolled[j];
-        const Interval sum = square(roll[j]) + square(direction.x.slope[j]) +
-                             square(direction.y.slope[j]) + square(direction.z.slope[j]);
-        pose.rate[k][j] = sum.is_finite() ? square_root(sum).hi : kInfinity;
-      }
-      before = direction;
-      from = to;
-    }
-    pose.rate[bones_] = pose.rate[bones_ - 1];
+    pose.rate.clear();
+    lay_box(control, [&](const BoxTransport& frame, const BoxVector&) {
+      pose.rate.push_back(frame.rates());
+    });
+    pose.rate.push_back(pose.rate.back());
   }
 
   std::string why_no_places() const override { return {}; }
 
   void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
-    const HipChest::BoxEnds ends = hip_chest_.ends(control);
-    const BoxArc arc(ends.cv, 64);
-    const auto parameter = [&](int k) {
-      if (k == 0 || k == bones_) return BoxReal(k == 0 ? 0.0 : 1.0);
-      return arc.parameter_at_share(arc_fraction_[k]);
-    };
     places.turn.clear();
-    places.position = {ends.cv[0]};
-    BoxTurn turn = ends.hip_turn;
-    BoxVector before = turn * BoxVector(hip_chest_.rest_direction());
-    BoxReal from = parameter(0);
-    for (int k = 0; k < bones_; ++k) {
-      const BoxReal to = parameter(k + 1);
-      const BoxVector bone = bezier_chord(ends.cv, from, to), direction = bone / length(bone);
-      turn = shortest_arc(before, direction, BoxVector()) * turn;
-      places.turn.push_back(turn);
-      places.position.push_back(k + 1 == bones_ ? ends.cv[3] : bezier_point(ends.cv, to));
-      before = direction;
-      from = to;
-    }
-    places.turn.push_back(turn);
+    places.position.clear();
+    const HipChest::BoxEnds ends =
+        lay_box(control, [&](const BoxTransport& frame, const BoxVector& joint) {
+          places.turn.push_back(frame.turn());
+          places.position.push_back(joint);
+        });
+    places.turn.push_back(places.turn.back());
+    places.position.push_back(ends.cv[3]);
     places.hip = ends.hip_turn;
     places.hip_at = ends.cv[0];
     places.chest = ends.chest_turn;
     places.chest_at = ends.cv[3];
-    places.arms = turn;
+    places.arms = places.turn.back();
     places.arms_at = places.position.back();
     places.ends_on_chest = true;
     places.arms_follow_chest = false;
@@ -146,6 +112,24 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
     names.push_back("tip");
     name_chain(std::move(names));
     build_rest();
+  }
+
+  /// Lays the bones over a box of poses; `visit` gets each with the joint that it starts from.
+  template <class Visit>
+  HipChest::BoxEnds lay_box(std::span<const BoxReal> control, const Visit& visit) const {
+    const HipChest::BoxEnds ends = hip_chest_.ends(control);
+    const BoxArc arc(ends.cv, 64);
+    BoxTransport frame(ends.hip_turn, hip_chest_.rest_direction());
+    BoxReal from(0.0);
+    for (int k = 0; k < bones_; ++k) {
+      const BoxReal to =
+          k + 1 == bones_ ? BoxReal(1.0) : arc.parameter_at_share(arc_fraction_[k + 1]);
+      const BoxVector bone = bezier_chord(ends.cv, from, to);
+      frame.go(unit(bone));
+      visit(frame, bezier_point(ends.cv, from));
+      from = to;
+    }
+    return ends;
   }
 
   /// The default is that of the package whose twist it is: Blender's constraint scales the bones to

@@ -6,11 +6,16 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/curves/box_walk.h"
 #include "solver/curves/curve.h"
 #include "solver/curves/walk.h"
+#include "solver/math/bezier.h"
+#include "solver/math/box_arc.h"
 #include "solver/math/rotation.h"
+#include "solver/rig/box_solver.h"
 #include "solver/rig/chain_measures.h"
 #include "solver/rig/option_reader.h"
+#include "solver/systems/box_transport.h"
 #include "solver/systems/fk_bones.h"
 #include "solver/systems/hip_chest.h"
 #include "solver/systems/system_base.h"
@@ -29,7 +34,7 @@ enum class TwistWay { none, spread };
 
 constexpr double kMostCompression = 0.99;
 
-class Stretchy final : public FormulaSystem {
+class Stretchy final : public FormulaSystem, public BoxSolver {
   /// Twelve channels place the curve either way; the scalars follow.
   enum ChannelIndex { kStretchiness = HipChest::kChannels, kLead, kCompression, kSlide };
 
@@ -87,6 +92,55 @@ class Stretchy final : public FormulaSystem {
     return control;
   }
 
+  std::string why_not_on_boxes() const override {
+    if (by_cvs_) return "a curve drawn by its CVs has no interval form yet";
+    if (channels_[kLead].rest != 0.0) return "lead has no interval form yet";
+    if (form_ == Form::carve && past_end_ == PastEnd::extend)
+      return "past_end = \"extend\" has no interval form yet";
+    if (depth_[0] == 0.0 || depth_[1] == 0.0)
+      return "with a depth of 0 the curve has no velocity at its end, and a proof needs one";
+    return {};
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    std::vector<BoxReal> control;
+    for (const Channel& channel : channels_) control.emplace_back(channel.rest);
+    hip_chest_->set_body(body, mapping, control);
+    return control;
+  }
+
+  void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
+    pose.rate.clear();
+    lay_box(control, [&](const BoxTransport& frame, const BoxVector&, const BoxReal& twist) {
+      pose.rate.push_back(frame.rates(twist));
+    });
+    pose.rate.push_back(pose.rate.back());
+  }
+
+  std::string why_no_places() const override { return {}; }
+
+  void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
+    places.turn.clear();
+    places.position.clear();
+    const LaidBox laid = lay_box(
+        control, [&](const BoxTransport& frame, const BoxVector& joint, const BoxReal& twist) {
+          const std::size_t k = places.turn.size();
+          BoxTurn turn = frame.turn() * start_frame_;
+          if (twist_ == TwistWay::spread) turn = turn * turn_about(kAxisX, twist);
+          places.turn.push_back(turn * glm::conjugate(rest_bone_frame_[k]));
+          places.position.push_back(joint);
+        });
+    places.turn.push_back(places.turn.back());
+    places.position.push_back(laid.tip);
+    places.hip = laid.ends.hip_turn;
+    places.hip_at = laid.ends.cv[0];
+    places.chest = laid.ends.chest_turn;
+    places.chest_at = laid.ends.cv[3];
+    places.arms = places.turn.back();
+    places.arms_at = places.position.back();
+    places.ends_on_chest = places.arms_follow_chest = false;
+  }
+
   std::string_view why_without(BodyChannel channel) const override {
     if (by_cvs_ && channel == BodyChannel::hip)
       return "a curve drawn by its CVs has no hip control";
@@ -116,6 +170,59 @@ class Stretchy final : public FormulaSystem {
   }
 
  private:
+  struct LaidBox {
+    HipChest::BoxEnds ends;
+    BoxVector tip;
+  };
+  /// The chain over a box of poses; `visit` gets each bone with the joint that it starts from and
+  /// the twist about it.
+  template <class Visit>
+  LaidBox lay_box(std::span<const BoxReal> c, const Visit& visit) const {
+    const HipChest::BoxEnds ends = hip_chest_->ends(c);
+    const BoxArc arc(ends.cv, 256);
+    const BoxWalk walk(ends.cv);
+    const auto within = [](const BoxReal& x, double low, double high) {
+      return x.value.lo >= low && x.value.hi <= high;
+    };
+    // A control past its range is clamped, which is not enclosed; nor are lead and slide.
+    const bool ordinary = within(c[kStretchiness], 0.0, 1.0) && c[kLead].value.is_zero() &&
+                          within(c[kCompression], 0.0, kMostCompression) &&
+                          c[kSlide].value.is_zero();
+    const BoxReal rest(rest_length_);
+    BoxReal ratio = ((arc.length() - rest) * c[kStretchiness] + rest) / rest;
+    ratio = smaller(ratio, max_ratio_);
+    if (no_squash_) ratio = -smaller(-ratio, -1.0);
+    const BoxReal shortened =
+        ordinary ? ratio * (BoxReal(1.0) - c[kCompression]) : BoxReal::undefined();
+    // Stretched as its curve is, the chain takes all of it, whatever its length.
+    const BoxReal& own = c[kStretchiness];
+    const bool whole = ordinary && form_ == Form::carve && carve_ == Carve::span &&
+                       within(own, 1.0, 1.0) && c[kCompression].value.is_zero() &&
+                       arc.length().value.hi <= max_ratio_ * rest_length_ &&
+                       (!no_squash_ || arc.length().value.lo >= rest_length_);
+    const BoxReal used = carve_ == Carve::span ? smaller(shortened * rest, arc.length())
+                                               : smaller(shortened, 1.0) * arc.length();
+    const BoxReal twist = c[3] - c[0];
+    BoxTransport frame(ends.hip_turn, hip_chest_->rest_direction());
+    BoxReal from(0.0);
+    for (int k = 0; k < bones_; ++k) {
+      BoxReal to;
+      if (form_ == Form::bones) {
+        to = walk.step(from, shortened * rest_bone_[k]);
+      } else if (whole) {
+        to = k + 1 == bones_ ? BoxReal(1.0) : arc.parameter_at_share((k + 1.0) / bones_);
+      } else {
+        to = smaller(arc.parameter_at(BoxReal((k + 1.0) / bones_) * used), 1.0);
+      }
+      const BoxVector bone = walk.chord(from, to);
+      frame.go(unit(bone));
+      visit(frame, walk.point(from),
+            twist_ == TwistWay::spread ? BoxReal((k + 1.0) / bones_) * twist : BoxReal(0.0));
+      from = to;
+    }
+    return {ends, walk.point(from)};
+  }
+
   void read_curve(const RestChain& chain) {
     if (chain.curve.size() != 4) {
       throw RigError(name_ + ": the rest curve has " + std::to_string(chain.curve.size()) +

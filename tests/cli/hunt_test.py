@@ -188,7 +188,7 @@ class NightHunt(CommandTest):
     def test_proved_and_searched_volume_stand_apart(self):
         report, told = self.night("run", "--hunt-percent", "1000")
         curve, even = (rig["volume"] for rig in report["rigs"])
-        self.assertIsNone(curve["certified"])  # its solver does not run on boxes
+        self.assertIsNone(curve["certified"])  # a night's boxes are too few for it
         self.assertIn("curve", curve["not_certified"])
         self.assertEqual(even["certified"]["share"], 1)
         for volume in (curve, even):

@@ -196,6 +196,11 @@ CleanVolume proved_volume(const Stage& stage, const RigRecord& rig, const JudgeC
     Progress silent(Progress::Style::none);
     prove(question, *rig.system, tree, silent);
     const ProofShares shares = shares_of(tree, proved);
+    if (shares.no_jump == 0.0 && shares.refuted == 0.0) {
+      out.not_proved = std::string(rig.system->name()) + ": " + std::to_string(kProofBoxes) +
+                       " boxes decide nothing of it; backbend prove looks at more";
+      return out;
+    }
     out.proved = true;
     out.certified = shares.certified;
     out.no_jump = shares.no_jump;

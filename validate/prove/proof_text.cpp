@@ -132,7 +132,7 @@ std::string proof_text(const Certificate& proof, const solver::SpineSystem& syst
     if (worst.size() > kShown) text += "  and " + std::to_string(worst.size() - kShown) + " more\n";
   }
   if (const auto open = open_boxes(proof); !open.empty()) {
-    text += "\nlargest open boxes:\n";
+    text += "\nlargest open boxes (a smaller --smallest may decide them):\n";
     for (std::size_t i = 0; i < std::min<std::size_t>(3, open.size()); ++i)
       text += "  " + box_text(q.box, open[i]) + "\n";
   }

@@ -5,30 +5,10 @@ namespace backbend::validate {
 using solver::BoxTurn;
 using solver::BoxVector;
 using solver::Interval;
-
-IntervalVector operator+(const IntervalVector& a, const IntervalVector& b) {
-  return {a.x + b.x, a.y + b.y, a.z + b.z};
-}
-IntervalVector operator-(const IntervalVector& a, const IntervalVector& b) {
-  return {a.x - b.x, a.y - b.y, a.z - b.z};
-}
-IntervalVector operator*(double f, const IntervalVector& v) {
-  const Interval k(f);
-  return {k * v.x, k * v.y, k * v.z};
-}
-Interval dot(const IntervalVector& a, const IntervalVector& b) {
-  return a.x * b.x + a.y * b.y + a.z * b.z;
-}
-IntervalVector cross(const IntervalVector& a, const IntervalVector& b) {
-  return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
-}
-Interval length(const IntervalVector& v) {
-  return square_root(square(v.x) + square(v.y) + square(v.z));
-}
+using solver::IntervalVector;
 
 namespace {
 
-IntervalVector enclosure(const BoxVector& v) { return {v.x.value, v.y.value, v.z.value}; }
 IntervalVector exactly(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
@@ -45,12 +25,12 @@ RelativeMotions::RelativeMotions(std::span<const skin::BoxMotion> motions,
         glm::dvec3 axis(0.0);
         axis[glm::length_t(i)] = 1.0;
         r.box_excess[i] = turn * BoxVector(axis) - BoxVector(axis);
-        r.excess[i] = enclosure(r.box_excess[i]);
+        r.excess[i] = r.box_excess[i].value();
       }
       r.origin = motion.rest_origin;
       r.box_way = back * (motion.posed_origin - base.posed_origin) -
                   BoxVector(motion.rest_origin - base.rest_origin);
-      r.way = enclosure(r.box_way);
+      r.way = r.box_way.value();
     }
     relative_.push_back(r);
   }
@@ -59,14 +39,16 @@ RelativeMotions::RelativeMotions(std::span<const skin::BoxMotion> motions,
 IntervalVector RelativeMotions::turn(std::size_t pair, const glm::dvec3& v) const {
   const Relative& r = relative_[pair];
   if (r.same) return exactly(v);
-  return exactly(v) + (v.x * r.excess[0] + v.y * r.excess[1] + v.z * r.excess[2]);
+  return exactly(v) +
+         (Interval(v.x) * r.excess[0] + Interval(v.y) * r.excess[1] + Interval(v.z) * r.excess[2]);
 }
 
 IntervalVector RelativeMotions::shift(std::size_t pair, const glm::dvec3& point) const {
   const Relative& r = relative_[pair];
   if (r.same) return {};
   const glm::dvec3 v = point - r.origin;
-  return r.way + (v.x * r.excess[0] + v.y * r.excess[1] + v.z * r.excess[2]);
+  return r.way +
+         (Interval(v.x) * r.excess[0] + Interval(v.y) * r.excess[1] + Interval(v.z) * r.excess[2]);
 }
 
 BoxVector RelativeMotions::box_shift(std::size_t pair, const glm::dvec3& point) const {

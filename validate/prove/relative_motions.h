@@ -15,16 +15,6 @@ struct MotionPair {
   bool operator==(const MotionPair&) const = default;
 };
 
-struct IntervalVector {
-  solver::Interval x, y, z;
-};
-IntervalVector operator+(const IntervalVector& a, const IntervalVector& b);
-IntervalVector operator-(const IntervalVector& a, const IntervalVector& b);
-IntervalVector operator*(double f, const IntervalVector& v);
-solver::Interval dot(const IntervalVector& a, const IntervalVector& b);
-IntervalVector cross(const IntervalVector& a, const IntervalVector& b);
-solver::Interval length(const IntervalVector& v);
-
 /// For each of some pairs of rigid motions, over a box of poses, enclosures of what `motion` does
 /// after `base` was undone: rest space of `base`.
 class RelativeMotions {
@@ -32,9 +22,9 @@ class RelativeMotions {
   RelativeMotions(std::span<const skin::BoxMotion> motions, std::span<const MotionPair> pairs);
 
   /// The turn of a vector by pair number `pair`.
-  IntervalVector turn(std::size_t pair, const glm::dvec3& vector) const;
+  solver::IntervalVector turn(std::size_t pair, const glm::dvec3& vector) const;
   /// How far a point is moved from its place.
-  IntervalVector shift(std::size_t pair, const glm::dvec3& point) const;
+  solver::IntervalVector shift(std::size_t pair, const glm::dvec3& point) const;
 
   /// The same with derivatives: column `axis` of the turn less the identity, and a point's shift.
   const solver::BoxVector& excess(std::size_t pair, std::size_t axis) const {
@@ -49,8 +39,8 @@ class RelativeMotions {
     // Columns of the turn less the identity, and the way of the origin.
     std::array<solver::BoxVector, 3> box_excess;
     solver::BoxVector box_way;
-    std::array<IntervalVector, 3> excess;
-    IntervalVector way;
+    std::array<solver::IntervalVector, 3> excess;
+    solver::IntervalVector way;
   };
   std::vector<Relative> relative_;
 };

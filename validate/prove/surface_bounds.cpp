@@ -10,6 +10,7 @@ namespace backbend::validate {
 using solver::BoxReal;
 using solver::BoxVector;
 using solver::Interval;
+using solver::IntervalVector;
 
 namespace {
 
@@ -193,7 +194,7 @@ bool SurfaceBounds::faces_its_normals(const Triangle& t, const RelativeMotions& 
     const TriangleTerm& term = triangle_term_[i];
     const IntervalVector middle = motions.shift(term.pair, t.middle);
     for (std::size_t e = 0; e < 2; ++e) {
-      edge[e] = edge[e] + motions.turn(term.pair, term.edge[e]) + term.weight[e] * middle;
+      edge[e] = edge[e] + motions.turn(term.pair, term.edge[e]) + Interval(term.weight[e]) * middle;
     }
     for (std::size_t k = 0; k < 3; ++k)
       normal[k] = normal[k] + motions.turn(term.pair, term.normal[k]);

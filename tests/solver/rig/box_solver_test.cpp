@@ -6,6 +6,8 @@
 #include <memory>
 #include <random>
 
+#include "solver/curves/box_curve.h"
+#include "solver/curves/box_walk.h"
 #include "solver/curves/curve.h"
 #include "solver/math/box_arc.h"
 #include "solver/math/rotation.h"
@@ -216,6 +218,103 @@ TEST(BoxArc, ACurveThatStandsStillSomewhereHasNoResults) {
   EXPECT_FALSE(arc.parameter_at(BoxReal(0.5)).is_finite());
 }
 
+/// The Bezier of a point of the box, and over all of it.
+template <class Real, class Vector>
+std::array<Vector, 4> bent_curve(const Real& x, const Real& y, const Real& z) {
+  return {Vector(0.2 * x, 0.1 * y, 0.0 * z), Vector(1.0 + 0.2 * x, 0.3 * y, 0.1 * z),
+          Vector(1.5 + 0.3 * z, 1.0 + 0.5 * x, 0.4 * y), Vector(2.0 + 0.1 * y, 2.0 + x, z)};
+}
+
+TEST(BoxWalk, EnclosesTheBonesOfEveryCurveOfTheBox) {
+  std::mt19937 random(15);
+  int finite = 0, past = 0, narrow = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Box box(random, 0.6, i % 2 == 0 ? 0.01 : 0.05);
+    const BoxWalk walk(bent_curve<BoxReal, BoxVector>(box.of[0], box.of[1], box.of[2]));
+    constexpr int kBones = 9;  // a little longer together than the curve
+    const auto bone = [](const auto& x) { return 0.4 + 0.05 * x; };
+    std::vector<BoxReal> at{BoxReal(0.0)};
+    std::vector<BoxVector> way;
+    for (int k = 0; k < kBones; ++k) {
+      at.push_back(walk.step(at.back(), bone(box.of[0])));
+      way.push_back(walk.chord(at[at.size() - 2], at.back()));
+    }
+    for (int sample = 0; sample < 3; ++sample) {
+      double x[3];
+      for (int j = 0; j < 3; ++j) x[j] = box.at(j, uniform(random));
+      const Curve curve = Curve::bezier(bent_curve<double, glm::dvec3>(x[0], x[1], x[2]));
+      Curve::Step before{curve.at_arc(0.0), 0.0};
+      for (std::size_t k = 0; k < std::size_t(kBones); ++k) {
+        const Curve::Step step =
+            curve.step_to_distance(before.place.position, before.arc, bone(x[0]));
+        if (at[k + 1].is_finite()) {
+          ++finite;
+          past += step.arc > curve.length();
+          const BoxVector point = walk.point(at[k + 1]);
+          narrow += point.x.value.width() < 0.05;
+          EXPECT_TRUE(is_inside(point.x, step.place.position.x, 1e-9));
+          EXPECT_TRUE(is_inside(point.y, step.place.position.y, 1e-9));
+          EXPECT_TRUE(is_inside(point.z, step.place.position.z, 1e-9));
+          const glm::dvec3 along = glm::normalize(step.place.position - before.place.position);
+          const BoxVector direction = unit(way[k]);
+          EXPECT_TRUE(is_inside(direction.x, along.x, 1e-9));
+          EXPECT_TRUE(is_inside(direction.y, along.y, 1e-9));
+          EXPECT_TRUE(is_inside(direction.z, along.z, 1e-9));
+        }
+        before = step;
+      }
+    }
+  }
+  EXPECT_GT(finite, 2500);
+  EXPECT_GT(past, 100);
+  EXPECT_GT(narrow, finite / 3);
+}
+
+TEST(BoxWalk, ACurveThatTurnsBackHasNoPlace) {
+  const BoxReal x = BoxReal::variable(0, -0.01, 0.01);
+  const BoxWalk walk({BoxVector(0.0, 0.0, 0.0), BoxVector(2.0, x, 0.0), BoxVector(2.0, 0.3, 0.0),
+                      BoxVector(0.0, 0.3, 0.0)});
+  EXPECT_TRUE(walk.step(BoxReal(0.0), BoxReal(0.3)).is_finite());
+  EXPECT_FALSE(walk.step(BoxReal(0.0), BoxReal(1.7)).is_finite());
+}
+
+TEST(BoxCurve, EnclosesPlacesOnEveryPieceAndWhereTheyMeet) {
+  std::mt19937 random(16);
+  const CurveMap map(CurveMap::Kind::bspline, 5);
+  int finite = 0, meeting = 0;
+  for (int i = 0; i < 200; ++i) {
+    const Box box(random, 0.6, 0.05);
+    const auto points = [](const auto& x, const auto& y, const auto& z, auto vector) {
+      return std::array{vector(0.0 * x, 0.0 * x, 0.0 * x), vector(0.1 * x, 1.0 + 0.1 * y, 0.0 * z),
+                        vector(0.3 * z, 2.0 + 0.2 * x, 0.2 * y),
+                        vector(0.2 * y, 3.0 + 0.2 * x, 0.4 * z), vector(x, 4.0 - 0.3 * y, z)};
+    };
+    const auto own = points(
+        box.of[0], box.of[1], box.of[2],
+        [](const BoxReal& a, const BoxReal& b, const BoxReal& c) { return BoxVector(a, b, c); });
+    const BoxCurve curve(map.draw(std::span<const BoxVector>(own)), 64);
+    for (const double share : {0.0, 0.11, 0.3, 0.47, 0.49, 0.5, 0.51, 0.53, 0.8, 1.0}) {
+      const BoxVector place = curve.point_at_share(share);
+      for (int sample = 0; sample < 3; ++sample) {
+        double x[3];
+        for (int j = 0; j < 3; ++j) x[j] = box.at(j, uniform(random));
+        const Curve plain = map.draw(points(
+            x[0], x[1], x[2], [](double a, double b, double c) { return glm::dvec3(a, b, c); }));
+        EXPECT_TRUE(is_inside(curve.length(), plain.length(), 1e-11));
+        if (!place.is_finite()) continue;
+        ++finite;
+        const CurvePoint at = plain.at_fraction(share);
+        meeting += std::abs(at.u - 0.5) < 0.02;
+        EXPECT_TRUE(is_inside(place.x, at.position.x, 1e-10));
+        EXPECT_TRUE(is_inside(place.y, at.position.y, 1e-10));
+        EXPECT_TRUE(is_inside(place.z, at.position.z, 1e-10));
+      }
+    }
+  }
+  EXPECT_GT(finite, 5000);
+  EXPECT_GT(meeting, 300);
+}
+
 struct BoxCase {
   const char* name;
   SystemSpec spec;
@@ -234,6 +333,21 @@ std::vector<BoxCase> box_cases() {
       {"matrix_blend_chain", {"matrix_blend", Options{{"pivot_pos", 0.0}}}},
       {"spline_ik", {"spline_ik", {}}},
       {"spline_ik_short", {"spline_ik", Options{{"bones", 3.0}}}},
+      {"curve", {"curve", {}}},
+      {"curve_interpolating",
+       {"curve", Options{{"basis", std::string("interpolate")},
+                         {"bones", 7.0},
+                         {"length", std::string("arc")},
+                         {"arms", std::string("top")}}}},
+      {"curve_null_sum", {"curve", Options{{"length", std::string("null_sum")}}}},
+      {"curve_rest", {"curve", Options{{"length", std::string("rest")}}}},
+      {"stretchy", {"stretchy", {}}},
+      {"stretchy_kept",
+       {"stretchy",
+        Options{{"stretchiness", 0.0}, {"bones", 8.0}, {"twist", std::string("spread")}}}},
+      {"stretchy_carve", {"stretchy", Options{{"form", std::string("carve")}}}},
+      {"stretchy_carve_part",
+       {"stretchy", Options{{"form", std::string("carve")}, {"stretchiness", 0.4}}}},
       {"isner", {"isner", {}}},
       {"isner_stretchy",
        {"isner",
@@ -438,6 +552,14 @@ TEST(BoxSolvers, WhatHasNoIntervalFormSaysSo) {
   EXPECT_NE(why({"spline_ik", {{"y_scale_mode", std::string("none")}}}).find("none"),
             std::string::npos);
   EXPECT_NE(why({"spline_ik", {{"resolution_u", 12.0}}}).find("straight"), std::string::npos);
+  for (const auto& [option, word] : {std::pair{"basis", "linear"}, std::pair{"follow", "on_curve"},
+                                     std::pair{"length", "close"}, std::pair{"roll", "full"}}) {
+    EXPECT_NE(why({"curve", {{option, std::string(word)}}}).find(word), std::string::npos);
+  }
+  EXPECT_NE(why({"stretchy", {{"lead", 0.5}}}).find("lead"), std::string::npos);
+  EXPECT_NE(why({"stretchy", {{"form", std::string("carve")}, {"past_end", std::string("extend")}}})
+                .find("extend"),
+            std::string::npos);
   EXPECT_NE(why({"isner", {{"depth", std::vector<double>{0.0, 0.4}}}}).find("depth"),
             std::string::npos);
 }

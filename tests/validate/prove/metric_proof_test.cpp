@@ -185,9 +185,9 @@ TEST(MetricProof, WhatCannotBeAskedIsRefusedByName) {
   MetricQuestion q = scene.question(*system, "envelope", {"BB033"});
   q.stage = nullptr;
   EXPECT_NE(refusal([&] { prove_metrics(q, progress); }).find("--character"), std::string::npos);
-  const auto curve = scene.rig("curve");
-  const MetricQuestion other = scene.question(*curve, "envelope", {"BB047"});
-  EXPECT_NE(refusal([&] { prove_metrics(other, progress); }).find("curve"), std::string::npos);
+  const auto snake = scene.rig("snake");
+  const MetricQuestion other = scene.question(*snake, "envelope", {"BB047"});
+  EXPECT_NE(refusal([&] { prove_metrics(other, progress); }).find("snake"), std::string::npos);
 }
 
 }  // namespace
