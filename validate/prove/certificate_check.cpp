@@ -19,7 +19,7 @@ constexpr int kDeepest = 12;
 double bound_of(const ClaimChecker& checker, const SubBox& box, double asked, int depth) {
   const double bound = checker.gain_over(box);
   if (bound <= asked || depth == kDeepest) return bound;
-  const int axis = widest_axis(box, 0.0);
+  const int axis = widest_axis(box, 0.0, checker.idle());
   if (axis < 0) return bound;
   double most = 0.0;
   for (const SubBox& half : halves(box, axis)) {

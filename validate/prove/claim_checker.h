@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <memory>
 
 #include "validate/prove/proof_box.h"
@@ -14,6 +15,8 @@ class ClaimChecker {
   /// The most that any joint turns per unit of any one channel, over a part of the box; infinite
   /// where that cannot be said.
   virtual double gain_over(const SubBox& part) const = 0;
+  /// Axes that no bound depends on: to cut a part there says no more.
+  virtual std::array<bool, kProofAxes> idle() const { return {}; }
 };
 
 struct ProofQuestion;
@@ -30,6 +33,11 @@ std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& question,
 
 /// For matrix_blend in Rigify's style: bounds of the parts of a turn in closed form.
 std::unique_ptr<ClaimChecker> blend_checker(const ProofQuestion& question,
+                                            const solver::SpineSystem& system);
+
+/// For spline_ik, and stretchy's carved chains, under the mapping chest: the bones lie in one
+/// plane, and their turn is a function of one angle.
+std::unique_ptr<ClaimChecker> chord_checker(const ProofQuestion& question,
                                             const solver::SpineSystem& system);
 
 /// For isner under the mapping chest: in the chest's frame the arc length depends on the pose by

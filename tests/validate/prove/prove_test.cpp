@@ -292,6 +292,67 @@ TEST(CertificateCheck, NoPoseOutrunsTheIsnerCheckersBounds) {
   }
 }
 
+TEST(CertificateCheck, NoPoseOutrunsTheChordCheckersBounds) {
+  std::mt19937 random(17);
+  const auto uniform = [&] { return 2.0 * double(random()) / 4294967296.0 - 1.0; };
+  for (const auto& [system_name, depth] : {std::pair{"spline_ik", std::vector{0.4, 0.4}},
+                                           std::pair{"spline_ik", std::vector{0.2, 0.7}},
+                                           std::pair{"stretchy", std::vector{0.4, 0.4}}}) {
+    ProofQuestion q = question(system_name, "extension=-170:170,side=-80:80,twist=-90:90");
+    q.rig.options["depth"] = depth;
+    if (q.rig.system == "stretchy") q.rig.options["form"] = std::string("carve");
+    const auto system = solver::build_system(q.rig, q.chain);
+    const auto checker = chord_checker(q, *system);
+    const Refuter plain(q, *system);
+    int finite = 0, sharp = 0;
+    for (int i = 0; i < 300; ++i) {
+      SubBox box;
+      const double width = i % 2 == 0 ? 0.1 : 1.0;
+      const double reach[] = {120.0, 60.0, 60.0};
+      for (std::size_t j = 0; j < 3; ++j) {
+        box.low[j] = reach[j] * uniform();
+        box.high[j] = box.low[j] + width;
+      }
+      const double bound = checker->gain_over(box);
+      if (!std::isfinite(bound)) continue;
+      ++finite;
+      double most = 0.0;
+      for (int k = 0; k < 6; ++k) {
+        Refutation at;
+        at.check = "BB002";
+        at.axis = k % 2;
+        for (std::size_t j = 0; j < 3; ++j)
+          at.pose[j] = 0.5 * (box.low[j] + box.high[j]) + 0.49 * width * uniform();
+        most = std::max(most, plain.measure(at));
+      }
+      ASSERT_LE(most, bound * (1.0 + 1e-6)) << pose_text(q.box, box.low);
+      sharp += most > 0.9 * bound;
+    }
+    EXPECT_GT(finite, 280);
+    EXPECT_GT(sharp, 150);
+  }
+}
+
+TEST(CertificateCheck, ConfirmsChordsByItsOwnEvaluationAndNamesWhatItDoesNotKnow) {
+  Progress progress(Progress::Style::none);
+  const Certificate proof = proved(question("spline_ik", "extension=10:40,side=-5:15,twist=-20:0"));
+  const CertificateCheck check = check_certificate(proof, "c", progress);
+  EXPECT_EQ(check.certified, shares_of(proof.tree, proof.question.box).certified_boxes);
+  EXPECT_LE(check.gain_bound, proof.tree.gain_bound);
+  const auto why = [&](const char* option, const solver::OptionValue& value) {
+    ProofQuestion q = question("stretchy", "envelope");
+    q.rig.options["form"] = std::string("carve");
+    q.rig.options[option] = value;
+    const auto system = solver::build_system(q.rig, q.chain);
+    return refusal([&] { chord_checker(q, *system); });
+  };
+  EXPECT_NE(why("form", std::string("bones")).find("carve"), std::string::npos);
+  EXPECT_NE(why("twist", std::string("spread")).find("twist"), std::string::npos);
+  EXPECT_NE(why("stretchiness", 0.5).find("stretchiness"), std::string::npos);
+  EXPECT_NE(why("no_squash", true).find("ratio"), std::string::npos);
+  EXPECT_EQ(why("bones", 8.0), "");
+}
+
 /// Claims that are false, in certificates whose form is right.
 TEST(CertificateCheck, FindsWhatDoesNotHold) {
   Progress progress(Progress::Style::none);
