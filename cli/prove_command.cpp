@@ -67,8 +67,6 @@ RigOnSpine rig_of(const ProveOptions& options) {
 
 /// `--bound`: limits of checks over the box. No certificate is made of them.
 int run_bounds(const ProveOptions& options, const Common& common) {
-  if (!options.output.empty() || options.resume)
-    throw CLI::ValidationError("--bound makes no certificate: leave out -o and --resume");
   const RigOnSpine subject = rig_of(options);
   const auto system = solver::build_system(subject.rig, subject.chain);
   MetricQuestion q;
@@ -202,10 +200,6 @@ void add_prove(const Registry& registry) {
       ->add_option("--gain", options->gain,
                    "the most that a joint may turn, degrees per degree of a channel [8]")
       ->check(CLI::Range(1e-3, 1e6));
-  command->add_option("--bound", options->bounds,
-                      "prove instead that a check's limit holds over the box: BB020, BB021, BB041, "
-                      "BB047; with a character BB030 (cross-sections), BB033 (inverted triangles); "
-                      "CODE=LIMIT sets another limit; may be repeated");
   command
       ->add_option("--smallest", options->smallest,
                    "width of the smallest boxes, degrees [1; with --bound 2]")
@@ -218,6 +212,13 @@ void add_prove(const Registry& registry) {
   command->add_option("--character", options->character,
                       "character whose spine is driven [a straight spine]");
   add_anatomy_options(command, options->hints);
+  CLI::Option* bound = command->add_option(
+      "--bound", options->bounds,
+      "prove instead that a check's limit holds over the box: BB020, BB021, BB041, "
+      "BB047; with a character BB030 (cross-sections), BB033 (inverted triangles); "
+      "CODE=LIMIT sets another limit; may be repeated");
+  for (const char* other : {"--check", "--gain", "--boxes", "--output", "--resume"})
+    bound->excludes(command->get_option(other));
 }
 
 }  // namespace backbend::cli
