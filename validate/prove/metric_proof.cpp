@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "solver/math/rotation.h"
+#include "validate/measure/metric_table.h"
 #include "validate/metrics/surface/body_metrics.h"
 #include "validate/prove/chain_bounds.h"
 #include "validate/prove/proof.h"
@@ -32,6 +33,15 @@ double worse(const MetricClaim& claim, double a, double b) {
 double best(const MetricClaim& claim) {
   const double far = std::numeric_limits<double>::infinity();
   return claim.check->sense == Sense::at_least ? far : -far;
+}
+
+/// Keeps a measured value where it is worse than those before; of equal ones the first.
+void take_worst(const MetricClaim& claim, double value, const std::array<double, kProofAxes>& pose,
+                ClaimResult& into) {
+  if (into.measured && (value == into.worst || worse(claim, value, into.worst) != value)) return;
+  into.measured = true;
+  into.worst = value;
+  into.pose = pose;
 }
 
 /// What is left to prove of a box on the way down to its parts.
@@ -115,52 +125,36 @@ class Search {
     for (std::size_t j = 0; j < pose.size(); ++j) pose[j] = 0.5 * part.low[j] + 0.5 * part.high[j];
     const std::vector<double> control = controls_.at(pose);
     UndecidedBox box{part, std::vector<ClaimState>(q_.claim.size(), ClaimState::certified)};
-    std::vector<double> value;
+    solver::SpinePose spine;
+    BodyMeasures measured;
     if (q_.stage) {
-      const PosedCharacter posed = q_.stage->pose(*q_.system, control);
-      value = values(body_->measure(at_rest_, control, posed.spine, posed.mesh,
-                                    solver::radians(pose[kTwist]), false, Crossing::left_out));
+      PosedCharacter posed = q_.stage->pose(*q_.system, control);
+      measured = body_->measure(at_rest_, control, posed.spine, posed.mesh,
+                                solver::radians(pose[kTwist]), false, Crossing::left_out);
+      spine = std::move(posed.spine);
     } else {
-      solver::SpinePose spine;
       q_.system->solve_into(control, solver::Detail::joints, spine);
       const std::vector<glm::dvec3> intended =
           q_.system->intended_curve(control, at_rest_.curve.size());
-      BodyMeasures chain;
-      chain.chain = measure_chain({spine, q_.system->rest(), intended, at_rest_.curve});
-      value = values(chain);
+      measured.chain = measure_chain({spine, q_.system->rest(), intended, at_rest_.curve});
     }
+    const auto value_of = [&](const MetricClaim& claim) {
+      const Metric& metric = *metric_of(claim.check->code);
+      return metric.from_chain ? metric.from_chain({*q_.system, spine, measured.chain}).value
+                               : metric.from_body({*body_, measured}).value;
+    };
     for (std::size_t i = 0; i < q_.claim.size(); ++i) {
       if (!left.open[i]) continue;
       const MetricClaim& claim = q_.claim[i];
       ClaimResult& own = out.claim[i];
+      const double value = value_of(claim);
       // Nothing measured breaks nothing.
-      const bool breaks = judge(*claim.check, value[i], claim.limit) == Verdict::fail;
+      const bool breaks = judge(*claim.check, value, claim.limit) == Verdict::fail;
       box.state[i] = breaks ? ClaimState::refuted : ClaimState::open;
       (breaks ? own.refuted : own.open) += share;
-      if (std::isfinite(value[i]) &&
-          (!own.measured ||
-           (value[i] != own.worst && worse(claim, value[i], own.worst) == value[i]))) {
-        own.measured = true;
-        own.worst = value[i];
-        own.pose = pose;
-      }
+      if (std::isfinite(value)) take_worst(claim, value, pose, own);
     }
     out.undecided.push_back(std::move(box));
-  }
-
-  /// As the table of metrics reads them (validate/measure/metric_table.cpp).
-  std::vector<double> values(const BodyMeasures& pose) const {
-    std::vector<double> value;
-    for (const MetricClaim& claim : q_.claim) {
-      const std::string_view code = claim.check->code;
-      value.push_back(code == "BB020"   ? pose.chain.arms.rotation_deg
-                      : code == "BB021" ? 100.0 * pose.chain.arms.shift
-                      : code == "BB041" ? 100.0 * pose.chain.end_gap
-                      : code == "BB047" ? 100.0 * pose.chain.length_change
-                      : code == "BB030" ? pose.slices.least_area_ratio
-                                        : 100.0 * pose.surface.inverted_area);
-    }
-    return value;
   }
 
   const MetricQuestion& q_;
@@ -195,12 +189,7 @@ void add(const MetricQuestion& q, MetricProof&& part, MetricProof& all) {
     sum.refuted += own.refuted;
     sum.open += own.open;
     sum.bound = worse(q.claim[i], sum.bound, own.bound);
-    if (own.measured && (!sum.measured || (own.worst != sum.worst &&
-                                           worse(q.claim[i], own.worst, sum.worst) == own.worst))) {
-      sum.measured = true;
-      sum.worst = own.worst;
-      sum.pose = own.pose;
-    }
+    if (own.measured) take_worst(q.claim[i], own.worst, own.pose, sum);
   }
   all.undecided.insert(all.undecided.end(), part.undecided.begin(), part.undecided.end());
   all.looked_at += part.looked_at;
