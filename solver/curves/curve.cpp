@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "solver/math/box_number.h"
 #include "solver/rig/spine_system.h"
 
 namespace backbend::solver {

@@ -203,10 +203,6 @@ MetricProof nothing_yet(const MetricQuestion& q) {
 
 }  // namespace
 
-std::vector<std::string_view> provable_checks() {
-  return {std::begin(kProvable), std::end(kProvable)};
-}
-
 MetricClaim read_claim(const std::string& text) {
   const std::string code = text.substr(0, text.find('='));
   MetricClaim claim{find_check(code), 0.0};

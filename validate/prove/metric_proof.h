@@ -19,10 +19,8 @@ struct MetricClaim {
   double limit = 0.0;
 };
 
-/// The checks that can be proved over boxes: BB020, BB021, BB041, BB047 of the chain, BB030 and
-/// BB033 of the mesh.
-std::vector<std::string_view> provable_checks();
-/// `BB030`, or with a limit of its own `BB030=0.8`. Throws ProofError.
+/// `BB030`, or with a limit of its own `BB030=0.8`: of the chain BB020, BB021, BB041 and BB047, of
+/// the mesh BB030 and BB033. Throws ProofError.
 MetricClaim read_claim(const std::string& text);
 
 struct MetricQuestion {

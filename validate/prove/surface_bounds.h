@@ -14,11 +14,11 @@ namespace backbend::validate {
 /// A vertex is the sum of rigid motions of points of its own, so a triangle's edges and its
 /// vertices' normals are such sums of vectors, and whether it faces against its normals does not
 /// change where all of it is moved rigidly: it is asked in the rest space of the motion that
-/// carries most of it, in which the other motions hardly move. Exact weights and rest matrices
-/// count as stored; `check` skins in floats, within about 10^-6 of it.
+/// carries most of it, in which the other motions hardly move. Weights and rest matrices count as
+/// exact; `check` skins in floats, within about 10^-6 of it.
 class SurfaceBounds {
  public:
-  /// Keeps references to both.
+  /// Keeps a reference to the stage's character.
   SurfaceBounds(const Stage& stage, const BodyMetrics& body);
 
   /// Numbers of the triangles that may turn over at all: those that more than one motion carries.
