@@ -46,8 +46,10 @@ void take_worst(const MetricClaim& claim, double value, const std::array<double,
 
 /// What is left to prove of a box on the way down to its parts.
 struct Left {
-  std::vector<bool> open;                      // of each claim
-  std::vector<std::uint32_t> triangle, slice;  // that may break one
+  std::vector<bool> open;                         // of each claim
+  std::vector<std::uint32_t> triangle;            // that may turn over
+  std::vector<std::vector<std::uint32_t>> slice;  // of each claim: that may be below its limit
+  std::vector<double> least;  // of each claim: the least bound of the slices that may not
 };
 
 class Search {
@@ -63,10 +65,12 @@ class Search {
   }
 
   Left everything() const {
-    Left all{std::vector<bool>(q_.claim.size(), true), {}, {}};
+    const std::size_t claims = q_.claim.size();
+    Left all{std::vector<bool>(claims, true), {}, {}, {}};
     if (surface_) {
       all.triangle = surface_->triangles();
-      all.slice = surface_->slices();
+      all.slice.assign(claims, surface_->slices());
+      all.least.assign(claims, std::numeric_limits<double>::infinity());
     }
     return all;
   }
@@ -108,7 +112,11 @@ class Search {
         if (inverted < 0.0) inverted = 100.0 * surface_->keep_unproved(*motions, left.triangle);
         bound = inverted;
       } else if (code == "BB030") {
-        bound = surface_->keep_small(*motions, claim.limit, left.slice);
+        // Slices that were told apart in a larger box are bounded by what was proved there.
+        const SurfaceBounds::LeastArea area =
+            surface_->keep_small(*motions, claim.limit, left.slice[i]);
+        left.least[i] = std::min(left.least[i], area.taken_out);
+        bound = std::min(left.least[i], area.left_in);
       } else {
         bound = most_of_chain(code, *q_.system, places);
       }
@@ -181,7 +189,7 @@ std::vector<SubBox> parts_of(const ProofBox& box, double smallest) {
   return part;
 }
 
-void add(const MetricQuestion& q, MetricProof&& part, MetricProof& all) {
+void add(const MetricQuestion& q, const MetricProof& part, MetricProof& all) {
   for (std::size_t i = 0; i < q.claim.size(); ++i) {
     ClaimResult& sum = all.claim[i];
     const ClaimResult& own = part.claim[i];
@@ -244,7 +252,11 @@ MetricProof prove_metrics(const MetricQuestion& question, Progress& progress) {
   poll_interrupt();
   progress.finish();
   MetricProof all = nothing_yet(question);
-  for (MetricProof& own : found) add(question, std::move(own), all);
+  for (const MetricProof& own : found) add(question, own, all);
+  for (ClaimResult& claim : all.claim) {
+    // Shares are sums of many: where nothing is left there is no rounding to report.
+    if (claim.refuted + claim.open == 0.0) claim.certified = 1.0;
+  }
   return all;
 }
 

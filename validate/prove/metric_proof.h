@@ -2,7 +2,6 @@
 #include <array>
 #include <cstdint>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "solver/rig/box_solver.h"
@@ -43,7 +42,7 @@ struct UndecidedBox {
 /// What became of one claim. Shares of the box's volume.
 struct ClaimResult {
   double certified = 0.0, refuted = 0.0, open = 0.0;
-  double bound = 0.0;  // what was proved where it was certified: the worst value there is no worse
+  double bound = 0.0;  // where certified, no pose has a worse value than this
   // The worst value that the plain solver and skinning gave at the middle of a smallest box; none
   // were looked at where all is certified.
   bool measured = false;
@@ -57,11 +56,11 @@ struct MetricProof {
   std::uint64_t looked_at = 0;
 };
 
-/// Bounds the metrics over boxes by interval arithmetic; a box where some claim is not certified is
-/// split at the middle of its widest channel until it is no wider than `smallest`, then the pose
-/// in its middle is measured by the plain solver and skinning. The result is the same for any
-/// number of threads. Throws ProofError where the rig's joints cannot be enclosed or a claim needs
-/// a character, Interrupted after a signal.
+/// Bounds the metrics over boxes by interval arithmetic. A box where a claim is not certified is
+/// halved across its widest channel until `smallest`; then the plain solver and skinning measure
+/// the pose at its centre. The result is the same for any number of threads. Throws ProofError
+/// where the rig's joints cannot be enclosed or a claim needs a character, Interrupted after a
+/// signal.
 MetricProof prove_metrics(const MetricQuestion& question, Progress& progress);
 
 }  // namespace backbend::validate

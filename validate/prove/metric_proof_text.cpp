@@ -1,5 +1,6 @@
 #include "validate/prove/metric_proof_text.h"
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "validate/prove/proof_map.h"
@@ -18,6 +19,15 @@ std::string_view side_of(const MetricClaim& claim) {
 std::string value_text(const MetricClaim& claim, double value) {
   const std::string unit(claim.check->unit);
   return number_text(value, 3) + (unit == "ratio" ? "" : " " + unit);
+}
+
+/// Rounded to the side that is certain.
+std::string bound_text(const MetricClaim& claim, double bound) {
+  constexpr double kDigits = 1000.0;
+  const double scaled = bound * kDigits;
+  return value_text(
+      claim,
+      (claim.check->sense == Sense::at_least ? std::floor(scaled) : std::ceil(scaled)) / kDigits);
 }
 
 ProofMap map_of(const MetricQuestion& question, const MetricProof& proof, std::size_t claim,
@@ -47,7 +57,7 @@ std::string metric_proof_text(const MetricQuestion& q, const MetricProof& proof,
             std::string(side_of(claim)) + " " + value_text(claim, claim.limit) + "\n";
     text += "  certified  " + share_text(own.certified) + " of the box";
     if (own.certified > 0.0)
-      text += ": " + std::string(side_of(claim)) + " " + value_text(claim, own.bound) + " there";
+      text += ": " + std::string(side_of(claim)) + " " + bound_text(claim, own.bound) + " there";
     text += "\n  refuted    " + share_text(own.refuted) + "\n  open       " + share_text(own.open) +
             "\n";
     if (own.measured) {

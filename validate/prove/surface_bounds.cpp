@@ -235,12 +235,14 @@ double SurfaceBounds::least_area(const Ring& ring, const RelativeMotions& motion
   return length(area).value.lo / ring.area;
 }
 
-double SurfaceBounds::keep_small(const RelativeMotions& motions, double limit,
-                                 std::vector<std::uint32_t>& slice) const {
-  double least = std::numeric_limits<double>::infinity();
+SurfaceBounds::LeastArea SurfaceBounds::keep_small(const RelativeMotions& motions, double limit,
+                                                   std::vector<std::uint32_t>& slice) const {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  LeastArea least{kNone, kNone};
   std::erase_if(slice, [&](std::uint32_t i) {
     const double bound = least_area(ring_[i], motions);
-    least = std::min(least, bound);
+    double& own = bound >= limit ? least.taken_out : least.left_in;
+    own = std::min(own, bound);
     return bound >= limit;
   });
   return least;

@@ -31,10 +31,13 @@ class SurfaceBounds {
   /// it, at every pose. Returns the share of the surface's rest area that is left in.
   double keep_unproved(const RelativeMotions& motions, std::vector<std::uint32_t>& triangle) const;
 
+  /// The least lower bounds of areas over those at rest; infinite of no slice.
+  struct LeastArea {
+    double taken_out, left_in;
+  };
   /// Takes those out of `slice` whose area is at least `limit` of that at rest at every pose.
-  /// Returns the least bound of those that were taken out and those left, as a ratio.
-  double keep_small(const RelativeMotions& motions, double limit,
-                    std::vector<std::uint32_t>& slice) const;
+  LeastArea keep_small(const RelativeMotions& motions, double limit,
+                       std::vector<std::uint32_t>& slice) const;
 
   /// Which motion each pair of the above needs: for RelativeMotions.
   const std::vector<MotionPair>& pairs() const { return pairs_; }
