@@ -6,20 +6,14 @@
 namespace backbend::solver {
 
 BoxArc::Coefficient BoxArc::coefficient(const BoxVector& v) {
-  Coefficient c{{v.x.value, v.y.value, v.z.value}, {v.x.center, v.y.center, v.z.center}, {}};
-  for (std::size_t j = 0; j < kBoxVariables; ++j)
-    c.slope[j] = {v.x.slope[j], v.y.slope[j], v.z.slope[j]};
+  Coefficient c{v.value(), {v.x.center, v.y.center, v.z.center}, {}};
+  for (std::size_t j = 0; j < kBoxVariables; ++j) c.slope[j] = v.slope(j);
   return c;
 }
 
-BoxArc::Triple BoxArc::at(const Triple& a, const Triple& b, const Triple& c, const Interval& u) {
+IntervalVector BoxArc::at(const IntervalVector& a, const IntervalVector& b, const IntervalVector& c,
+                          const Interval& u) {
   return {a.x + u * (b.x + u * c.x), a.y + u * (b.y + u * c.y), a.z + u * (b.z + u * c.z)};
-}
-
-Interval BoxArc::dot(const Triple& a, const Triple& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
-
-Interval BoxArc::size(const Triple& a) {
-  return square_root(square(a.x) + square(a.y) + square(a.z));
 }
 
 namespace {
@@ -48,15 +42,15 @@ BoxArc::BoxArc(const std::array<BoxVector, 4>& cv, int panels) : panels_(panels)
   for (std::size_t i = after_.size() - 1; i-- > 0;) after_[i] = panel_[i] + after_[i + 1];
 }
 
-BoxArc::Triple BoxArc::velocity(const Interval& u, double middle) const {
-  const Triple p = at(a_.value, b_.value, c_.value, middle);
+IntervalVector BoxArc::velocity(const Interval& u, double middle) const {
+  const IntervalVector p = at(a_.value, b_.value, c_.value, middle);
   return {along(p.x, b_.value.x, c_.value.x, u, middle),
           along(p.y, b_.value.y, c_.value.y, u, middle),
           along(p.z, b_.value.z, c_.value.z, u, middle)};
 }
 
-Interval BoxArc::speed_slope(const Interval& u, const Triple& velocity, const Interval& speed,
-                             std::size_t j) const {
+Interval BoxArc::speed_slope(const Interval& u, const IntervalVector& velocity,
+                             const Interval& speed, std::size_t j) const {
   return dot(velocity, at(a_.slope[j], b_.slope[j], c_.slope[j], u)) / speed;
 }
 
@@ -68,15 +62,16 @@ BoxReal BoxArc::piece(double from, double to, int depth) const {
     // At the box's middle, by the midpoint rule: h g(middle) + h^3 / 24 g'' somewhere on the piece.
     // The middle is one of doubles, so its distance from both ends is h / 2 for exact panels and
     // off by a rounding else, which the linear term covers.
-    const Triple p = at(a_.center, b_.center, c_.center, middle);
-    const Triple v{along(p.x, b_.center.x, c_.center.x, u, middle),
-                   along(p.y, b_.center.y, c_.center.y, u, middle),
-                   along(p.z, b_.center.z, c_.center.z, u, middle)};
+    const IntervalVector p = at(a_.center, b_.center, c_.center, middle);
+    const IntervalVector v{along(p.x, b_.center.x, c_.center.x, u, middle),
+                           along(p.y, b_.center.y, c_.center.y, u, middle),
+                           along(p.z, b_.center.z, c_.center.z, u, middle)};
     const Interval two(2.0);
-    const Triple second{b_.center.x + two * u * c_.center.x, b_.center.y + two * u * c_.center.y,
-                        b_.center.z + two * u * c_.center.z};
-    const Triple third{two * c_.center.x, two * c_.center.y, two * c_.center.z};
-    const Interval speed = size(v), slant = dot(v, second);
+    const IntervalVector second{b_.center.x + two * u * c_.center.x,
+                                b_.center.y + two * u * c_.center.y,
+                                b_.center.z + two * u * c_.center.z};
+    const IntervalVector third{two * c_.center.x, two * c_.center.y, two * c_.center.z};
+    const Interval speed = solver::length(v), slant = dot(v, second);
     constexpr int kDeepest = 6;
     if (!(speed.lo > 0.5 * speed.hi) && depth < kDeepest && speed.is_finite()) {
       return piece(from, middle, depth + 1) + piece(middle, to, depth + 1);
@@ -84,25 +79,26 @@ BoxReal BoxArc::piece(double from, double to, int depth) const {
     const Interval bend =
         (dot(second, second) + dot(v, third)) / speed - square(slant) / (speed * square(speed));
     const Interval off = Interval(0.5) * (Interval(from) + Interval(to)) - Interval(middle);
-    r.center = h * size(p) + h * off * (slant / speed) + h * square(h) / Interval(24.0) * bend;
+    r.center =
+        h * solver::length(p) + h * off * (slant / speed) + h * square(h) / Interval(24.0) * bend;
   }
-  const Triple v = velocity(u, middle);
-  const Interval speed = size(v);
+  const IntervalVector v = velocity(u, middle);
+  const Interval speed = solver::length(v);
   double spread = 0.0;
   const Interval two(2.0), eighth = square(h) / Interval(8.0);
-  const Triple at_middle = velocity(middle, middle);
-  const Interval speed_at_middle = size(at_middle);
-  const Triple second{b_.value.x + two * u * c_.value.x, b_.value.y + two * u * c_.value.y,
-                      b_.value.z + two * u * c_.value.z};
+  const IntervalVector at_middle = velocity(middle, middle);
+  const Interval speed_at_middle = solver::length(at_middle);
+  const IntervalVector second{b_.value.x + two * u * c_.value.x, b_.value.y + two * u * c_.value.y,
+                              b_.value.z + two * u * c_.value.z};
   const Interval slant = dot(v, second) / (speed * square(speed));
   for (std::size_t j = 0; j < kBoxVariables; ++j) {
     // h s(middle), and the integral of (u - middle) s'(..), whose factor has both signs alike: at
     // most h^2 / 8 of what s' varies over the piece. The middle's rounding is far below the rest.
     const Coefficient &a = a_, &b = b_, &c = c_;
-    const Triple d = at(a.slope[j], b.slope[j], c.slope[j], u);
-    const Triple d_slope{b.slope[j].x + two * u * c.slope[j].x,
-                         b.slope[j].y + two * u * c.slope[j].y,
-                         b.slope[j].z + two * u * c.slope[j].z};
+    const IntervalVector d = at(a.slope[j], b.slope[j], c.slope[j], u);
+    const IntervalVector d_slope{b.slope[j].x + two * u * c.slope[j].x,
+                                 b.slope[j].y + two * u * c.slope[j].y,
+                                 b.slope[j].z + two * u * c.slope[j].z};
     const Interval rate = (dot(second, d) + dot(v, d_slope)) / speed - dot(v, d) * slant;
     const double most = rounding::above_product(eighth.hi * rounding::above(rate.hi - rate.lo)) +
                         rounding::above_product(h.hi * (h.hi * 0x1p-50) * rate.most());
@@ -155,11 +151,12 @@ BoxReal BoxArc::root_near(double guess, const BoxReal& error) const {
   // Interval Newton: if guess - error / speed(u) lies inside u, every pose of the box has its root
   // there. The speed is above 0, so it has no other.
   const Interval own(guess);
-  double reach = 1.5 * error.value.most() / std::max(1e-300, size(velocity(own, guess)).lo) + 1e-13;
+  double reach =
+      1.5 * error.value.most() / std::max(1e-300, solver::length(velocity(own, guess)).lo) + 1e-13;
   for (int i = 0; i < 8; ++i, reach *= 1.6) {
     const Interval u = own + Interval(-reach, reach);
-    const Triple v = velocity(u, guess);
-    const Interval speed = size(v);
+    const IntervalVector v = velocity(u, guess);
+    const Interval speed = solver::length(v);
     if (!(speed.lo > 0.0)) return BoxReal::undefined();
     const Interval root = own - error.value / speed;
     if (!(root.lo > u.lo && root.hi < u.hi)) continue;

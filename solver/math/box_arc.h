@@ -27,23 +27,19 @@ class BoxArc {
                              const BoxReal& after = 0.0) const;
 
  private:
-  struct Triple {
-    Interval x, y, z;
-  };
   /// A coefficient vector: over the box, at its middle, and by each variable.
   struct Coefficient {
-    Triple value, center;
-    std::array<Triple, kBoxVariables> slope;
+    IntervalVector value, center;
+    std::array<IntervalVector, kBoxVariables> slope;
   };
   static Coefficient coefficient(const BoxVector& v);
-  static Triple at(const Triple& a, const Triple& b, const Triple& c, const Interval& u);
-  static Interval dot(const Triple& a, const Triple& b);
-  static Interval size(const Triple& a);
+  static IntervalVector at(const IntervalVector& a, const IntervalVector& b,
+                           const IntervalVector& c, const Interval& u);
 
   /// Velocity over the box for parameters in `u` around `middle`.
-  Triple velocity(const Interval& u, double middle) const;
+  IntervalVector velocity(const Interval& u, double middle) const;
   /// d speed / d y_j over the box for parameters in `u`.
-  Interval speed_slope(const Interval& u, const Triple& velocity, const Interval& speed,
+  Interval speed_slope(const Interval& u, const IntervalVector& velocity, const Interval& speed,
                        std::size_t j) const;
   /// The root near `guess` of a length that grows with the parameter as the arc does, where `error`
   /// is the length at the guess.

@@ -154,7 +154,8 @@ TEST(MetricProof, TheProvedAreaHoldsForAllSlicesAndEachLimitForItself) {
   const Scene scene;
   const auto system = scene.rig("even");
   const char* box = "extension=-80:50,side=-30:30,twist=-40:40";
-  const MetricQuestion q = scene.question(*system, box, {"BB030=0.5", "BB030=0.8", "BB030=0.99"});
+  MetricQuestion q = scene.question(*system, box, {"BB030=0.5", "BB030=0.8", "BB030=0.99"});
+  q.smallest = 12.0;
   const MetricProof proof = proved(q);
   const RigAtRest rest = rig_at_rest(*system);
   const PoseOfBox controls(q.box, *system, q.mapping);
