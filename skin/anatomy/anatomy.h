@@ -8,9 +8,10 @@
 #include "solver/rig/spine_pose.h"
 #include "solver/rig/spine_system.h"
 
-namespace backbend::solver {
+namespace backbend::solver {  // solver/rig/box_solver.h
+struct BoxMotion;
 struct BoxPlaces;
-}
+}  // namespace backbend::solver
 
 namespace backbend::skin {
 
@@ -74,8 +75,6 @@ std::vector<Region> node_regions(const Character& character, const Anatomy& anat
 /// The region of each vertex, from the joint with the largest weight.
 std::vector<Region> vertex_regions(const Character& character, const Anatomy& anatomy);
 
-struct BoxMotion;  // skin/anatomy/box_motion.h
-
 /// How a solved spine moves a character's skeleton: built once per character and rig.
 class SpineDriver {
  public:
@@ -102,8 +101,8 @@ class SpineDriver {
 
   /// The motions that drive() takes nodes along with, over a box of poses; node_motions() says
   /// which of them carries each node.
-  std::vector<BoxMotion> motions_over(const solver::SpineSystem& system,
-                                      const solver::BoxPlaces& places) const;
+  std::vector<solver::BoxMotion> motions_over(const solver::SpineSystem& system,
+                                              const solver::BoxPlaces& places) const;
   const std::vector<int>& node_motions() const { return motion_; }
 
   /// Where each spine joint hips .. chest stands along the rest chain, 0..1 by arc length.

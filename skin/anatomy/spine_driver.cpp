@@ -4,7 +4,6 @@
 
 #include "skin/anatomy/anatomy.h"
 #include "skin/anatomy/arm_attachment.h"
-#include "skin/anatomy/box_motion.h"
 #include "skin/anatomy/chain_arc.h"
 #include "skin/character/matrix_facts.h"
 #include "solver/rig/box_solver.h"
@@ -43,26 +42,14 @@ solver::BoxVector share_of_way(const solver::BoxVector& low, const solver::BoxVe
   return solver::BoxReal(1.0 - share) * low + solver::BoxReal(share) * high;
 }
 
-/// One pose, or a box of them: RigidMotion's parts, and the joints.
+/// One pose, or a box of them.
 struct OnePose : solver::PoseMath {
-  using Motion = RigidMotion;
-  static const Turn& turn(const solver::SpinePose& pose, Index k) { return pose.turn[k]; }
-  static const Turn& hip(const solver::SpinePose& pose) { return pose.hip.turn; }
-  static const Vector& hip_at(const solver::SpinePose& pose) { return pose.hip.posed_origin; }
-  static const Vector& hip_rest(const solver::SpinePose&, const solver::SpinePose& pose) {
-    return pose.hip.rest_origin;
-  }
   using Pose = solver::SpinePose;
+  using Motion = RigidMotion;
 };
 struct BoxOfPoses : solver::BoxMath {
-  using Motion = BoxMotion;
-  static const Turn& turn(const solver::BoxPlaces& pose, Index k) { return pose.turn[k]; }
-  static const Turn& hip(const solver::BoxPlaces& pose) { return pose.hip; }
-  static const Vector& hip_at(const solver::BoxPlaces& pose) { return pose.hip_at; }
-  static const glm::dvec3& hip_rest(const solver::SpinePose& rest, const solver::BoxPlaces&) {
-    return rest.hip.rest_origin;
-  }
   using Pose = solver::BoxPlaces;
+  using Motion = solver::BoxMotion;
 };
 
 /// The posed chain as a motion of any point beside it: between two of its joints the way they went
@@ -90,13 +77,13 @@ class ChainMotion {
     if (above == order_.begin()) return from_hip(*above, fraction, rest_joint);
     const Index low = *(above - 1), high = *above;
     const double share = (fraction - fraction_[low]) / (fraction_[high] - fraction_[low]);
-    return between(rest_.position[low], pose_.position[low], Math::turn(pose_, low), high, share,
+    return between(rest_.position[low], pose_.position[low], pose_.turn[low], high, share,
                    rest_joint);
   }
 
  private:
   Motion carried_by(Index joint, const glm::dvec3& rest_joint) const {
-    const Turn& turn = Math::turn(pose_, joint);
+    const Turn& turn = pose_.turn[joint];
     return {turn, rest_joint,
             moved(turn, rest_joint, rest_.position[joint], pose_.position[joint])};
   }
@@ -104,13 +91,13 @@ class ChainMotion {
   /// Below the first joint of systems whose joints start above the hips: from the hips' motion on.
   Motion from_hip(Index first, double fraction, const glm::dvec3& rest_joint) const {
     const double share = fraction_[first] > 0.0 ? fraction / fraction_[first] : 1.0;
-    return between(Math::hip_rest(rest_, pose_), Math::hip_at(pose_), Math::hip(pose_), first,
-                   share, rest_joint);
+    return between(pose_.hip.rest_origin, pose_.hip.posed_origin, pose_.hip.turn, first, share,
+                   rest_joint);
   }
 
   Motion between(const glm::dvec3& rest_low, const Vector& posed_low, const Turn& turn_low,
                  Index high, double share, const glm::dvec3& rest_joint) const {
-    const Turn turn = shortest_between(turn_low, Math::turn(pose_, high), share);
+    const Turn turn = shortest_between(turn_low, pose_.turn[high], share);
     const glm::dvec3 rest_on_chain = glm::mix(rest_low, rest_.position[high], share);
     const Vector way =
         share_of_way(posed_low - rest_low, pose_.position[high] - rest_.position[high], share);
@@ -233,11 +220,11 @@ std::vector<glm::dmat4> SpineDriver::drive(const solver::SpineSystem& system,
   return out;
 }
 
-std::vector<BoxMotion> SpineDriver::motions_over(const solver::SpineSystem& system,
-                                                 const solver::BoxPlaces& places) const {
+std::vector<solver::BoxMotion> SpineDriver::motions_over(const solver::SpineSystem& system,
+                                                         const solver::BoxPlaces& places) const {
   const ChainMotion<BoxOfPoses> chain(system, places);
-  std::vector<BoxMotion> motions(kChain + anatomy_.chest_index + 1);
-  motions[kHip] = {places.hip, system.rest().hip.rest_origin, places.hip_at};
+  std::vector<solver::BoxMotion> motions(kChain + anatomy_.chest_index + 1);
+  motions[kHip] = places.hip;
   for (Index k = 1; k <= anatomy_.chest_index; ++k)
     motions[kChain + k] =
         chain.at(joint_fraction_[k],

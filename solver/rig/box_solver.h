@@ -20,13 +20,18 @@ struct BoxPose {
   std::vector<BoxRates> rate;
 };
 
-/// Where a rig's joints, and what hangs from them, may be at the poses of a box: as SpinePose,
-/// whose rest origins are those of SpineSystem::rest(). Rig space.
+/// RigidMotion over a box of poses.
+struct BoxMotion {
+  BoxTurn turn;
+  glm::dvec3 rest_origin{0.0};
+  BoxVector posed_origin;
+};
+
+/// SpinePose over a box of poses: where a rig's joints, and what hangs from them, may be.
 struct BoxPlaces {
   std::vector<BoxTurn> turn;        // of each joint, from rest
   std::vector<BoxVector> position;  // of each joint
-  BoxTurn hip, chest, arms;
-  BoxVector hip_at, chest_at, arms_at;  // posed origins
+  BoxMotion hip, chest, arms;
   // What is so by construction, which enclosures of both sides could not tell.
   bool ends_on_chest = false;      // the last joint stands at the chest's origin
   bool arms_follow_chest = false;  // the arms go rigidly with the chest control

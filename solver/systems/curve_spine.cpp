@@ -109,13 +109,12 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSol
         });
     places.turn.push_back(places.turn.back());
     places.position.push_back(laid.tip);
-    places.hip = BoxTurn();
-    places.hip_at = laid.bones.joint[0];
-    places.chest = laid.bones.turn[2];
-    places.chest_at = laid.bones.joint[3];
+    places.hip = {BoxTurn(), bones_.rest.joint[0], laid.bones.joint[0]};
+    places.chest = {laid.bones.turn[2], bones_.rest.joint[3], laid.bones.joint[3]};
     places.arms_follow_chest = arms_ == Arms::top;
-    places.arms = places.arms_follow_chest ? places.chest : places.turn.back();
-    places.arms_at = places.arms_follow_chest ? places.chest_at : places.position.back();
+    places.arms = places.arms_follow_chest
+                      ? places.chest
+                      : BoxMotion{places.turn.back(), rest_.position.back(), laid.tip};
     places.ends_on_chest = false;
   }
 

@@ -80,12 +80,9 @@ class Even final : public FormulaSystem, public BoxSolver {
       BoxVector& at = places.position[std::size_t(k)];
       at = root + lower * (BoxVector(shape_.rest_joint()[std::size_t(k)] - root) + at);
     }
-    places.hip = BoxTurn();
-    places.hip_at = places.position.front();
-    places.chest = places.turn.back();
-    places.chest_at = places.position.back();
+    places.hip = {BoxTurn(), root, places.position.front()};
+    places.chest = {places.turn.back(), drawn_.back(), places.position.back()};
     places.arms = places.chest;
-    places.arms_at = places.chest_at;
     places.ends_on_chest = places.arms_follow_chest = true;
   }
 

@@ -134,12 +134,9 @@ class Isner final : public FormulaSystem, public BoxSolver {
       const BoxVector velocity = bezier_derivative(cv, u);
       places.turn.push_back(aim_ == Aim::none ? q : aimed(q, unit(velocity)));
     }
-    places.hip = e.hip;
-    places.hip_at = e.hip_at;
-    places.chest = e.chest;
-    places.chest_at = e.chest_at;
-    places.arms = places.turn.back();
-    places.arms_at = places.position.back();
+    places.hip = {e.hip, hip_, e.hip_at};
+    places.chest = {e.chest, chest_, e.chest_at};
+    places.arms = {places.turn.back(), rest_.position.back(), places.position.back()};
     places.ends_on_chest = places.arms_follow_chest = false;
   }
 

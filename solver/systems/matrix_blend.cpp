@@ -78,11 +78,10 @@ class MatrixBlend final : public FormulaSystem, public BoxSolver {
       }
       places.turn.push_back(places.turn.back());
     }
-    places.hip = hips.turn;
-    places.hip_at = places.position.front();
-    places.chest = chest.turn;
-    places.chest_at = places.arms_at = places.position.back();
-    places.arms = places.turn.back();
+    const dvec3 rest_hip = hip_chest_.rest_cv()[0], rest_chest = hip_chest_.rest_cv()[3];
+    places.hip = {hips.turn, rest_hip, places.position.front()};
+    places.chest = {chest.turn, rest_chest, places.position.back()};
+    places.arms = {places.turn.back(), rest_chest, places.position.back()};
     places.ends_on_chest = true;
     places.arms_follow_chest = !halves_;
   }

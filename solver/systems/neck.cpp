@@ -133,12 +133,10 @@ class Neck final : public FormulaSystem, public BoxSolver {
       places.turn[output_of(i)] = turn;
       places.position[output_of(i)] = at;
     });
-    places.hip = places.turn[output_of(0)];
-    places.hip_at = places.position[output_of(0)];
-    places.chest = places.turn[output_of(count - 1)];
-    places.chest_at = places.position[output_of(count - 1)];
+    const std::size_t base = output_of(0), head = output_of(count - 1);
+    places.hip = {places.turn[base], vertebra_.front().rest_at, places.position[base]};
+    places.chest = {places.turn[head], vertebra_.back().rest_at, places.position[head]};
     places.arms = places.chest;
-    places.arms_at = places.chest_at;
     places.ends_on_chest = places.arms_follow_chest = true;
   }
 

@@ -70,12 +70,10 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
         });
     places.turn.push_back(places.turn.back());
     places.position.push_back(ends.cv[3]);
-    places.hip = ends.hip_turn;
-    places.hip_at = ends.cv[0];
-    places.chest = ends.chest_turn;
-    places.chest_at = ends.cv[3];
-    places.arms = places.turn.back();
-    places.arms_at = places.position.back();
+    const dvec3 rest_hip = hip_chest_.rest_cv()[0], rest_chest = hip_chest_.rest_cv()[3];
+    places.hip = {ends.hip_turn, rest_hip, ends.cv[0]};
+    places.chest = {ends.chest_turn, rest_chest, ends.cv[3]};
+    places.arms = {places.turn.back(), rest_chest, places.position.back()};
     places.ends_on_chest = true;
     places.arms_follow_chest = false;
   }

@@ -132,12 +132,9 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
         });
     places.turn.push_back(places.turn.back());
     places.position.push_back(laid.tip);
-    places.hip = laid.ends.hip_turn;
-    places.hip_at = laid.ends.cv[0];
-    places.chest = laid.ends.chest_turn;
-    places.chest_at = laid.ends.cv[3];
-    places.arms = places.turn.back();
-    places.arms_at = places.position.back();
+    places.hip = {laid.ends.hip_turn, rest_cv_[0], laid.ends.cv[0]};
+    places.chest = {laid.ends.chest_turn, rest_cv_[3], laid.ends.cv[3]};
+    places.arms = {places.turn.back(), rest_.position.back(), laid.tip};
     places.ends_on_chest = places.arms_follow_chest = false;
   }
 

@@ -56,12 +56,8 @@ class ThreeBone final : public SystemBase, public BoxSolver {
     const BoxTurn& top = bones.turn[2];
     places.turn = {bones.turn[0], bones.turn[1], top, top};
     places.position.assign(bones.joint.begin(), bones.joint.end());
-    places.hip = BoxTurn();
-    places.hip_at = bones.joint[0];
-    places.chest = top;
-    places.chest_at = bones.joint[3];
-    places.arms = top;
-    places.arms_at = places.chest_at;
+    places.hip = {BoxTurn(), bones_.rest.joint[0], bones.joint[0]};
+    places.chest = places.arms = {top, bones_.rest.joint[3], bones.joint[3]};
     places.ends_on_chest = places.arms_follow_chest = true;
   }
 

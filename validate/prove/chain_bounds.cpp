@@ -41,18 +41,19 @@ double most_of_chain(std::string_view check, const solver::SpineSystem& system,
   const solver::SpinePose& rest = system.rest();
   const double rest_length = chain_length(rest.position);
   if (check == "BB020")
-    return places.arms_follow_chest ? 0.0 : most_turn(places.chest, places.arms);
+    return places.arms_follow_chest ? 0.0 : most_turn(places.chest.turn, places.arms.turn);
   if (check == "BB021") {
     if (places.arms_follow_chest) return 0.0;
     const BoxVector carried =
-        places.chest_at + places.chest * BoxVector(rest.arms.rest_origin - rest.chest.rest_origin);
-    return most_percent(length(places.arms_at - carried).value, rest_length);
+        places.chest.posed_origin +
+        places.chest.turn * BoxVector(places.arms.rest_origin - places.chest.rest_origin);
+    return most_percent(length(places.arms.posed_origin - carried).value, rest_length);
   }
   if (check == "BB041") {
     const glm::dvec3 gap = rest.position.back() - rest.chest.posed_origin;
     if (places.ends_on_chest && gap == glm::dvec3(0.0)) return 0.0;
-    const BoxVector now = places.position.back() - places.chest_at;
-    return most_percent(length(now - places.chest * BoxVector(gap)).value, rest_length);
+    const BoxVector now = places.position.back() - places.chest.posed_origin;
+    return most_percent(length(now - places.chest.turn * BoxVector(gap)).value, rest_length);
   }
   if (check == "BB047") return most_length_change(places, rest_length);
   return std::numeric_limits<double>::infinity();

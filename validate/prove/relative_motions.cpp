@@ -13,10 +13,10 @@ IntervalVector exactly(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
 }  // namespace
 
-RelativeMotions::RelativeMotions(std::span<const skin::BoxMotion> motions,
+RelativeMotions::RelativeMotions(std::span<const solver::BoxMotion> motions,
                                  std::span<const MotionPair> pairs) {
   for (const MotionPair& pair : pairs) {
-    const skin::BoxMotion &base = motions[pair.base], &motion = motions[pair.motion];
+    const solver::BoxMotion &base = motions[pair.base], &motion = motions[pair.motion];
     Relative r{};
     r.same = pair.base == pair.motion;
     if (!r.same) {

@@ -4,7 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "skin/anatomy/box_motion.h"
+#include "solver/rig/box_solver.h"
 
 namespace backbend::validate {
 
@@ -19,7 +19,7 @@ struct MotionPair {
 /// after `base` was undone: rest space of `base`.
 class RelativeMotions {
  public:
-  RelativeMotions(std::span<const skin::BoxMotion> motions, std::span<const MotionPair> pairs);
+  RelativeMotions(std::span<const solver::BoxMotion> motions, std::span<const MotionPair> pairs);
 
   /// The turn of a vector by pair number `pair`.
   solver::IntervalVector turn(std::size_t pair, const glm::dvec3& vector) const;

@@ -438,12 +438,15 @@ TEST_P(BoxSolvers, EveryPoseOfABoxIsInItsPlaces) {
           holds(places.position[k], pose.position[k]);
           turns(places.turn[k], pose.turn[k]);
         }
-        holds(places.hip_at, pose.hip.posed_origin);
-        holds(places.chest_at, pose.chest.posed_origin);
-        holds(places.arms_at, pose.arms.posed_origin);
-        turns(places.hip, pose.hip.turn);
-        turns(places.chest, pose.chest.turn);
-        turns(places.arms, pose.arms.turn);
+        holds(places.hip.posed_origin, pose.hip.posed_origin);
+        holds(places.chest.posed_origin, pose.chest.posed_origin);
+        holds(places.arms.posed_origin, pose.arms.posed_origin);
+        turns(places.hip.turn, pose.hip.turn);
+        EXPECT_EQ(places.hip.rest_origin, pose.hip.rest_origin);
+        turns(places.chest.turn, pose.chest.turn);
+        EXPECT_EQ(places.chest.rest_origin, pose.chest.rest_origin);
+        turns(places.arms.turn, pose.arms.turn);
+        EXPECT_EQ(places.arms.rest_origin, pose.arms.rest_origin);
         if (places.ends_on_chest) {
           EXPECT_LT(glm::distance(pose.position.back(), pose.chest.posed_origin), 1e-12);
         }
