@@ -19,6 +19,9 @@ if(BACKBEND_SANITIZE)
   target_compile_options(backbend_options INTERFACE -fsanitize=${BACKBEND_SANITIZE}
     -Wno-maybe-uninitialized -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(backbend_options INTERFACE -fsanitize=${BACKBEND_SANITIZE})
+  if(BACKBEND_SANITIZE_OMIT)
+    target_compile_options(backbend_options INTERFACE -fno-sanitize=${BACKBEND_SANITIZE_OMIT})
+  endif()
 endif()
 target_include_directories(backbend_options INTERFACE ${PROJECT_SOURCE_DIR})
 target_compile_definitions(backbend_options INTERFACE GLM_ENABLE_EXPERIMENTAL
