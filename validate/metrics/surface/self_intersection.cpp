@@ -3,9 +3,11 @@
 #include <immintrin.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <numeric>
 
 namespace backbend::validate {
@@ -159,6 +161,59 @@ bool share_a_place(const glm::uvec3& a, const glm::uvec3& b) {
   return false;
 }
 
+/// How many numbers there are, of which the last stands in a triangle.
+std::uint32_t count_of(const std::vector<glm::uvec3>& triangles) {
+  std::uint32_t count = 0;
+  for (const glm::uvec3& t : triangles) count = std::max({count, t.x + 1, t.y + 1, t.z + 1});
+  return count;
+}
+
+constexpr std::uint32_t kLeaf = 8;  // triangles: as many as a register has lanes
+
+/// The boxes of a leaf's triangles, a coordinate of all of them at a time. Where there are fewer
+/// than kLeaf, the rest are boxes that overlap none.
+struct alignas(32) LeafBoxes {
+  float low[3][kLeaf], high[3][kLeaf];
+
+  LeafBoxes() {
+    constexpr float kBeyond = std::numeric_limits<float>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      std::ranges::fill(low[axis], kBeyond);
+      std::ranges::fill(high[axis], -kBeyond);
+    }
+  }
+  void set(std::uint32_t i, const Box& box) {
+    alignas(16) float lower[4], upper[4];
+    _mm_store_ps(lower, box.low);
+    _mm_store_ps(upper, box.high);
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis][i] = lower[axis];
+      high[axis][i] = upper[axis];
+    }
+  }
+  /// Which of them overlap a box: a bit each.
+  unsigned overlapping(const Box& box) const {
+    alignas(16) float lower[4], upper[4];
+    _mm_store_ps(lower, box.low);
+    _mm_store_ps(upper, box.high);
+    __m256 all = _mm256_castsi256_ps(_mm256_set1_epi32(-1));
+    for (int axis = 0; axis < 3; ++axis) {
+      const __m256 starts =
+          _mm256_cmp_ps(_mm256_load_ps(low[axis]), _mm256_set1_ps(upper[axis]), _CMP_LE_OQ);
+      const __m256 ends =
+          _mm256_cmp_ps(_mm256_load_ps(high[axis]), _mm256_set1_ps(lower[axis]), _CMP_GE_OQ);
+      all = _mm256_and_ps(all, _mm256_and_ps(starts, ends));
+    }
+    return static_cast<unsigned>(_mm256_movemask_ps(all));
+  }
+};
+
+/// Calls `act` with the place of every bit that is set.
+template <class Act>
+void each_bit(unsigned bits, const Act& act) {
+  for (; bits != 0; bits &= bits - 1) act(static_cast<std::uint32_t>(std::countr_zero(bits)));
+}
+
 }  // namespace
 
 bool triangles_meet(const glm::vec3 (&a)[3], const glm::vec3 (&b)[3]) {
@@ -174,6 +229,7 @@ struct SelfIntersection::Search {
   Lattice lattice;
   std::vector<Box> box;           // per node
   std::vector<Box> triangle_box;  // per entry of order_
+  std::vector<LeafBoxes> leaf;
   std::vector<Pair> found;
 
   Search(const SelfIntersection& of, std::span<const glm::vec3> at)
@@ -182,29 +238,42 @@ struct SelfIntersection::Search {
     for (std::size_t v = 0; v < point.size(); ++v)
       point[v].low = point[v].high = _mm_setr_ps(position[v].x, position[v].y, position[v].z, 0.0f);
     triangle_box.resize(mesh.order_.size());
-    for (std::size_t i = 0; i < triangle_box.size(); ++i) {
-      const glm::uvec3& corner = mesh.triangle_[mesh.order_[i]];
-      Box around = point[corner.x];
-      around.add(point[corner.y]);
-      around.add(point[corner.z]);
-      triangle_box[i] = around;
-    }
+    leaf.resize(mesh.leaves_);
     box.resize(mesh.node_.size());
     for (std::size_t n = box.size(); n-- > 0;) {  // children stand after their parents
       const Node& node = mesh.node_[n];
-      if (node.right == 0) {
-        box[n] = triangle_box[node.first];
-        for (std::uint32_t i = node.first + 1; i < node.first + node.count; ++i)
-          box[n].add(triangle_box[i]);
-      } else {
+      if (node.right != 0) {
         box[n] = box[n + 1];
         box[n].add(box[node.right]);
+      } else {
+        box[n] = fill(node, point);
       }
     }
   }
 
+  /// The boxes of a leaf's triangles; returns the one around them.
+  Box fill(const Node& node, const std::vector<Box>& point) {
+    Box around = point[mesh.triangle_[mesh.order_[node.first]].x];
+    for (std::uint32_t i = 0; i < node.count; ++i) {
+      const glm::uvec3& corner = mesh.triangle_[mesh.order_[node.first + i]];
+      Box& one = triangle_box[node.first + i] = point[corner.x];
+      one.add(point[corner.y]);
+      one.add(point[corner.z]);
+      around.add(one);
+      leaf[node.leaf].set(i, one);
+    }
+    return around;
+  }
+
+  /// Triangles of two leaves that are neighbours, as Joint has them.
+  std::uint64_t neighbours(std::uint32_t a, std::uint32_t b) const {
+    for (std::uint32_t k = mesh.first_joint_[a]; k < mesh.first_joint_[a + 1]; ++k)
+      if (mesh.joint_[k].leaf == b) return mesh.joint_[k].triangles;
+    return 0;
+  }
+
+  /// Two triangles whose boxes overlap.
   void test(std::uint32_t i, std::uint32_t j) {
-    if (!overlap(triangle_box[i], triangle_box[j])) return;
     std::uint32_t a = mesh.order_[i], b = mesh.order_[j];
     if (a > b) std::swap(a, b);
     if (mesh.group_[a] >= 0 && mesh.group_[a] == mesh.group_[b]) return;
@@ -227,18 +296,25 @@ struct SelfIntersection::Search {
       across(n + 1, node.right);
       return;
     }
-    for (std::uint32_t i = node.first; i < node.first + node.count; ++i)
-      for (std::uint32_t j = i + 1; j < node.first + node.count; ++j) test(i, j);
+    std::uint64_t joined = neighbours(node.leaf, node.leaf);
+    for (std::uint32_t i = 0; i < node.count; ++i, joined >>= kLeaf) {
+      const unsigned before = (2u << i) - 1;  // and itself
+      each_bit(leaf[node.leaf].overlapping(triangle_box[node.first + i]) & ~before &
+                   ~static_cast<unsigned>(joined),
+               [&](std::uint32_t j) { test(node.first + i, node.first + j); });
+    }
   }
 
   void across(std::uint32_t a, std::uint32_t b) {
     const Node &p = mesh.node_[a], &q = mesh.node_[b];
     if ((p.group >= 0 && p.group == q.group) || !overlap(box[a], box[b])) return;
     if (p.right == 0 && q.right == 0) {
-      for (std::uint32_t i = p.first; i < p.first + p.count; ++i) {
-        if (!overlap(triangle_box[i], box[b])) continue;
-        for (std::uint32_t j = q.first; j < q.first + q.count; ++j) test(i, j);
-      }
+      const std::uint64_t joined = neighbours(p.leaf, q.leaf);
+      each_bit(leaf[p.leaf].overlapping(box[b]), [&](std::uint32_t i) {
+        each_bit(leaf[q.leaf].overlapping(triangle_box[p.first + i]) &
+                     ~static_cast<unsigned>(joined >> (kLeaf * i)),
+                 [&](std::uint32_t j) { test(p.first + i, q.first + j); });
+      });
     } else if (q.right == 0 || (p.right != 0 && p.count >= q.count)) {
       across(a + 1, b);
       across(p.right, b);
@@ -271,14 +347,51 @@ SelfIntersection::SelfIntersection(std::span<const glm::vec3> rest_position,
   // Groups apart from each other: pairs of whole branches fall away.
   std::ranges::stable_sort(order_, {}, [&](std::uint32_t t) { return group_[t]; });
   build(0, static_cast<std::uint32_t>(order_.size()), middle);
+  find_joints();
   rest_pairs_ = pairs(rest_position);
   find_shells();
 }
 
+void SelfIntersection::find_joints() {
+  // Neighbours around a place with more triangles than this are told apart one by one.
+  constexpr std::uint32_t kMostOfPlace = 32;
+  std::vector<std::uint32_t> first(count_of(places_) + 1, 0), leaf_of(order_.size()),
+      lane_of(order_.size());
+  for (const glm::uvec3& t : places_)
+    for (int k = 0; k < 3; ++k) ++first[t[k] + 1];
+  std::partial_sum(first.begin(), first.end(), first.begin());
+  std::vector<std::uint32_t> around(first.back()), next(first.begin(), first.end() - 1);
+  for (std::uint32_t t = 0; t < places_.size(); ++t)
+    for (int k = 0; k < 3; ++k) around[next[places_[t][k]]++] = t;
+  for (const Node& node : node_) {
+    for (std::uint32_t i = 0; node.right == 0 && i < node.count; ++i) {
+      leaf_of[order_[node.first + i]] = node.leaf;
+      lane_of[order_[node.first + i]] = i;
+    }
+  }
+  for (const Node& node : node_) {  // leaves come in the order of their numbers
+    if (node.right != 0) continue;
+    const auto begin = static_cast<std::ptrdiff_t>(joint_.size());
+    first_joint_.push_back(static_cast<std::uint32_t>(begin));
+    for (std::uint32_t i = 0; i < node.count; ++i) {
+      const glm::uvec3& corner = places_[order_[node.first + i]];
+      for (int k = 0; k < 3; ++k) {
+        const std::uint32_t from = first[corner[k]], to = first[corner[k] + 1];
+        if (to - from > kMostOfPlace) continue;
+        for (const std::uint32_t t : std::span(around).subspan(from, to - from)) {
+          auto joint = std::find_if(joint_.begin() + begin, joint_.end(),
+                                    [&](const Joint& each) { return each.leaf == leaf_of[t]; });
+          if (joint == joint_.end()) joint = joint_.insert(joint, {leaf_of[t], 0});
+          joint->triangles |= std::uint64_t{1} << (kLeaf * i + lane_of[t]);
+        }
+      }
+    }
+  }
+  first_joint_.push_back(static_cast<std::uint32_t>(joint_.size()));
+}
+
 void SelfIntersection::find_shells() {
-  std::uint32_t places = 0;
-  for (const glm::uvec3& t : places_) places = std::max({places, t.x + 1, t.y + 1, t.z + 1});
-  std::vector<std::uint32_t> root(places);
+  std::vector<std::uint32_t> root(count_of(places_));
   std::iota(root.begin(), root.end(), 0u);
   const auto find = [&](std::uint32_t p) {
     while (root[p] != p) p = root[p] = root[root[p]];
@@ -301,12 +414,14 @@ SelfIntersection::Pair SelfIntersection::shells_of(const Pair& pair) const {
 
 void SelfIntersection::build(std::uint32_t first, std::uint32_t count,
                              const std::vector<glm::vec3>& middle) {
-  constexpr std::uint32_t kLeaf = 4;
   const std::size_t number = node_.size();
   const auto group_at = [&](std::uint32_t i) { return group_[order_[i]]; };
   const bool one_group = group_at(first) == group_at(first + count - 1);  // they are sorted
   node_.push_back({first, count, 0, one_group ? group_at(first) : -1});
-  if (count <= kLeaf) return;
+  if (count <= kLeaf) {
+    node_[number].leaf = leaves_++;
+    return;
+  }
   std::uint32_t left = count / 2;
   if (one_group) {
     glm::vec3 low = middle[order_[first]], high = low;

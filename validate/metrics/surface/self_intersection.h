@@ -46,9 +46,17 @@ class SelfIntersection {
     std::uint32_t first = 0, count = 0;  // into order_
     std::uint32_t right = 0;             // child; the left one is the next node; 0: a leaf
     int group = -1;                      // of all its triangles
+    std::uint32_t leaf = 0;              // which leaf it is, counted from 0
+  };
+  /// Triangles of two leaves that share a place: bit 8 i + j for the i-th of one and the j-th of
+  /// the other, `leaf`.
+  struct Joint {
+    std::uint32_t leaf = 0;
+    std::uint64_t triangles = 0;
   };
   struct Search;
   void build(std::uint32_t first, std::uint32_t count, const std::vector<glm::vec3>& middle);
+  void find_joints();
   void find_shells();
   Pair shells_of(const Pair& pair) const;
 
@@ -58,6 +66,9 @@ class SelfIntersection {
   std::vector<int> group_;            // of each triangle
   std::vector<std::uint32_t> order_;  // triangles as the leaves hold them
   std::vector<Node> node_;            // a tree over order_, parents before children
+  std::uint32_t leaves_ = 0;
+  std::vector<Joint> joint_;                // of every leaf, one leaf after another
+  std::vector<std::uint32_t> first_joint_;  // of each leaf, and one past the last
   std::vector<Pair> rest_pairs_;
   std::vector<std::uint32_t> shell_;  // of each triangle
   std::vector<Pair> joined_shells_;   // that meet at rest, ascending

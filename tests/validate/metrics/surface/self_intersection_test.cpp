@@ -162,8 +162,7 @@ std::vector<SelfIntersection::Pair> by_trying_all(const ClosedTube& tube,
   return out;
 }
 
-TEST(SelfIntersection, FindsWhatTryingAllPairsFinds) {
-  const ClosedTube tube(24, 8);
+void expect_what_trying_all_pairs_finds(const ClosedTube& tube) {
   const SelfIntersection mesh(tube.position, tube.triangle, tube.place);
   for (const double turn : {0.5, 3.0, 6.0, 6.5, 7.0, 9.0, 14.0}) {
     const std::vector<glm::vec3> posed = tube.bent(turn);
@@ -180,6 +179,14 @@ TEST(SelfIntersection, FindsWhatTryingAllPairsFinds) {
   const auto found = mesh.pairs(crumpled);
   EXPECT_GT(found.size(), 1000u);
   EXPECT_EQ(found, by_trying_all(tube, crumpled));
+}
+
+TEST(SelfIntersection, FindsWhatTryingAllPairsFinds) {
+  expect_what_trying_all_pairs_finds(ClosedTube(24, 8));
+}
+
+TEST(SelfIntersection, WhereManyTrianglesShareAPlace) {
+  expect_what_trying_all_pairs_finds(ClosedTube(5, 40));  // fans of 38 close its ends
 }
 
 TEST(SelfIntersection, OfATubeBeginsWhereItsEndsRunIntoEachOther) {
