@@ -92,8 +92,8 @@ FrameLayers add_layers(Frame& frame, const SceneView& scene, const Settings& set
     if (!scene.pose.previous_position.empty())
       at.motion = add(frame, {"motion.X", "motion.Y"}, false);
   }
+  if (all || settings.object_id) at.object_id = add(frame, {"objectId"}, false);
   if (all) {
-    at.object_id = add(frame, {"objectId"}, false);
     at.triangle_id = add(frame, {"triangleId"}, false);
     at.variance = add(frame, {"variance.R", "variance.G", "variance.B"}, false);
     if (settings.noise > 0.0) at.sample_count = add(frame, {"sampleCount"}, false);

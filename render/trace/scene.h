@@ -78,6 +78,7 @@ struct Settings {
   bool mattes = true;  // Cryptomatte layers; a measuring pass may read objectId instead
   bool position_and_albedo = false;  // the P and albedo layers without all the others
   bool rest_and_motion = false;      // the Pref and motion layers without all the others
+  bool object_id = false;            // the objectId layer without all the others
   bool transparent = false;          // no backdrop: A holds the character and its shadow
   bool overlay = false;              // overlay lines in other modes than x-ray too
   // Asked between tiles; once it says true the frame is left unfinished and must not be used.

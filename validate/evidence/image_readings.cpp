@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "render/image/cryptomatte.h"
+#include "skin/anatomy/anatomy.h"
 #include "validate/metrics/image/image.h"
 #include "validate/metrics/math/median.h"
 #include "validate/metrics/math/rotation.h"
@@ -24,6 +24,8 @@ render::Settings primary_settings() {
   settings.mode = render::Mode::primary;
   settings.ground = false;
   settings.rest_and_motion = true;
+  settings.mattes = false;  // of one hit a pixel, objectId says all that they would
+  settings.object_id = true;
   settings.threads = 1;  // poses go side by side
   return settings;
 }
@@ -36,13 +38,15 @@ ImageView view_of(const render::Frame& frame, std::string_view first_channel) {
 
 Mask figure(const render::Frame& frame) { return silhouette(view_of(frame, "R"), 3); }
 
-/// Pixels that show a region, by its matte.
-Mask region(const render::Frame& frame, const char* name) {
-  const ImageView matte = view_of(frame, "CryptoObject00.r");
-  const float id = render::cryptomatte_id(name);
-  Mask mask{frame.width, frame.height, std::vector<std::uint8_t>(matte.pixel_count(), 0)};
-  for (std::size_t i = 0; i < mask.inside.size(); ++i)
-    mask.inside[i] = matte.data[i * static_cast<std::size_t>(matte.channels)] == id ? 1 : 0;
+/// The region of each pixel: 1 more than its number, 0 where the figure is not.
+ImageView regions(const render::Frame& frame) { return view_of(frame, "objectId"); }
+
+/// Pixels that show a region.
+Mask region(const render::Frame& frame, skin::Region shown) {
+  const ImageView ids = regions(frame);
+  const float id = 1.0f + static_cast<float>(shown);
+  Mask mask{frame.width, frame.height, std::vector<std::uint8_t>(ids.pixel_count(), 0)};
+  for (std::size_t i = 0; i < mask.inside.size(); ++i) mask.inside[i] = ids.data[i] == id ? 1 : 0;
   return mask;
 }
 
@@ -51,8 +55,8 @@ glm::dvec2 centre(const Mask& mask) {
   return matte_centre({mask.width, mask.height, 1, coverage}, 0);
 }
 
-double region_shift(const render::Frame& a, const render::Frame& b, const char* name) {
-  const Mask mask_a = region(a, name), mask_b = region(b, name);
+double region_shift(const render::Frame& a, const render::Frame& b, skin::Region shown) {
+  const Mask mask_a = region(a, shown), mask_b = region(b, shown);
   const double by_centre = glm::distance(centre(mask_a), centre(mask_b));  // NaN: seen in one only
   const double by_outline = outline_distance(mask_a, mask_b).most;
   return std::isnan(by_centre) || std::isnan(by_outline) ? std::numeric_limits<double>::quiet_NaN()
@@ -70,7 +74,7 @@ struct TorsoProfile {
 };
 
 TorsoProfile torso_profile(const PoseViews& views, const render::Frame& frame) {
-  const Mask torso = region(frame, "torso");
+  const Mask torso = region(frame, skin::Region::torso);
   const ImageView normal = view_of(frame, "N.X"), rest = view_of(frame, "Pref.X");
   const glm::dvec3 along = views.chest - views.hips;
   const double length = glm::dot(along, along);
@@ -144,9 +148,6 @@ std::vector<float> moved(const render::Frame& frame) {
   return out;
 }
 
-/// The region of each pixel, as a number that says no more than whether two are the same.
-ImageView regions(const render::Frame& frame) { return view_of(frame, "CryptoObject00.r"); }
-
 /// Places at rest that are nearer than this count as the same spot of the surface: some pixels.
 double near_at_rest(const PoseViews& views) {
   return 0.12 * glm::distance(views.hips, views.chest);
@@ -204,8 +205,7 @@ double lengths_p99(const render::Frame& frame, double* visible) {
   const ImageView region = regions(frame);
   std::vector<double> length;
   for (std::size_t i = 0; i < region.pixel_count(); ++i)
-    if (region.data[i * static_cast<std::size_t>(region.channels)] != 0.0f)
-      length.push_back(std::hypot(motion[2 * i], motion[2 * i + 1]));
+    if (region.data[i] != 0.0f) length.push_back(std::hypot(motion[2 * i], motion[2 * i + 1]));
   if (length.empty()) return std::numeric_limits<double>::quiet_NaN();
   *visible = static_cast<double>(
       std::ranges::count_if(length, [](double each) { return each > kVisibleMotionPx; }));
@@ -311,7 +311,8 @@ ImageReading arm_shift(const PoseViews& posed, const PoseViews& carried) {
     const render::Frame &a = posed.view[i].frame, &b = carried.view[i].frame;
     pixels = turned_pixels(a, b);
     // fmax: where no camera sees one arm (NaN), the other counts.
-    return std::fmax(region_shift(a, b, "arm_L"), region_shift(a, b, "arm_R"));
+    return std::fmax(region_shift(a, b, skin::Region::arm_left),
+                     region_shift(a, b, skin::Region::arm_right));
   });
 }
 

@@ -22,5 +22,22 @@ TEST(RoundHalfLayers, GivesWhatTheFileHolds) {
   EXPECT_EQ(frame.find("Z")->data, depth.data) << "a float layer was rounded";
 }
 
+TEST(RoundHalfLayers, AsTheFileIsWrittenForTiesAndForTheSmallestAndLargest) {
+  Frame frame;
+  frame.width = 5;
+  frame.height = 1;
+  Layer color{{"R", "G", "B", "A"}, true, {}};
+  for (const float value :
+       {0.0f,       1.0f,         1.0f + 0x1p-11f, 1.0f + 0x3p-11f, 1.0f + 0x1.000002p-11f,
+        65504.0f,   65519.0f,     0x1p-14f,        0x1p-24f,        0x1p-25f,
+        0x1.8p-25f, 0x1p-130f,    1e-3f,           12345.678f,      0.3f,
+        2047.5f,    0x1.ffcp-15f, 0x1.ffdp-15f,    0x1.ffep-15f,    3.0f})
+    color.data.push_back(value);
+  frame.layers = {color};
+  const Frame back = decode_exr(encode_exr(frame));
+  round_half_layers(frame);
+  EXPECT_EQ(back.find("R")->data, frame.find("R")->data);
+}
+
 }  // namespace
 }  // namespace backbend::render
