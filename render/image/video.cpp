@@ -46,7 +46,7 @@ std::vector<std::string> video_command(int width, int height, double frames_per_
           "-c:v",
           "libx264",
           "-preset",
-          "slow",
+          "veryfast",
           "-crf",
           "18",
           "-pix_fmt",

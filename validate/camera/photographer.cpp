@@ -41,6 +41,7 @@ render::Settings scrubber_frame(render::Settings still) {
   still.height = kHeight;
   still.samples = std::min(kSamples, still.samples);
   still.least_samples = kSamples / 2;
+  still.bounces = 1;
   still.mattes = false;
   return still;
 }

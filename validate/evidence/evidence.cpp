@@ -28,9 +28,8 @@
 namespace backbend::validate {
 namespace {
 
-/// How many findings of one rig get pictures of their own, beside its flips.
+/// How many findings of one rig get pictures of their own, and how many of its flips beside them.
 constexpr std::size_t kPicturedProposed = 6, kPicturedOthers = 3;
-constexpr std::size_t kPicturedFlips = 6;
 /// A long spine's close-up holds no more than this part of the whole scene.
 constexpr double kMostOfScene = 0.35;
 /// What has no one place is shown with all that the spine carries, so much of the spine's length
@@ -401,7 +400,7 @@ std::vector<std::size_t> pictured(const RigRecord& rig, const std::vector<Findin
   std::size_t flips = 0;
   for (const std::size_t i : order) {
     if (findings[i].code == "BB001") {
-      if (flips++ < kPicturedFlips) chosen.push_back(i);
+      if (flips++ < most) chosen.push_back(i);
     } else if (codes.size() < most && codes.insert(findings[i].code).second) {
       chosen.push_back(i);
     }
