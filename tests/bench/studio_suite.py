@@ -7,8 +7,7 @@
 Makes bodies of the bundled descriptions in each size, and of these as many characters as asked for, no two with the same
 bytes. Prints, for a first night, a second without a change and a third with one character changed: seconds by the clock,
 processor seconds, peak memory of the program and of the largest character by itself; then the page's size and the
-seconds that Chromium takes to load it beyond an empty one; then what `history` takes over a thousand nights; then
-processor seconds of nights of one human, and a least-squares fit of them against poses and poses x vertices.
+seconds that Chromium takes to load it beyond an empty one; then what `history` takes over a thousand nights.
 """
 
 import argparse
@@ -21,8 +20,6 @@ import statistics
 import subprocess
 import tempfile
 import time
-
-import numpy as np
 
 from save_to_verdict import SOURCE, renamed
 
@@ -85,15 +82,20 @@ def suite_of(characters, step=5):
     return SUITE.format(characters=", ".join(f'"{each}"' for each in characters), step=step)
 
 
+def body_of(program, folder, name, size):
+    """The file of a bundled description's body with so many vertices."""
+    body = folder / f"{name}_{size}.glb"
+    subprocess.run([program, "body", SOURCE / f"scenes/characters/{name}.toml", "--vertices", str(size), "-o", body],
+                   check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    return body
+
+
 def make_characters(program, folder, count, sizes):
     """Names of the files, small and large in turns, and the largest one's."""
     bodies = []
     for size in sizes:
         for name in DESCRIPTIONS:
-            body = folder / f"{name}_{size}.glb"
-            subprocess.run([program, "body", SOURCE / f"scenes/characters/{name}.toml", "--vertices", str(size), "-o", body],
-                           check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            bodies.append(body.read_bytes())
+            bodies.append(body_of(program, folder, name, size).read_bytes())
     names = []
     for k in range(count):
         names.append(f"char_{k:03}.glb")
@@ -119,12 +121,6 @@ def history_of(program, folder, nights):
             out.write(json.dumps(night) + "\n")
     command = [program, "history", "--history", "many.jsonl", "--nights", str(nights), "--character", "char_000"]
     return [measured(command, folder)[0] for _ in range(2)]
-
-
-def fit(rows):
-    """seconds = a + b poses + c poses x vertices, by least squares."""
-    poses, vertices, seconds = np.array(rows, float).T
-    return np.linalg.lstsq(np.stack([np.ones_like(poses), poses, poses * vertices], 1), seconds, rcond=None)[0]
 
 
 def main():
@@ -166,19 +162,6 @@ def main():
         print(f"page: loads in {beyond:.2f} s beyond an empty one (median of three)")
     first, again = history_of(program, folder, options.nights)
     print(f"history of {options.nights} nights: {first:.2f} s, and again {again:.2f} s")
-
-    rows = []
-    for size in options.sizes:
-        for step in (5, 15):
-            body = folder / f"human_{size}.glb"
-            (folder / "one.toml").write_text(suite_of([body.name], step))
-            _, processor, _ = measured([program, "nightly", "one.toml", "--fresh", "-o", f"one_{size}_{step}", *quick], folder)
-            report = json.loads((folder / f"one_{size}_{step}/report.json").read_text())
-            poses = int(report["headline"].split()[0])  # `792 poses measured, ...`
-            rows.append((poses, size, processor))
-            print(f"human of {size} vertices, {poses} poses: {processor:.1f} s of processor", flush=True)
-    once, pose, vertex = fit(rows)
-    print(f"fit: {once:.2f} s + {1e3 * pose:.2f} ms a pose + {1e9 * vertex:.1f} ns a pose and vertex")
     if not options.keep:
         shutil.rmtree(folder)
 

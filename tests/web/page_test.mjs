@@ -537,6 +537,7 @@ test("the trend names each lasting change, and headroom shows its last thirty ni
   assert.match(await trend.locator("tbody tr", { hasText: "kink" }).first().innerText(), /worse 11.2 → 14.2° from 2026-11-12 v012, last before 2026-11-11 v011/);
   assert.match(await trend.locator("tbody tr", { hasText: "headroom twist" }).innerText(), /worse 30 → 12° .*recovered at 2026-11-07/);
   await trend.locator("summary").click();
+  await trend.locator("details tbody").waitFor();  // the table is made after the click
   assert.equal(await trend.locator("details tbody tr").count(), 2);
   await trend.scrollIntoViewIfNeeded();
   await shot(page, "trend");
