@@ -265,10 +265,10 @@ struct SelfIntersection::Search {
     return around;
   }
 
-  /// Triangles of two leaves that are neighbours, as Joint has them.
+  /// Triangles of two leaves that are neighbours, as Neighbour has them.
   std::uint64_t neighbours(std::uint32_t a, std::uint32_t b) const {
-    for (std::uint32_t k = mesh.first_joint_[a]; k < mesh.first_joint_[a + 1]; ++k)
-      if (mesh.joint_[k].leaf == b) return mesh.joint_[k].triangles;
+    for (std::uint32_t k = mesh.first_neighbour_[a]; k < mesh.first_neighbour_[a + 1]; ++k)
+      if (mesh.neighbour_[k].leaf == b) return mesh.neighbour_[k].triangles;
     return 0;
   }
 
@@ -347,12 +347,12 @@ SelfIntersection::SelfIntersection(std::span<const glm::vec3> rest_position,
   // Groups apart from each other: pairs of whole branches fall away.
   std::ranges::stable_sort(order_, {}, [&](std::uint32_t t) { return group_[t]; });
   build(0, static_cast<std::uint32_t>(order_.size()), middle);
-  find_joints();
+  find_neighbours();
   rest_pairs_ = pairs(rest_position);
   find_shells();
 }
 
-void SelfIntersection::find_joints() {
+void SelfIntersection::find_neighbours() {
   // Neighbours around a place with more triangles than this are told apart one by one.
   constexpr std::uint32_t kMostOfPlace = 32;
   std::vector<std::uint32_t> first(count_of(places_) + 1, 0), leaf_of(order_.size()),
@@ -371,23 +371,23 @@ void SelfIntersection::find_joints() {
   }
   for (const Node& node : node_) {  // leaves come in the order of their numbers
     if (node.right != 0) continue;
-    const auto begin = static_cast<std::ptrdiff_t>(joint_.size());
-    first_joint_.push_back(static_cast<std::uint32_t>(begin));
+    const auto begin = static_cast<std::ptrdiff_t>(neighbour_.size());
+    first_neighbour_.push_back(static_cast<std::uint32_t>(begin));
     for (std::uint32_t i = 0; i < node.count; ++i) {
       const glm::uvec3& corner = places_[order_[node.first + i]];
       for (int k = 0; k < 3; ++k) {
         const std::uint32_t from = first[corner[k]], to = first[corner[k] + 1];
         if (to - from > kMostOfPlace) continue;
         for (const std::uint32_t t : std::span(around).subspan(from, to - from)) {
-          auto joint = std::find_if(joint_.begin() + begin, joint_.end(),
-                                    [&](const Joint& each) { return each.leaf == leaf_of[t]; });
-          if (joint == joint_.end()) joint = joint_.insert(joint, {leaf_of[t], 0});
-          joint->triangles |= std::uint64_t{1} << (kLeaf * i + lane_of[t]);
+          auto near = std::find_if(neighbour_.begin() + begin, neighbour_.end(),
+                                   [&](const Neighbour& each) { return each.leaf == leaf_of[t]; });
+          if (near == neighbour_.end()) near = neighbour_.insert(near, {leaf_of[t], 0});
+          near->triangles |= std::uint64_t{1} << (kLeaf * i + lane_of[t]);
         }
       }
     }
   }
-  first_joint_.push_back(static_cast<std::uint32_t>(joint_.size()));
+  first_neighbour_.push_back(static_cast<std::uint32_t>(neighbour_.size()));
 }
 
 void SelfIntersection::find_shells() {

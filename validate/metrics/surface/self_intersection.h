@@ -50,13 +50,13 @@ class SelfIntersection {
   };
   /// Triangles of two leaves that share a place: bit 8 i + j for the i-th of one and the j-th of
   /// the other, `leaf`.
-  struct Joint {
+  struct Neighbour {
     std::uint32_t leaf = 0;
     std::uint64_t triangles = 0;
   };
   struct Search;
   void build(std::uint32_t first, std::uint32_t count, const std::vector<glm::vec3>& middle);
-  void find_joints();
+  void find_neighbours();
   void find_shells();
   Pair shells_of(const Pair& pair) const;
 
@@ -67,8 +67,8 @@ class SelfIntersection {
   std::vector<std::uint32_t> order_;  // triangles as the leaves hold them
   std::vector<Node> node_;            // a tree over order_, parents before children
   std::uint32_t leaves_ = 0;
-  std::vector<Joint> joint_;                // of every leaf, one leaf after another
-  std::vector<std::uint32_t> first_joint_;  // of each leaf, and one past the last
+  std::vector<Neighbour> neighbour_;            // of every leaf, one leaf after another
+  std::vector<std::uint32_t> first_neighbour_;  // of each leaf, and one past the last
   std::vector<Pair> rest_pairs_;
   std::vector<std::uint32_t> shell_;  // of each triangle
   std::vector<Pair> joined_shells_;   // that meet at rest, ascending
