@@ -254,7 +254,7 @@ MetricProof prove_metrics(const MetricQuestion& question, Progress& progress) {
   MetricProof all = nothing_yet(question);
   for (const MetricProof& own : found) add(question, own, all);
   for (ClaimResult& claim : all.claim) {
-    // Shares are sums of many: where nothing is left there is no rounding to report.
+    // The sum of many shares is rounded; all certified is exactly 1.
     if (claim.refuted + claim.open == 0.0) claim.certified = 1.0;
   }
   return all;
