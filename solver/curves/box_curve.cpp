@@ -50,8 +50,15 @@ BoxVector BoxCurve::point_at_share(double share) const {
          on * bezier_chord(piece_[p + 1], BoxReal(0.0), on);
 }
 
-void BoxChase::go(const BoxVector& goal, const BoxReal& bone) {
-  const BoxVector step = goal - goal_, way = step - past_ * aim_;
+BoxReal BoxStep::length() const {
+  BoxReal size = solver::length(way);
+  for (std::size_t j = 0; j < kBoxVariables; ++j)
+    size.slope[j] = common(size.slope[j], lengthening[j] / size.value);
+  return narrowed(size);
+}
+
+void BoxChase::go(const BoxStep& step, const BoxReal& bone) {
+  const BoxVector way = step.way - past_ * aim_;
   BoxReal distance = length(way);
   BoxVector aim = way / distance;
   const IntervalVector along = aim.value(), before = aim_.value();
@@ -59,8 +66,14 @@ void BoxChase::go(const BoxVector& goal, const BoxReal& bone) {
   const IntervalVector aside = across(along, before);
   for (std::size_t j = 0; j < kBoxVariables; ++j) {
     // The way's slope in its parts: that of past_ turns up once, along the bone and across it.
-    const IntervalVector moved = step.slope(j) - past_.value * aim_.slope(j);
+    const IntervalVector step_moved = step.way.slope(j), aim_moved = past_.value * aim_.slope(j);
+    const IntervalVector moved = step_moved - aim_moved;
+    // along = (step - past_ aim_) / distance
+    const Interval lengthened =
+        (step.lengthening[j] - past_.value * dot(before, step_moved)) / distance.value;
     distance.slope[j] = common(distance.slope[j], dot(along, moved) - past_.slope[j] * kept);
+    distance.slope[j] =
+        common(distance.slope[j], lengthened - dot(along, aim_moved) - past_.slope[j] * kept);
     const IntervalVector turned = across(along, moved) - past_.slope[j] * aside;
     aim.x.slope[j] = common(aim.x.slope[j], turned.x / distance.value);
     aim.y.slope[j] = common(aim.y.slope[j], turned.y / distance.value);
@@ -68,7 +81,6 @@ void BoxChase::go(const BoxVector& goal, const BoxReal& bone) {
   }
   past_ = bone - narrowed(distance);
   aim_ = {narrowed(aim.x), narrowed(aim.y), narrowed(aim.z)};
-  goal_ = goal;
 }
 
 }  // namespace backbend::solver

@@ -29,21 +29,30 @@ class BoxCurve {
   BoxReal length_;
 };
 
+/// A vector over a box of poses of whose length more is known than its components say.
+struct BoxStep {
+  BoxVector way;
+  BoxSlopes lengthening;  // way . d way / d y_j
+
+  BoxReal length() const;
+};
+
 /// A chain whose bones turn each to its goal, and are as long as they are: the chase of
-/// lay_chain(), over a box of poses.
+/// lay_chain(), over a box of poses. In any unit of length.
 ///
 /// A joint stands past its goal, or short of it, along its bone. That one number is carried from
 /// bone to bone: enclosures of the joints themselves would widen in every direction with each.
 class BoxChase {
  public:
-  explicit BoxChase(const BoxVector& start) : goal_(start), past_(0.0) {}
+  BoxChase() : past_(0.0) {}
 
-  void go(const BoxVector& goal, const BoxReal& bone);
+  /// One bone on, whose goal lies `step` from the goal before it.
+  void go(const BoxStep& step, const BoxReal& bone);
   const BoxVector& aim() const { return aim_; }  // of the last bone, unit
-  BoxVector joint() const { return goal_ + past_ * aim_; }
+  const BoxReal& past() const { return past_; }  // how far its end is past its goal, along it
 
  private:
-  BoxVector goal_, aim_;
+  BoxVector aim_;
   BoxReal past_;
 };
 

@@ -189,6 +189,27 @@ std::vector<std::array<BoxVector, 4>> CurveMap::draw(std::span<const BoxVector> 
   return piece;
 }
 
+std::vector<std::array<BoxVector, 3>> CurveMap::legs(std::span<const BoxVector> step) const {
+  assert(step.size() + 1 == point_count_);
+  std::vector<std::array<BoxVector, 3>> piece(range_.size());
+  const double* w = weight_.data();
+  for (auto& legs : piece) {
+    for (BoxVector& leg : legs) {
+      leg = BoxVector(dvec3(0.0));
+      // A step moves all points after it.
+      double after = 0.0;
+      for (std::size_t k = step.size(); k > 0; --k) {
+        after += w[point_count_ + k] - w[k];
+        // What cancels but for its rounding.
+        if (std::abs(after) > 1e-15) leg = leg + BoxReal(after) * step[k - 1];
+      }
+      w += point_count_;
+    }
+    w += point_count_;
+  }
+  return piece;
+}
+
 void CurveMap::draw(std::span<const LaneVector> point, std::span<ArcLanes::Piece> piece) const {
   assert(point.size() == point_count_ && piece.size() == range_.size());
   const double* w = weight_.data();

@@ -117,6 +117,9 @@ class CurveMap {
   Curve draw(std::span<const glm::dvec3> point) const;
   /// Its pieces over a box of poses.
   std::vector<std::array<BoxVector, 4>> draw(std::span<const BoxVector> point) const;
+  /// The legs of its pieces' polygons over a box of poses, from the steps between the points:
+  /// point_count() - 1 of them.
+  std::vector<std::array<BoxVector, 3>> legs(std::span<const BoxVector> step) const;
   /// The pieces of four curves side by side; `piece` holds piece_count() of them.
   void draw(std::span<const LaneVector> point, std::span<ArcLanes::Piece> piece) const;
   std::size_t point_count() const { return point_count_; }

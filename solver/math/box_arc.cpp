@@ -26,9 +26,12 @@ Interval along(const Interval& p, const Interval& b, const Interval& c, const In
 
 }  // namespace
 
-BoxArc::BoxArc(const std::array<BoxVector, 4>& cv, int panels) : panels_(panels) {
+BoxArc::BoxArc(const std::array<BoxVector, 4>& cv, int panels)
+    : BoxArc(std::array{cv[1] - cv[0], cv[2] - cv[1], cv[3] - cv[2]}, panels) {}
+
+BoxArc::BoxArc(const std::array<BoxVector, 3>& legs, int panels) : panels_(panels) {
   const BoxReal three(3.0), six(6.0);
-  const BoxVector first = cv[1] - cv[0], second = cv[2] - cv[1], third = cv[3] - cv[2];
+  const auto& [first, second, third] = legs;
   a_ = coefficient(three * first);
   b_ = coefficient(six * (second - first));
   c_ = coefficient(three * ((third - second) - (second - first)));

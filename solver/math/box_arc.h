@@ -14,8 +14,14 @@ class BoxArc {
  public:
   /// More panels cost as much more, and bring lengths nearer: their error falls with the square.
   explicit BoxArc(const std::array<BoxVector, 4>& cv, int panels = 32);
+  /// Of the three legs of the curve's polygon.
+  explicit BoxArc(const std::array<BoxVector, 3>& legs, int panels = 32);
 
   const BoxReal& length() const { return length_; }
+  int panel_count() const { return panels_; }
+  /// Up to the begin of a panel, and from there to the end; panels are of equal parameter.
+  const BoxReal& until(int panel) const { return until_[std::size_t(panel)]; }
+  const BoxReal& after(int panel) const { return after_[std::size_t(panel)]; }
 
   /// The parameter at arc length `s` from the start, on the polynomial's own continuation past 1.
   /// There is one, and one only, at every pose of the box; not finite where that was not proved.

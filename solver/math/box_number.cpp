@@ -181,6 +181,14 @@ BoxReal smaller(const BoxReal& a, const BoxReal& b) {
   return narrowed(r);
 }
 
+BoxReal hull(const BoxReal& a, const BoxReal& b) {
+  BoxReal r;
+  r.value = hull(a.value, b.value);
+  r.center = hull(a.center, b.center);
+  for (std::size_t j = 0; j < kBoxVariables; ++j) r.slope[j] = hull(a.slope[j], b.slope[j]);
+  return r;
+}
+
 IntervalVector operator+(const IntervalVector& a, const IntervalVector& b) {
   return {a.x + b.x, a.y + b.y, a.z + b.z};
 }
@@ -367,19 +375,27 @@ BoxRates rates_of_aim(const BoxVector& velocity, const BoxVector& up) {
   return rate;
 }
 
-BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to) {
+namespace {
+
+/// `axis`: from x to.
+BoxSlopes roll_about(const IntervalVector& axis, const BoxVector& from, const BoxVector& to) {
   BoxSlopes roll;
   roll.fill(Interval::entire());
   const Interval one_and_cosine = Interval(1.0) + dot(from, to).value;
   if (!(one_and_cosine.lo > 0.0)) return roll;
-  const BoxVector axis = cross(from, to);
-  for (std::size_t j = 0; j < kBoxVariables; ++j) {
-    roll[j] = -(axis.x.value * (from.x.slope[j] + to.x.slope[j]) +
-                axis.y.value * (from.y.slope[j] + to.y.slope[j]) +
-                axis.z.value * (from.z.slope[j] + to.z.slope[j])) /
-              one_and_cosine;
-  }
+  for (std::size_t j = 0; j < kBoxVariables; ++j)
+    roll[j] = -(dot(axis, from.slope(j) + to.slope(j)) / one_and_cosine);
   return roll;
+}
+
+}  // namespace
+
+BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to) {
+  return roll_about(cross(from, to).value(), from, to);
+}
+
+BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to, const IntervalVector& turned) {
+  return roll_about(cross(from.value(), turned), from, to);
 }
 
 }  // namespace backbend::solver

@@ -52,6 +52,8 @@ BoxReal square_root(const BoxReal& a);
 BoxReal sine(const BoxReal& a);
 BoxReal cosine(const BoxReal& a);
 BoxReal smaller(const BoxReal& a, const BoxReal& b);
+/// Encloses both.
+BoxReal hull(const BoxReal& a, const BoxReal& b);
 
 struct IntervalVector {
   Interval x, y, z;
@@ -146,6 +148,8 @@ BoxRates rates_of_aim(const BoxVector& velocity, const BoxVector& up);
 /// Of q = (w, from x to / 2w), w the cosine of half the angle, the angular speed is twice the
 /// vector part of q' q*; its part along `to` comes to that.
 BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to);
+/// The same where `turned`, to - from, is known better than both: of arcs far smaller than the box.
+BoxSlopes roll_of_arc(const BoxVector& from, const BoxVector& to, const IntervalVector& turned);
 
 /// sin(t h) / sin(h) over cosines c = cos(h), 0 < c <= 1, 0 <= t <= 1: what a slerp takes of its
 /// end. Falls with c.

@@ -1,6 +1,7 @@
 #pragma once
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "solver/math/box_number.h"
@@ -18,7 +19,14 @@ struct BoxPose {
   /// Of each joint's world rotation, in the order of SpineSystem::joint_names(). Infinite where it
   /// may be undefined, or jump, somewhere in the box; a finite rate is proof that it does neither.
   std::vector<BoxRates> rate;
+  /// Variables that do nothing but roll each joint about its bone, by its share of them: rates are
+  /// the same however wide the box is along them.
+  std::array<bool, kBoxVariables> only_rolls{};
 };
+
+/// Variables that move some of the `count` controls from number `first` on, and no other control.
+std::array<bool, kBoxVariables> moved_alone(std::span<const BoxReal> control, std::size_t first,
+                                            std::size_t count = 1);
 
 /// RigidMotion over a box of poses.
 struct BoxMotion {
@@ -50,8 +58,15 @@ class BoxSolver {
   virtual bool has_fixed_gain() const { return false; }
   /// As SpineSystem::controls_for().
   virtual std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const = 0;
+  /// Why a control cannot vary over a box; empty: it can.
+  virtual std::string why_fixed(std::string_view) const { return {}; }
   /// The rig for one value per channel. Needs !why_not_on_boxes().
   virtual void solve_box(std::span<const BoxReal> control, BoxPose& pose) const = 0;
+  /// The rig for a body pose: solve_box(controls_for()), or narrower where controls lose what the
+  /// pose says.
+  virtual void solve_body_box(const BodyBox& body, Mapping mapping, BoxPose& pose) const {
+    solve_box(controls_for(body, mapping), pose);
+  }
 
   /// Why the places of its joints cannot be enclosed; empty: they can.
   virtual std::string why_no_places() const {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "solver/curves/box_curve.h"
+#include "solver/curves/box_tangents.h"
 #include "solver/curves/curve_chain.h"
 #include "solver/math/fast_trigonometry.h"
 #include "solver/math/rotation.h"
@@ -90,31 +91,39 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSol
 
   void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
     pose.rate.clear();
-    lay_box(control, [&](const BoxTransport& frame, const BoxVector&, const BoxReal& roll) {
-      pose.rate.push_back(frame.rates(roll));
-    });
+    const FkBones::BoxPose bones = bones_.pose(control);
+    lay_box<BoxRoll>(tangents_over(bones), bones.turn[0], control[6],
+                     [&](const BoxRoll& frame, const BoxReal& roll, const BoxChase&) {
+                       pose.rate.push_back(frame.rates(roll));
+                     });
     pose.rate.push_back(pose.rate.back());
+    pose.only_rolls = moved_alone(control, 6);
   }
 
   std::string why_no_places() const override { return {}; }
 
   void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
     places.turn.clear();
-    places.position.clear();
-    const LaidBox laid = lay_box(
-        control, [&](const BoxTransport& frame, const BoxVector& joint, const BoxReal& roll) {
+    const FkBones::BoxPose bones = bones_.pose(control);
+    const BoxTangents tangents = tangents_over(bones);
+    const BoxCurve curve(map_->draw(FkBones::five_points(bones)), 64);
+    const BoxReal even = tangents.length() / BoxReal(static_cast<double>(bone_count_));
+    places.position.assign(1, curve.start());
+    lay_box<BoxTransport>(
+        tangents, bones.turn[0], control[6],
+        [&](const BoxTransport& frame, const BoxReal& roll, const BoxChase& chain) {
           const std::size_t i = places.turn.size();
           places.turn.push_back(frame.turn() * turn_about(bones_.axes[0][0], roll) * uncarry_[i]);
-          places.position.push_back(joint);
+          const BoxVector goal = curve.point_at_share(double(i + 1) / double(bone_count_));
+          places.position.push_back(goal + (even * chain.past()) * chain.aim());
         });
     places.turn.push_back(places.turn.back());
-    places.position.push_back(laid.tip);
-    places.hip = {BoxTurn(), bones_.rest.joint[0], laid.bones.joint[0]};
-    places.chest = {laid.bones.turn[2], bones_.rest.joint[3], laid.bones.joint[3]};
+    places.hip = {BoxTurn(), bones_.rest.joint[0], bones.joint[0]};
+    places.chest = {bones.turn[2], bones_.rest.joint[3], bones.joint[3]};
     places.arms_follow_chest = arms_ == Arms::top;
-    places.arms = places.arms_follow_chest
-                      ? places.chest
-                      : BoxMotion{places.turn.back(), rest_.position.back(), laid.tip};
+    places.arms = places.arms_follow_chest ? places.chest
+                                           : BoxMotion{places.turn.back(), rest_.position.back(),
+                                                       places.position.back()};
     places.ends_on_chest = false;
   }
 
@@ -138,45 +147,47 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSol
     double aim_gap = 0.0;   // between the last bone and Top's X
   };
 
-  struct LaidBox {
-    FkBones::BoxPose bones;
-    BoxVector tip;
-  };
-  /// lay_chain() and carry_frames() over a box of poses; `visit` gets each bone with the joint that
-  /// it starts from and its roll.
-  template <class Visit>
-  LaidBox lay_box(std::span<const BoxReal> control, const Visit& visit) const {
-    LaidBox laid{bones_.pose(control), {}};
-    const BoxCurve curve(map_->draw(FkBones::five_points(laid.bones)), 64);
-    const BoxReal length = bone_over(curve), roll = control[6];
-    BoxTransport frame(laid.bones.turn[0], bones_.axes[0][0]);
-    BoxChase chain(curve.start());
+  /// The chain over a box of poses, in units of an even bone: the curve's length over bone_count_.
+  /// `visit` gets each bone's Frame (BoxRoll or BoxTransport) with its roll, and the chase that has
+  /// gone to its end.
+  template <class Frame, class Visit>
+  void lay_box(const BoxTangents& tangents, const BoxTurn& lower, const BoxReal& roll,
+               const Visit& visit) const {
+    const BoxReal bone = bone_over(tangents);
+    Frame frame(lower, bones_.axes[0][0]);
+    BoxChase chain;
     for (std::size_t i = 0; i < bone_count_; ++i) {
-      const double share = double(i + 1) / double(bone_count_);
-      const BoxVector joint = i == 0 ? curve.start() : chain.joint();
-      chain.go(curve.point_at_share(share), length);
+      const double from = double(i) / double(bone_count_);
+      const double to = double(i + 1) / double(bone_count_);
+      chain.go(tangents.mean_between(from, to), bone);
       frame.go(chain.aim());
-      visit(frame, joint, BoxReal(share) * roll);
+      visit(frame, BoxReal(to) * roll, chain);
     }
-    laid.tip = chain.joint();
-    return laid;
   }
 
-  BoxReal bone_over(const BoxCurve& curve) const {
-    const BoxReal bones(static_cast<double>(bone_count_));
-    const auto null = [&](int i) { return curve.point_at_share(double(i) / (kNullCount - 1)); };
+  BoxTangents tangents_over(const FkBones::BoxPose& bones) const {
+    return BoxTangents(map_->legs(FkBones::five_steps(bones)), 32);
+  }
+
+  /// A bone's length over the curve's length divided by bone_count_. A gap between two nulls is the
+  /// mean tangent between them times their share.
+  BoxReal bone_over(const BoxTangents& tangents) const {
+    const auto gap = [&](int i) {
+      return tangents.mean_between(double(i - 1) / (kNullCount - 1), double(i) / (kNullCount - 1))
+          .length();
+    };
     switch (length_) {
       case BoneLength::rest:
-        return BoxReal(rest_curve_length_) / bones;
+        return BoxReal(rest_curve_length_) / tangents.length();
       case BoneLength::arc:
-        return curve.length() / bones;
+        return 1.0;
       case BoneLength::null_sum: {
         BoxReal sum(0.0);
-        for (int i = 1; i < kNullCount; ++i) sum = sum + solver::length(null(i) - null(i - 1));
-        return sum / bones;
+        for (int i = 1; i < kNullCount; ++i) sum = sum + gap(i);
+        return sum / BoxReal(double(kNullCount - 1));
       }
       default:
-        return solver::length(null(1) - curve.start()) * BoxReal(double(kNullCount - 1)) / bones;
+        return gap(1);
     }
   }
 

@@ -75,7 +75,8 @@ FkBones::BoxPose FkBones::pose(std::span<const BoxReal> control) const {
     const BoxTurn still =
         euler_turn(axes[k], from_euler_xyz(BoxReal(0.0), control[3 * k + 1], control[3 * k + 2]));
     const BoxVector bone(rest.joint[k + 1] - rest.joint[k]);
-    p.joint[k + 1] = p.joint[k] + (k == 0 ? still : p.turn[k - 1] * still) * bone;
+    p.bone[k] = (k == 0 ? still : p.turn[k - 1] * still) * bone;
+    p.joint[k + 1] = p.joint[k] + p.bone[k];
   }
   return p;
 }
@@ -114,6 +115,12 @@ std::array<BoxVector, 5> FkBones::five_points(const BoxPose& pose) {
   const auto& j = pose.joint;
   const BoxReal half(0.5);
   return {j[0], half * (j[0] + j[1]), half * (j[1] + j[2]), half * (j[2] + j[3]), j[3]};
+}
+
+std::array<BoxVector, 4> FkBones::five_steps(const BoxPose& pose) {
+  const BoxReal half(0.5);
+  const auto& b = pose.bone;
+  return {half * b[0], half * b[0] + half * b[1], half * b[1] + half * b[2], half * b[2]};
 }
 
 std::vector<double> fk_controls_for(const BodyPose& body, Mapping mapping) {

@@ -44,6 +44,7 @@ struct FkBones {
   /// The bones over a box of poses.
   struct BoxPose {
     std::array<BoxVector, 4> joint;
+    std::array<BoxVector, 3> bone;  // from joint to joint
     std::array<BoxTurn, 3> turn;
   };
   BoxPose pose(std::span<const BoxReal> control) const;
@@ -57,6 +58,8 @@ struct FkBones {
   /// their bones (R21, R24).
   static std::array<glm::dvec3, 5> five_points(const Pose& pose);
   static std::array<BoxVector, 5> five_points(const BoxPose& pose);
+  /// The steps between them.
+  static std::array<BoxVector, 4> five_steps(const BoxPose& pose);
 
   /// Axis `i` (0 along the bone, 1 forward, 2 left) of bone `k` in a pose.
   glm::dvec3 axis(const Pose& pose, int k, int i) const { return pose.turn[k] * axes[k][i]; }

@@ -5,11 +5,14 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/curves/box_tangents.h"
 #include "solver/curves/path_frames.h"
 #include "solver/curves/walk.h"
 #include "solver/math/rotation.h"
+#include "solver/rig/box_solver.h"
 #include "solver/rig/chain_measures.h"
 #include "solver/rig/option_reader.h"
+#include "solver/systems/box_transport.h"
 #include "solver/systems/system_base.h"
 
 namespace backbend::solver {
@@ -34,7 +37,7 @@ double interpolated(std::span<const double> at, std::span<const double> value, d
   return value.back();
 }
 
-class Snake final : public FormulaSystem {
+class Snake final : public FormulaSystem, public BoxSolver {
   enum ChannelIndex { kSlide, kAmplitude, kFrequency, kOffset, kStretchy, kLead, kFirstList };
 
  public:
@@ -45,9 +48,6 @@ class Snake final : public FormulaSystem {
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
     std::vector<double> control;
     for (const Channel& channel : channels_) control.push_back(channel.rest);
-    const auto share = [&](double u) {
-      return mapping == Mapping::spread ? u : std::max(0.0, 2.0 * u - 1.0);
-    };
     // An empty pose is the rest to the last bit.
     const int bent = body.extension == body.flexion && body.side == 0.0 ? 0 : controls_;
     dvec3 at(0.0), before(0.0);
@@ -57,7 +57,7 @@ class Snake final : public FormulaSystem {
         at = before = place.position;
       } else {
         // The curve's ends point along its first and last steps: those have none and all of it.
-        const double w = share((i - 1.0) / (controls_ - 2));
+        const double w = bend_share(i, mapping);
         const dquat frame(place.frame);
         const dquat bend = from_euler_xyz(-w * (body.extension - body.flexion), w * body.side, 0.0);
         at += frame * bend * glm::conjugate(frame) * (place.position - before);
@@ -67,9 +67,68 @@ class Snake final : public FormulaSystem {
       for (int axis = 0; axis < 3; ++axis) control[detail_ + 3 * i + axis] = detail[axis];
     }
     for (std::size_t k = 0; k < key_u_.size(); ++k) {
-      control[twist_ + k] = share(key_u_[k]) * body.twist;
+      control[twist_ + k] = share(key_u_[k], mapping) * body.twist;
     }
     return control;
+  }
+
+  std::string why_not_on_boxes() const override {
+    if (nearest_) return "closest = \"nearest\" has no interval form yet";
+    if (channels_[kLead].rest != 0.0) return "lead has no interval form yet";
+    return {};
+  }
+
+  std::string why_fixed(std::string_view control) const override {
+    const bool ribbon = control.substr(0, 7) == "ribbon.";
+    if (!ribbon && control != "slide" && control != "stretchy" && control != "lead") return {};
+    return "has no interval form yet, and stays at rest in a proof";
+  }
+
+  std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
+    std::vector<BoxReal> control;
+    for (const Channel& channel : channels_) control.emplace_back(channel.rest);
+    BoxVector moved(dvec3(0.0));
+    for (int i = 1; i < controls_; ++i) {
+      const PathFrames::Place place = frames_.at(start_u_[i]);
+      moved = moved + bent_step(body, mapping, i) - BoxVector(rest_step(i));
+      const BoxVector detail = glm::transpose(place.frame) * moved;
+      control[std::size_t(detail_ + 3 * i)] = detail.x;
+      control[std::size_t(detail_ + 3 * i + 1)] = detail.y;
+      control[std::size_t(detail_ + 3 * i + 2)] = detail.z;
+    }
+    for (std::size_t k = 0; k < key_u_.size(); ++k)
+      control[twist_ + k] = BoxReal(share(key_u_[k], mapping)) * body.twist;
+    return control;
+  }
+
+  void solve_box(std::span<const BoxReal> c, BoxPose& pose) const override {
+    std::vector<BoxVector> step;
+    BoxVector before(dvec3(0.0));
+    for (int i = 0; i < controls_; ++i) {
+      const PathFrames::Place place = frames_.at(start_u_[i]);
+      const auto detail = c.subspan(std::size_t(detail_ + 3 * i), 3);
+      std::array<BoxReal, 3> local{detail[0], detail[1], detail[2]};
+      const BoxReal phase = (BoxReal(start_u_[i]) + BoxReal(0.01) * c[kOffset]) * c[kFrequency];
+      local[std::size_t(axis_)] =
+          local[std::size_t(axis_)] + c[kAmplitude] * c[std::size_t(blend_ + i)] * sine(phase);
+      const BoxVector moved = place.frame * BoxVector(local[0], local[1], local[2]);
+      if (i > 0) step.push_back(BoxVector(rest_step(i)) + (moved - before));
+      before = moved;
+    }
+    const auto twist = c.subspan(std::size_t(twist_), key_u_.size());
+    turn_over(step, twist, pose);
+    pose.only_rolls = moved_alone(c, std::size_t(twist_), twist.size());
+  }
+
+  /// From the steps that the pose bends: summed up to details and taken apart again, each would be
+  /// as wide as all before it.
+  void solve_body_box(const BodyBox& body, Mapping mapping, BoxPose& pose) const override {
+    std::vector<BoxVector> step;
+    for (int i = 1; i < controls_; ++i) step.push_back(bent_step(body, mapping, i));
+    std::vector<BoxReal> twist;
+    for (const double u : key_u_) twist.push_back(BoxReal(share(u, mapping)) * body.twist);
+    turn_over(step, twist, pose);
+    pose.only_rolls = moved_alone(std::array{body.twist, body.back, body.side}, 0);
   }
 
   std::string_view why_without(BodyChannel) const override {
@@ -124,6 +183,105 @@ class Snake final : public FormulaSystem {
   }
 
  private:
+  /// What a place on the body, 0 tail to 1 head, has of a bend or twist of the whole.
+  static double share(double u, Mapping mapping) {
+    return mapping == Mapping::spread ? u : std::max(0.0, 2.0 * u - 1.0);
+  }
+  /// The same of the step to control `i`, from 1.
+  double bend_share(int i, Mapping mapping) const {
+    return share((i - 1.0) / (controls_ - 2), mapping);
+  }
+
+  dvec3 rest_step(int i) const {
+    return frames_.at(start_u_[i]).position - frames_.at(start_u_[i - 1]).position;
+  }
+
+  BoxVector bent_step(const BodyBox& body, Mapping mapping, int i) const {
+    const BoxReal w(bend_share(i, mapping));
+    const glm::dmat3 frame = frames_.at(start_u_[i]).frame;
+    const BoxTurn bend = from_euler_xyz(-(w * body.back), w * body.side, BoxReal(0.0));
+    return frame * (bend * (glm::transpose(frame) * BoxVector(rest_step(i))));
+  }
+
+  /// The interpolated() twist at a place `u` over a box, 0 to 1. Of use for its slopes.
+  BoxReal twist_over(std::span<const BoxReal> key, const BoxReal& u) const {
+    const auto at = [&](std::size_t i) {
+      if (implicit_start_ && i == 0) return BoxReal(0.0);
+      if (implicit_end_ && i + 1 == twist_u_.size()) return BoxReal(0.0);
+      return key[implicit_start_ ? i - 1 : i];
+    };
+    BoxReal all;
+    bool first = true;
+    for (std::size_t i = 1; i < twist_u_.size(); ++i) {
+      const double from = twist_u_[i - 1], to = twist_u_[i];
+      if (u.value.hi < from || u.value.lo > to) continue;
+      BoxReal f = (u - BoxReal(from)) / BoxReal(Interval(to) - from);
+      f.value = common(f.value, Interval(0.0, 1.0));
+      const BoxReal own = at(i - 1) + f * (at(i) - at(i - 1));
+      all = first ? own : hull(all, own);
+      first = false;
+    }
+    return first ? BoxReal::undefined() : all;
+  }
+
+  /// As many panels as make a panel's turn no wider than the box.
+  static int panels_for(const std::vector<BoxVector>& step) {
+    constexpr double kTurnOfAPiece = 0.2, kFewest = 8.0, kMost = 48.0;
+    double widest = 0.0;
+    for (const BoxVector& s : step) {
+      for (std::size_t j = 0; j < kBoxVariables; ++j)
+        widest = std::max(widest, (length(s.slope(j)) / length(s.value())).hi);
+    }
+    return int(std::clamp(kTurnOfAPiece / widest, kFewest, kMost));
+  }
+
+  /// How fast the joints of a body turn whose controls are these steps apart.
+  ///
+  /// Where a joint stands on its curve needs no solving: an arc is longer than its chord by no more
+  /// than on a circle of the largest bend (Schur's theorem). With the unit chord c of a bone
+  /// between arcs s and t, (c . T(t)) t' = (c . T(s)) s' - c . (the mean of T' between them) (t -
+  /// s); and c is within the bone's own bend of every tangent between.
+  void turn_over(const std::vector<BoxVector>& step, std::span<const BoxReal> twist,
+                 BoxPose& pose) const {
+    constexpr double kMostTurnOfABone = 1.0;
+    BoxRates jump;
+    jump.fill(std::numeric_limits<double>::infinity());
+    pose.rate.assign(std::size_t(joints_), jump);
+    const BoxTangents tangents(bspline_legs(step), panels_for(step));
+    if (!tangents.is_finite()) return;
+    const Interval bend(tangents.most_bend());
+    const BoxReal pieces(double(controls_ - 3));
+    BoxRoll frame(BoxTurn(start_), kAxisX);
+    Interval arc(0.0);
+    BoxSlopes moved{};
+    IntervalVector turned;  // from the tangent of the joint before
+    for (std::size_t k = 0;; ++k) {
+      const BoxTangents::Place place = tangents.at_arc(arc, moved);
+      if (k == 0) {
+        frame.go(place.tangent);
+      } else {
+        frame.go(place.tangent, turned);
+      }
+      pose.rate[k] = frame.rates(twist_over(twist, place.piece / pieces));
+      if (k == rest_bone_.size()) break;
+
+      // asin(x) is at most x (1 + (pi / 2 - 1) x^2) up to 1.
+      const Interval bone(rest_bone_[k]), half = Interval(0.5) * bend * bone;
+      const Interval longest = bone * (Interval(1.0) + Interval(0.571) * square(half));
+      const Interval most_turned = bend * longest;
+      if (!(most_turned.hi < kMostTurnOfABone)) return;
+      const Interval way(bone.lo, longest.hi), next = arc + way;
+      turned = way * tangents.bend_over(hull(arc, next));
+      const Interval lean = cosine(most_turned);
+      for (std::size_t j = 0; j < kBoxVariables; ++j) {
+        const Interval slid = longest * most_turned * Interval(tangents.most_turn()[j]);
+        const double most = ((Interval(moved[j].most()) + slid) / lean).hi;
+        moved[j] = {-most, most};
+      }
+      arc = next;
+    }
+  }
+
   Snake(const SystemSpec& spec, const RestChain& chain, OptionReader read)
       : joints_(read.integer("joints", 100, 2, 1000)),
         controls_(read.integer("controls", 16, 4, 200)),
@@ -290,7 +448,8 @@ class Snake final : public FormulaSystem {
     for (int k = 0; k + 1 < joints_; ++k)
       rest_bone_.push_back(glm::length(joint[k + 1] - joint[k]));
     rest_frame_.resize(joints_);
-    transport_along(body.start, rest_tangent_, rest_frame_);
+    start_ = body.start;
+    transport_along(start_, rest_tangent_, rest_frame_);
     SpinePose rest;
     fill(control, Detail::all, rest);
     rest.position = std::move(joint);
@@ -390,6 +549,7 @@ class Snake final : public FormulaSystem {
   std::vector<double> twist_u_;                          // the same with both ends
   bool implicit_start_ = false, implicit_end_ = false;
   std::vector<double> rest_u_, rest_bone_;
+  dquat start_{1, 0, 0, 0};  // of the first control's frame at rest
   std::vector<dvec3> rest_tangent_;
   std::vector<dquat> rest_frame_;
 };

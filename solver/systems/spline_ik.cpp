@@ -52,7 +52,7 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
 
   void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
     pose.rate.clear();
-    lay_box(control, [&](const BoxTransport& frame, const BoxVector&) {
+    lay_box<BoxRoll>(control, [&](const BoxRoll& frame, const BoxVector&) {
       pose.rate.push_back(frame.rates());
     });
     pose.rate.push_back(pose.rate.back());
@@ -64,7 +64,7 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
     places.turn.clear();
     places.position.clear();
     const HipChest::BoxEnds ends =
-        lay_box(control, [&](const BoxTransport& frame, const BoxVector& joint) {
+        lay_box<BoxTransport>(control, [&](const BoxTransport& frame, const BoxVector& joint) {
           places.turn.push_back(frame.turn());
           places.position.push_back(joint);
         });
@@ -113,11 +113,11 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
   }
 
   /// Lays the bones over a box of poses; `visit` gets each with the joint that it starts from.
-  template <class Visit>
+  template <class Frame, class Visit>
   HipChest::BoxEnds lay_box(std::span<const BoxReal> control, const Visit& visit) const {
     const HipChest::BoxEnds ends = hip_chest_.ends(control);
     const BoxArc arc(ends.cv, 64);
-    BoxTransport frame(ends.hip_turn, hip_chest_.rest_direction());
+    Frame frame(ends.hip_turn, hip_chest_.rest_direction());
     BoxReal from(0.0);
     for (int k = 0; k < bones_; ++k) {
       const BoxReal to =

@@ -111,10 +111,11 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
 
   void solve_box(std::span<const BoxReal> control, BoxPose& pose) const override {
     pose.rate.clear();
-    lay_box(control, [&](const BoxTransport& frame, const BoxVector&, const BoxReal& twist) {
+    lay_box<BoxRoll>(control, [&](const BoxRoll& frame, const BoxVector&, const BoxReal& twist) {
       pose.rate.push_back(frame.rates(twist));
     });
     pose.rate.push_back(pose.rate.back());
+    pose.only_rolls = moved_alone(control, 3);
   }
 
   std::string why_no_places() const override { return {}; }
@@ -122,7 +123,7 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
   void place_box(std::span<const BoxReal> control, BoxPlaces& places) const override {
     places.turn.clear();
     places.position.clear();
-    const LaidBox laid = lay_box(
+    const LaidBox laid = lay_box<BoxTransport>(
         control, [&](const BoxTransport& frame, const BoxVector& joint, const BoxReal& twist) {
           const std::size_t k = places.turn.size();
           BoxTurn turn = frame.turn() * start_frame_;
@@ -173,7 +174,7 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
   };
   /// The chain over a box of poses; `visit` gets each bone with the joint that it starts from and
   /// the twist about it.
-  template <class Visit>
+  template <class Frame, class Visit>
   LaidBox lay_box(std::span<const BoxReal> c, const Visit& visit) const {
     const HipChest::BoxEnds ends = hip_chest_->ends(c);
     const BoxArc arc(ends.cv, 256);
@@ -200,7 +201,7 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
     const BoxReal used = carve_ == Carve::span ? smaller(shortened * rest, arc.length())
                                                : smaller(shortened, 1.0) * arc.length();
     const BoxReal twist = c[3] - c[0];
-    BoxTransport frame(ends.hip_turn, hip_chest_->rest_direction());
+    Frame frame(ends.hip_turn, hip_chest_->rest_direction());
     BoxReal from(0.0);
     for (int k = 0; k < bones_; ++k) {
       BoxReal to;

@@ -132,21 +132,37 @@ const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system) {
   return *solver;
 }
 
+void check_controls(const ProofBox& box, const solver::SpineSystem& system,
+                    const solver::BoxSolver& solver) {
+  if (!box.of_controls) return;
+  for (const ProofAxis& axis : box.axis) {
+    const std::string why = solver.why_fixed(axis.channel);
+    if (axis.varies() && !why.empty())
+      throw ProofError(std::string(system.name()) + ": " + axis.channel + " " + why);
+  }
+}
+
 std::array<bool, kProofAxes> PartGain::idle() const {
   std::array<bool, kProofAxes> still{};
-  for (std::size_t j = 0; j < still.size(); ++j) still[j] = along[j] < kNoGain;
+  for (std::size_t j = 0; j < still.size(); ++j) still[j] = along[j] < kNoGain || only_rolls[j];
   return still;
 }
+
+namespace {
+
+solver::BodyBox body_over(const ProofBox& whole, const SubBox& part) {
+  const auto own = [&](std::size_t j) {
+    return variable_of(whole.axis[j], int(j), part.low[j], part.high[j], true);
+  };
+  return {own(0), own(1), own(2)};
+}
+
+}  // namespace
 
 std::vector<BoxReal> controls_over(const ProofBox& whole, const solver::SpineSystem& system,
                                    const solver::BoxSolver& solver, solver::Mapping mapping,
                                    const SubBox& part) {
-  if (!whole.of_controls) {
-    const auto own = [&](std::size_t j) {
-      return variable_of(whole.axis[j], int(j), part.low[j], part.high[j], true);
-    };
-    return solver.controls_for(solver::BodyBox{own(0), own(1), own(2)}, mapping);
-  }
+  if (!whole.of_controls) return solver.controls_for(body_over(whole, part), mapping);
   std::vector<BoxReal> control;
   for (const solver::Channel& c : system.channels()) {
     control.emplace_back(c.rest);
@@ -163,9 +179,14 @@ PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& sys
                    const solver::BoxSolver& solver, const SubBox& part) {
   const ProofBox& whole = question.box;
   solver::BoxPose pose;
-  solver.solve_box(controls_over(whole, system, solver, question.mapping, part), pose);
+  if (whole.of_controls) {
+    solver.solve_box(controls_over(whole, system, solver, question.mapping, part), pose);
+  } else {
+    solver.solve_body_box(body_over(whole, part), question.mapping, pose);
+  }
 
   PartGain most;
+  most.only_rolls = pose.only_rolls;
   for (std::size_t j = 0; j < whole.axis.size(); ++j) {
     if (!whole.axis[j].varies()) continue;
     // Rates are radians for half the part's width; gains are degrees for a degree, or for a unit.
@@ -206,6 +227,7 @@ std::array<bool, kProofAxes> idle_axes(const ProofQuestion& question,
 void prove(const ProofQuestion& question, const solver::SpineSystem& system, ProofTree& tree,
            Progress& progress) {
   const solver::BoxSolver& solver = box_solver_of(system);
+  check_controls(question.box, system, solver);
   const Refuter refuter(question, system);
   constexpr std::size_t kChunk = 2048;
 

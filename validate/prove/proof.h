@@ -87,6 +87,9 @@ void prove(const ProofQuestion& question, const solver::SpineSystem& system, Pro
 
 /// The rig's BoxSolver. Throws ProofError naming the system and the reason where it has none.
 const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system);
+/// Throws ProofError for a box of controls along one that its solver cannot vary over boxes.
+void check_controls(const ProofBox& box, const solver::SpineSystem& system,
+                    const solver::BoxSolver& solver);
 
 /// The rig's controls over a part of a box: exact, or one variable for each axis that varies.
 std::vector<solver::BoxReal> controls_over(const ProofBox& whole, const solver::SpineSystem& system,
@@ -97,10 +100,11 @@ std::vector<solver::BoxReal> controls_over(const ProofBox& whole, const solver::
 /// channel alone; infinite where a joint may jump.
 struct PartGain {
   std::array<double, kProofAxes> along{};
+  std::array<bool, kProofAxes> only_rolls{};  // as BoxPose's
 
   double most() const { return *std::max_element(along.begin(), along.end()); }
-  /// Axes along which nothing turns: what is unknown of a part is the same over all of them, and no
-  /// split there says more.
+  /// Axes along which nothing turns, or all does by fixed shares: what is unknown of a part is the
+  /// same over all of them, and no split there says more.
   std::array<bool, kProofAxes> idle() const;
 };
 PartGain gain_over(const ProofQuestion& question, const solver::SpineSystem& system,

@@ -318,6 +318,7 @@ TEST(BoxCurve, EnclosesPlacesOnEveryPieceAndWhereTheyMeet) {
 struct BoxCase {
   const char* name;
   SystemSpec spec;
+  double panel = 0.0;  // by how much gains differ on a panel of its curve, which has one bound
 };
 
 std::vector<BoxCase> box_cases() {
@@ -341,6 +342,10 @@ std::vector<BoxCase> box_cases() {
                          {"arms", std::string("top")}}}},
       {"curve_null_sum", {"curve", Options{{"length", std::string("null_sum")}}}},
       {"curve_rest", {"curve", Options{{"length", std::string("rest")}}}},
+      {"snake", {"snake", {}}, 0.1},
+      {"snake_short",
+       {"snake", Options{{"joints", 40.0}, {"controls", 6.0}, {"twist_u", std::vector{0.3, 0.9}}}},
+       0.1},
       {"stretchy", {"stretchy", {}}},
       {"stretchy_kept",
        {"stretchy",
@@ -371,8 +376,7 @@ TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
       const Mapping mapping = i % 2 == 0 ? Mapping::chest : Mapping::spread;
       const Box box(random, 1.1, i % 4 < 2 ? 0.01 : 0.1);
       BoxPose pose;
-      solver->solve_box(solver->controls_for(BodyBox{box.of[0], box.of[1], box.of[2]}, mapping),
-                        pose);
+      solver->solve_body_box({box.of[0], box.of[1], box.of[2]}, mapping, pose);
       ASSERT_EQ(pose.rate.size(), system->rest().joint_count());
       for (int j = 0; j < 3; ++j) {
         double y[3];
@@ -468,7 +472,7 @@ TEST_P(BoxSolvers, ASmallBoxHasTheGainOfItsPose) {
   BoxReal of[3];
   for (int j = 0; j < 3; ++j) of[j] = BoxReal::variable(j, at[j] - half, at[j] + half);
   BoxPose pose;
-  solver->solve_box(solver->controls_for(BodyBox{of[0], of[1], of[2]}, Mapping::chest), pose);
+  solver->solve_body_box({of[0], of[1], of[2]}, Mapping::chest, pose);
   for (int j = 0; j < 3; ++j) {
     double from[3] = {at[0], at[1], at[2]}, to[3] = {at[0], at[1], at[2]};
     from[j] -= half;
@@ -480,7 +484,8 @@ TEST_P(BoxSolvers, ASmallBoxHasTheGainOfItsPose) {
     for (std::size_t k = 0; k < pose.rate.size(); ++k) {
       const double gain = angle_between(a.turn[k], b.turn[k]) / (2.0 * half);
       const double bound = pose.rate[k][std::size_t(j)] / half;
-      EXPECT_NEAR(bound, gain, 0.02 * gain + 0.02) << "joint " << k << " variable " << j;
+      EXPECT_NEAR(bound, gain, 0.02 * gain + 0.02 + GetParam().panel)
+          << "joint " << k << " variable " << j;
     }
   }
 }

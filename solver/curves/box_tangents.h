@@ -1,0 +1,73 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <vector>
+
+#include "solver/curves/box_curve.h"
+#include "solver/math/box_number.h"
+
+namespace backbend::solver {
+
+/// The unit tangent of a curve of cubic Bezier pieces, asked by arc length, over a box of poses of
+/// any size.
+///
+/// Each piece is cut into panels, and on each the tangent and what moves it are enclosed. No place
+/// is solved for: it is on one of the panels that may hold it, and what is said of it holds on all
+/// of them. So widths grow gently with the box, where Newton's operator stops at a size.
+class BoxTangents {
+ public:
+  /// The three legs of a piece's Bezier polygon. Taken from the curve's points, these would be as
+  /// wide as all that lies between the curve's start and the piece.
+  using Legs = std::array<BoxVector, 3>;
+
+  /// Pieces in order, which have the same direction where they meet. Not finite where the speed may
+  /// vanish.
+  BoxTangents(const std::vector<Legs>& piece, int panels);
+
+  bool is_finite() const { return finite_; }
+  const BoxReal& length() const { return length_; }
+  /// Radians per length, at most, anywhere on the curve and at every pose.
+  double most_bend() const { return most_bend_; }
+  /// How fast the tangent turns at any fixed arc length, at most, as a pose's variables move.
+  const BoxRates& most_turn() const { return most_turn_; }
+
+  /// The mean of the tangent over the arc between two shares of the length, 0 to 1: the chord
+  /// between them over its arc's length.
+  BoxStep mean_between(double from, double to) const;
+
+  /// d tangent / d arc length anywhere between two arc lengths from the start; 0 past the end.
+  IntervalVector bend_over(const Interval& arc) const;
+
+  /// At an arc length from the start, on the straight continuation past the end.
+  struct Place {
+    BoxVector tangent;
+    BoxReal piece;  // which piece, and the parameter on it; the number of pieces past the end
+  };
+  /// Of an arc length given by its enclosure and its slopes. Needs is_finite().
+  Place at_arc(const Interval& arc, const BoxSlopes& slope) const;
+
+ private:
+  struct Panel {
+    BoxVector tangent, at_share;  // at a fixed parameter; at a fixed share of the length
+    IntervalVector bend;
+    Interval speed, arc, share, piece;
+    BoxSlopes arc_slope;  // of the arc up to a fixed parameter
+  };
+  void add_panels(const Legs& legs, const BoxArc& arc, double number, const BoxReal& before,
+                  const BoxReal& after);
+
+  std::vector<Panel> panel_;
+  BoxReal length_;
+  BoxVector end_;                  // the tangent there
+  BoxCurve middle_;                // the curve at the box's middle
+  std::optional<BoxCurve> whole_;  // of boxes so small that places solved for are the narrower
+  double most_bend_ = 0.0;
+  BoxRates most_turn_{};
+  bool finite_ = true;
+};
+
+/// The legs of the pieces of a clamped uniform cubic B-spline of four or more CVs, as
+/// Curve::bspline() has them, from the steps between its CVs.
+std::vector<BoxTangents::Legs> bspline_legs(const std::vector<BoxVector>& step);
+
+}  // namespace backbend::solver
