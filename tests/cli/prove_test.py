@@ -59,12 +59,13 @@ class Prove(CommandTest):
                             names=["whole.json", "box"])
 
     def test_what_cannot_be_proved_is_refused_by_name(self):
-        for rig, reason in (("snake", "snake"), ("curve:roll=full", "full"), ("stretchy:lead=0.5", "lead"), ("neck:limits=[10,10,10,10]", "limits"), ("isner:slerp=raw", "raw"),
+        for rig, reason in (("snake:lead=0.5", "lead"), ("curve:roll=full", "full"), ("stretchy:lead=0.5", "lead"), ("neck:limits=[10,10,10,10]", "limits"), ("isner:slerp=raw", "raw"),
                             ("command:true", "backbend hunt")):
             self.assert_refused("prove", rig, code=BAD_INPUT, names=[reason])
         for box, reason in (("extension=10:0", "10"), ("extension=5", "empty"), ("extension=0:inf", "finite"),
                             ("nosuch", "nosuch")):
             self.assert_refused("prove", "--box", box, code=BAD_INPUT, names=[reason])
+        self.assert_refused("prove", "snake", "--box", "slide=0:1", code=BAD_INPUT, names=["slide"])
         wrong = self.write("box.toml", "[box]\nextension = [0, 10, 20]\n")
         self.assert_refused("prove", "--box", wrong, code=BAD_INPUT, names=["box.toml:2"])
         self.assert_refused("prove", "--resume", code=USAGE, names=["-o"])

@@ -2,11 +2,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <glm/geometric.hpp>
 #include <memory>
 #include <random>
 
 #include "solver/curves/box_curve.h"
+#include "solver/curves/box_tangents.h"
 #include "solver/curves/box_walk.h"
 #include "solver/curves/curve.h"
 #include "solver/math/box_arc.h"
@@ -313,6 +315,148 @@ TEST(BoxCurve, EnclosesPlacesOnEveryPieceAndWhereTheyMeet) {
   }
   EXPECT_GT(finite, 5000);
   EXPECT_GT(meeting, 300);
+}
+
+/// Tangents by arc length, their means, and how both move, on curves of one to four pieces.
+TEST(BoxTangents, EncloseThoseOfEveryCurveOfTheBox) {
+  std::mt19937 random(18);
+  int means = 0, places = 0, past = 0, narrow = 0;
+  for (int i = 0; i < 120; ++i) {
+    const int points = 4 + i % 4;
+    const CurveMap map(CurveMap::Kind::bspline, std::size_t(points));
+    const Box box(random, 0.6, i % 2 == 0 ? 0.001 : 0.1);
+    const auto steps = [&](const auto& x, const auto& y, const auto& z, auto vector) {
+      std::vector<decltype(vector(x, y, z))> all;
+      for (int k = 0; k + 1 < points; ++k)
+        all.push_back(vector(0.1 * k * x, 1.0 + 0.1 * y, 0.2 * k * z));
+      return all;
+    };
+    const auto own = steps(
+        box.of[0], box.of[1], box.of[2],
+        [](const BoxReal& a, const BoxReal& b, const BoxReal& c) { return BoxVector(a, b, c); });
+    const BoxTangents tangents(i % 3 == 0 ? map.legs(own) : bspline_legs(own), 16);
+    ASSERT_TRUE(tangents.is_finite());
+    // A place that moves along as the pose does.
+    const double arc = 0.9 + 0.8 * uniform(random) + (i % 8 == 0 ? double(points) : 0.0);
+    BoxSlopes slope;
+    for (Interval& s : slope) s = 0.05 * uniform(random);
+    double spread = 0.0;
+    for (const Interval& s : slope) spread += s.most();
+    const BoxTangents::Place place = tangents.at_arc({arc - spread, arc + spread}, slope);
+    const double from = 0.4 + 0.4 * uniform(random), to = from + 0.1;
+    const BoxStep mean = tangents.mean_between(from, to);
+    ASSERT_TRUE(mean.way.is_finite() && place.tangent.is_finite());
+    narrow += mean.way.y.value.width() < 0.02;
+    for (int sample = 0; sample < 4; ++sample) {
+      double y[3];
+      for (double& one : y) one = 0.99 * uniform(random);
+      const auto drawn = [&](int j, double shift) {
+        double x[3];
+        for (int k = 0; k < 3; ++k) x[k] = box.at(k, y[k] + (k == j ? shift : 0.0));
+        std::vector<glm::dvec3> point{{0, 0, 0}};
+        for (const glm::dvec3& s : steps(x[0], x[1], x[2], [](double a, double b, double c) {
+               return glm::dvec3(a, b, c);
+             }))
+          point.push_back(point.back() + s);
+        return map.draw(point);
+      };
+      const auto mean_of = [&](const Curve& c) {
+        return (c.at_fraction(to).position - c.at_fraction(from).position) / (0.1 * c.length());
+      };
+      const auto arc_at = [&](int j, double shift) {
+        double at = arc;
+        for (int k = 0; k < 3; ++k) at += slope[k].lo * (y[k] + (k == j ? shift : 0.0));
+        return at;
+      };
+      const Curve plain = drawn(0, 0.0);
+      const auto holds = [](const BoxVector& v, const glm::dvec3& p) {
+        return is_inside(v.x, p.x, 1e-9) && is_inside(v.y, p.y, 1e-9) && is_inside(v.z, p.z, 1e-9);
+      };
+      const glm::dvec3 now = mean_of(plain);
+      EXPECT_TRUE(is_inside(tangents.length(), plain.length(), 1e-11));
+      EXPECT_TRUE(holds(mean.way, now));
+      EXPECT_TRUE(holds(place.tangent, plain.at_arc(arc_at(0, 0.0)).tangent));
+      const double piece = plain.at_arc(arc_at(0, 0.0)).u * (points - 3);
+      EXPECT_TRUE(is_inside(place.piece, piece, 1e-9));
+      past += plain.at_arc(arc_at(0, 0.0)).overrun > 0.0;
+      for (int j = 0; j < 3; ++j) {
+        constexpr double kStep = 1e-4;
+        const Curve more = drawn(j, 0.5 * kStep), less = drawn(j, -0.5 * kStep);
+        const auto moves = [&](const BoxVector& v, const glm::dvec3& d) {
+          const IntervalVector s = v.slope(std::size_t(j));
+          constexpr double kSlack = 1e-5;
+          return s.x.lo - kSlack <= d.x && d.x <= s.x.hi + kSlack && s.y.lo - kSlack <= d.y &&
+                 d.y <= s.y.hi + kSlack && s.z.lo - kSlack <= d.z && d.z <= s.z.hi + kSlack;
+        };
+        const glm::dvec3 moved = (mean_of(more) - mean_of(less)) / kStep;
+        EXPECT_TRUE(moves(mean.way, moved));
+        EXPECT_LE(std::abs(glm::dot(now, moved)), mean.lengthening[std::size_t(j)].hi + 1e-5);
+        EXPECT_TRUE(moves(place.tangent, (more.at_arc(arc_at(j, 0.5 * kStep)).tangent -
+                                          less.at_arc(arc_at(j, -0.5 * kStep)).tangent) /
+                                             kStep));
+        ++places;
+      }
+      ++means;
+    }
+  }
+  EXPECT_EQ(means, 480);
+  EXPECT_EQ(places, 1440);
+  EXPECT_GT(past, 20);
+  EXPECT_GT(narrow, 40);
+}
+
+TEST(BoxSolvers, ASnakesControlsAreTakenThemselvesToo) {
+  std::mt19937 random(19);
+  const auto system = build_system({"snake", {{"joints", 30.0}, {"controls", 8.0}}}, kBent);
+  const auto& solver = dynamic_cast<const BoxSolver&>(*system);
+  EXPECT_EQ(solver.why_fixed("amplitude"), "");
+  EXPECT_NE(solver.why_fixed("slide"), "");
+  const auto channels = system->channels();
+  const auto index = [&](std::string_view name) {
+    return std::size_t(std::find_if(channels.begin(), channels.end(),
+                                    [&](const Channel& c) { return c.name == name; }) -
+                       channels.begin());
+  };
+  const std::size_t moved[3] = {index("amplitude"), index("frequency"), index("detail.x5")};
+  int sharp = 0, all = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double middle[3] = {0.2, 12.0, 0.1}, width[3] = {0.02, 0.4, 0.02};
+    double low[3], high[3];
+    std::vector<BoxReal> control;
+    for (const Channel& c : channels) control.emplace_back(c.rest);
+    for (int j = 0; j < 3; ++j) {
+      low[j] = middle[j] * (1.0 + 0.8 * uniform(random));
+      high[j] = low[j] + width[j];
+      control[moved[j]] = BoxReal::variable(j, low[j], high[j]);
+    }
+    BoxPose pose;
+    solver.solve_box(control, pose);
+    for (int j = 0; j < 3; ++j) {
+      double y[3];
+      for (double& one : y) one = 0.9 * uniform(random);
+      const auto posed = [&](double shift) {
+        std::vector<double> c;
+        for (const Channel& channel : channels) c.push_back(channel.rest);
+        for (int k = 0; k < 3; ++k) {
+          const double at = y[k] + (k == j ? shift : 0.0);
+          c[moved[k]] = 0.5 * (low[k] + high[k]) + 0.5 * at * (high[k] - low[k]);
+        }
+        return system->solve(c);
+      };
+      constexpr double kStep = 1e-3;
+      const SpinePose a = posed(-0.5 * kStep), b = posed(0.5 * kStep);
+      for (std::size_t k = 0; k < pose.rate.size(); ++k) {
+        const double bound = pose.rate[k][std::size_t(j)];
+        if (!std::isfinite(bound)) continue;
+        const double rate = angle_between(a.turn[k], b.turn[k]) / kStep;
+        EXPECT_LE(rate, bound * (1.0 + 1e-8) + 1e-9) << "case " << i << " joint " << k;
+        sharp += rate > 0.5 * bound;
+        ++all;
+      }
+    }
+  }
+  EXPECT_GT(all, 3000);
+  EXPECT_GT(sharp, all / 6);
 }
 
 struct BoxCase {

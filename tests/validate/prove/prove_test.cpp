@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 #include <oneapi/tbb/task_arena.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <nlohmann/json.hpp>
@@ -62,6 +63,18 @@ TEST(Prove, EvenIsNotCertifiedForAGainThatItsPosesBreak) {
 }
 
 // The flips of docs/rigs/isner.md, pitched back in place.
+TEST(Prove, TheSnakeAndTheCurveSpineAreCertifiedOnTheWholeHumanEnvelope) {
+  for (const char* rig : {"snake", "curve"}) {
+    const Certificate proof = proved(question(rig, "envelope"));
+    EXPECT_EQ(shares_of(proof.tree, proof.question.box).certified, 1.0) << rig;
+    // Twist alone rolls the bones, by fixed shares: it is not split.
+    const bool splits_twist =
+        std::any_of(proof.tree.node.begin(), proof.tree.node.end(),
+                    [](const ProofNode& n) { return n.state == BoxState::split && n.axis == 2; });
+    EXPECT_FALSE(splits_twist) << rig;
+  }
+}
+
 TEST(Prove, WhatIsNotCertifiedOfIsnersPitchEnclosesItsFourFlipsClosely) {
   const Certificate proof = proved(question("isner", "extension=0:180,side=0,twist=0", 0.005));
   const double flips[] = {100.8696, 114.2744, 116.2357, 180.0};
