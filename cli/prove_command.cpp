@@ -8,6 +8,7 @@
 
 #include "skin/anatomy/body_kind.h"
 #include "validate/files/output_folder.h"
+#include "validate/prove/bounds_record.h"
 #include "validate/prove/certificate_check.h"
 #include "validate/prove/metric_proof_text.h"
 #include "validate/prove/proof_text.h"
@@ -65,7 +66,27 @@ RigOnSpine rig_of(const ProveOptions& options) {
   return subject;
 }
 
-/// `--bound`: limits of checks over the box. No certificate is made of them.
+/// The file that --resume goes on from.
+const std::string& record_of(const ProveOptions& options) {
+  if (options.output.empty())
+    throw CLI::ValidationError("--resume continues the search whose file -o names");
+  return options.output;
+}
+
+/// A long search must not end at a folder that cannot be written.
+void prepare_output(const ProveOptions& options) {
+  if (options.output.empty()) return;
+  const std::filesystem::path folder = std::filesystem::path(options.output).parent_path();
+  OutputFolder(folder.empty() ? "." : folder).prepare();
+}
+
+void say_how_to_resume(const ProveOptions& options) {
+  std::fprintf(stderr, "backbend: what is decided is in %s; --resume goes on from there\n",
+               options.output.c_str());
+}
+
+/// `--bound`: limits of checks over the box. `-o` names a record of what is decided, for --resume;
+/// it is no certificate.
 int run_bounds(const ProveOptions& options, const Common& common) {
   const RigOnSpine subject = rig_of(options);
   const auto system = solver::build_system(subject.rig, subject.chain);
@@ -76,9 +97,23 @@ int run_bounds(const ProveOptions& options, const Common& common) {
   q.box = read_box(options.box, subject.envelope, *system);
   q.smallest = options.smallest.value_or(q.smallest);
   for (const std::string& bound : options.bounds) q.claim.push_back(read_claim(bound));
-  Progress progress(common.progress_style());
-  const MetricProof proof = prove_metrics(q, progress);
   const std::string rig = rig_text(subject.rig);
+  const std::string question = bounds_question(q, rig, subject.chain);
+  MetricParts parts;
+  if (options.resume) parts = read_bounds_record(record_of(options), q, question);
+  prepare_output(options);
+  Progress progress(common.progress_style());
+  MetricProof proof;
+  try {
+    proof = prove_metrics(q, parts, progress);
+  } catch (const Interrupted&) {
+    if (!options.output.empty()) {
+      write_bounds_record(options.output, question, parts);
+      say_how_to_resume(options);
+    }
+    throw;
+  }
+  if (!options.output.empty()) write_bounds_record(options.output, question, parts);
   std::fputs((common.json ? metric_proof_json(q, proof, rig)
                           : metric_proof_text(q, proof, rig, style_of_stdout()))
                  .c_str(),
@@ -101,31 +136,23 @@ int run_proof(const ProveOptions& options, const Common& common) {
   const auto system = solver::build_system(q.rig, q.chain);
   q.box = read_box(options.box, subject.envelope, *system);
   q.gain = options.gain;
-  q.smallest = options.smallest.value_or(q.smallest);
+  q.smallest = options.smallest.value_or(box_solver_of(*system).smallest_box());
   q.boxes = options.boxes;
-  box_solver_of(*system);
   if (options.resume) {
-    if (options.output.empty())
-      throw CLI::ValidationError("--resume continues the certificate that -o names");
-    const Certificate before = read_certificate(options.output);
+    const Certificate before = read_certificate(record_of(options));
     if (const std::string what = difference(q, before.question); !what.empty()) {
       throw ProofError(options.output + ": of another question: its " + what + " is not the same");
     }
     proof.tree = before.tree;
   }
-  if (!options.output.empty()) {
-    // A long search must not end at a folder that cannot be written.
-    const std::filesystem::path folder = std::filesystem::path(options.output).parent_path();
-    OutputFolder(folder.empty() ? "." : folder).prepare();
-  }
+  prepare_output(options);
   Progress progress(common.progress_style());
   try {
     prove(q, *system, proof.tree, progress);
   } catch (const Interrupted&) {
     if (!options.output.empty()) {
       write_certificate(options.output, proof);
-      std::fprintf(stderr, "backbend: what is decided is in %s; --resume goes on from there\n",
-                   options.output.c_str());
+      say_how_to_resume(options);
     }
     throw;
   }
@@ -202,13 +229,15 @@ void add_prove(const Registry& registry) {
       ->check(CLI::Range(1e-3, 1e6));
   command
       ->add_option("--smallest", options->smallest,
-                   "width of the smallest boxes, degrees [1; with --bound 2]")
+                   "width of the smallest boxes, degrees [1; 0.3 for stretchy; with --bound 2]")
       ->check(CLI::Range(1e-6, 360.0));
   command->add_option("--boxes", options->boxes, "the most boxes to look at [1000000]")
       ->check(CLI::Range(std::uint64_t{1}, std::uint64_t{100000000}));
-  command->add_option("-o,--output", options->output, "write a certificate that --check verifies");
+  command->add_option(
+      "-o,--output", options->output,
+      "write a certificate that --check verifies; with --bound a record of the search");
   command->add_option("--check", options->check, "verify a certificate instead of making one");
-  command->add_flag("--resume", options->resume, "continue the search whose certificate -o names");
+  command->add_flag("--resume", options->resume, "continue the search whose file -o names");
   command->add_option("--character", options->character,
                       "character whose spine is driven [a straight spine]");
   add_anatomy_options(command, options->hints);
@@ -217,7 +246,7 @@ void add_prove(const Registry& registry) {
       "prove instead that a check's limit holds over the box: BB020, BB021, BB041, "
       "BB047; with a character BB030 (cross-sections), BB033 (inverted triangles); "
       "CODE=LIMIT sets another limit; may be repeated");
-  for (const char* other : {"--check", "--gain", "--boxes", "--output", "--resume"})
+  for (const char* other : {"--check", "--gain", "--boxes"})
     bound->excludes(command->get_option(other));
 }
 

@@ -56,6 +56,9 @@ class BoxSolver {
   /// Whether rates per unit of a control are the same over boxes of any size: bounds from paper, so
   /// that splitting a box proves nothing more.
   virtual bool has_fixed_gain() const { return false; }
+  /// The width in degrees of the smallest boxes that a search needs: narrower where enclosures of
+  /// the system are wide.
+  virtual double smallest_box() const { return 1.0; }
   /// As SpineSystem::controls_for().
   virtual std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const = 0;
   /// Why a control cannot vary over a box; empty: it can.

@@ -102,6 +102,9 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
     return {};
   }
 
+  /// Each bone that is walked widens the next one's place.
+  double smallest_box() const override { return form_ == Form::bones ? 0.3 : 1.0; }
+
   std::vector<BoxReal> controls_for(const BodyBox& body, Mapping mapping) const override {
     std::vector<BoxReal> control;
     for (const Channel& channel : channels_) control.emplace_back(channel.rest);

@@ -108,5 +108,22 @@ class Bounds(CommandTest):
         self.assert_refused("prove", "even:reach=0.5", "--bound", "BB047", code=BAD_INPUT, names=["reach"])
         self.assert_refused("prove", "even", "--bound", "BB047", "--box", "top.rz=0:10", code=BAD_INPUT,
                             names=["body channels"])
-        self.assert_refused("prove", "even", "--bound", "BB047", "-o", "even.json", code=USAGE, names=["-o"])
-        self.assertFalse((self.folder / "even.json").exists())
+        self.assert_refused("prove", "even", "--bound", "BB047", "--resume", code=USAGE, names=["-o"])
+
+    def test_a_stopped_search_goes_on_where_it_was(self):
+        question = ("prove", "isner", "--bound", "BB020", "--bound", "BB041=30", "--smallest", "0.5",
+                    "--box", "extension=-20:20,side=-15:15")
+        whole = self.backbend(*question, "-o", "whole.json")
+        self.assertEqual(whole.returncode, 1, whole.stderr)
+        stopped = subprocess.Popen([str(BACKBEND), *question, "-o", "parts.json"], cwd=self.folder,
+                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(0.3)
+        stopped.send_signal(signal.SIGINT)
+        said = stopped.communicate(timeout=120)[1]
+        if stopped.returncode == 130:  # else it was done before
+            self.assertIn("--resume", said)
+        again = self.backbend(*question, "-o", "parts.json", "--resume")
+        self.assertEqual((again.returncode, again.stdout), (1, whole.stdout), again.stderr)
+        self.assertEqual((self.folder / "parts.json").read_text(), (self.folder / "whole.json").read_text())
+        self.assert_refused(*question, "--mapping", "spread", "-o", "parts.json", "--resume", code=BAD_INPUT,
+                            names=["parts.json", "mapping"])

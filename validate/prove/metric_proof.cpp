@@ -203,13 +203,13 @@ void add(const MetricQuestion& q, const MetricProof& part, MetricProof& all) {
   all.looked_at += part.looked_at;
 }
 
-MetricProof nothing_yet(const MetricQuestion& q) {
+}  // namespace
+
+MetricProof nothing_yet(const MetricQuestion& question) {
   MetricProof proof;
-  for (const MetricClaim& claim : q.claim) proof.claim.emplace_back().bound = best(claim);
+  for (const MetricClaim& claim : question.claim) proof.claim.emplace_back().bound = best(claim);
   return proof;
 }
-
-}  // namespace
 
 MetricClaim read_claim(const std::string& text) {
   const std::string code = text.substr(0, text.find('='));
@@ -231,7 +231,7 @@ MetricClaim read_claim(const std::string& text) {
   return claim;
 }
 
-MetricProof prove_metrics(const MetricQuestion& question, Progress& progress) {
+MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Progress& progress) {
   const solver::BoxSolver& solver = box_solver_of(*question.system);
   if (question.box.of_controls)
     throw ProofError("limits of checks are proved over body channels, not over a rig's controls");
@@ -243,16 +243,22 @@ MetricProof prove_metrics(const MetricQuestion& question, Progress& progress) {
   }
   const Search search(question);
   const std::vector<SubBox> part = parts_of(question.box, question.smallest);
-  std::vector<MetricProof> found(part.size(), nothing_yet(question));
+  if (parts.empty()) parts.resize(part.size());
+  if (parts.size() != part.size()) throw ProofError("the parts are of another box");
   progress.start("parts of the box", part.size());
   oneapi::tbb::parallel_for(std::size_t{0}, part.size(), [&](std::size_t i) {
-    search.look_at(part[i], search.everything(), found[i]);
+    if (!parts[i]) {
+      MetricProof own = nothing_yet(question);
+      search.look_at(part[i], search.everything(), own);
+      if (interrupt_pending()) return;
+      parts[i] = std::move(own);
+    }
     progress.step();
   });
   poll_interrupt();
   progress.finish();
   MetricProof all = nothing_yet(question);
-  for (const MetricProof& own : found) add(question, own, all);
+  for (const auto& own : parts) add(question, *own, all);
   for (ClaimResult& claim : all.claim) {
     // The sum of many shares is rounded; all certified is exactly 1.
     if (claim.refuted + claim.open == 0.0) claim.certified = 1.0;

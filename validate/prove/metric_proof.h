@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,11 +57,19 @@ struct MetricProof {
   std::uint64_t looked_at = 0;
 };
 
+/// The box's parts, which are looked at side by side: of each what became of it; none: not yet
+/// looked at to its end.
+using MetricParts = std::vector<std::optional<MetricProof>>;
+
+/// A proof of no box.
+MetricProof nothing_yet(const MetricQuestion& question);
+
 /// Bounds the metrics over boxes by interval arithmetic. A box where a claim is not certified is
 /// halved across its widest channel until `smallest`; then the plain solver and skinning measure
-/// the pose at its centre. The result is the same for any number of threads. Throws ProofError
-/// where the rig's joints cannot be enclosed or a claim needs a character, Interrupted after a
-/// signal.
-MetricProof prove_metrics(const MetricQuestion& question, Progress& progress);
+/// the pose at its centre. The result is the same for any number of threads. `parts` is empty, or
+/// holds those of the same question that are decided; what a signal leaves decided is in it.
+/// Throws ProofError where the rig's joints cannot be enclosed, a claim needs a character or
+/// `parts` are of another question, Interrupted after a signal.
+MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Progress& progress);
 
 }  // namespace backbend::validate

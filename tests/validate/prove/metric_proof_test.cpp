@@ -4,12 +4,16 @@
 #include <oneapi/tbb/task_arena.h>
 
 #include <cstdlib>
+#include <fstream>
 #include <memory>
 #include <random>
 
 #include "solver/math/rotation.h"
+#include "tests/skin/gltf_fixture.h"
 #include "tests/validate/figure_stage.h"
 #include "tests/validate/prove/proof_refusal.h"
+#include "validate/files/output_folder.h"
+#include "validate/prove/bounds_record.h"
 #include "validate/prove/chain_bounds.h"
 #include "validate/prove/metric_proof_text.h"
 #include "validate/prove/proof.h"
@@ -40,7 +44,8 @@ struct Scene : testing::FigureStage {
 MetricProof proved(const MetricQuestion& q, int threads = 2) {
   Progress progress(Progress::Style::none);
   MetricProof proof;
-  oneapi::tbb::task_arena(threads).execute([&] { proof = prove_metrics(q, progress); });
+  MetricParts parts;
+  oneapi::tbb::task_arena(threads).execute([&] { proof = prove_metrics(q, parts, progress); });
   return proof;
 }
 
@@ -199,6 +204,51 @@ TEST(MetricProof, TheResultDoesNotDependOnTheNumberOfThreads) {
             metric_proof_json(q, proved(q, 2), "isner"));
 }
 
+TEST(MetricProof, GoesOnFromItsRecordAsIfItHadNotStopped) {
+  const skin::TemporaryFolder folder;
+  const Scene scene;
+  const auto system = scene.rig("isner");
+  const MetricQuestion q =
+      scene.question(*system, "extension=20:40,side=-10:10", {"BB020=8", "BB041=0.001"});
+  const std::string text = bounds_question(q, "isner", scene.stage.rest_chain());
+  Progress progress(Progress::Style::none);
+  MetricParts whole;
+  const std::string told = metric_proof_json(q, prove_metrics(q, whole, progress), "isner");
+  ASSERT_GT(whole.size(), 10u);
+  MetricParts some = whole;
+  for (std::size_t i = 0; i < some.size(); i += 2) some[i].reset();
+  const std::filesystem::path file = folder / "search.json";
+  write_bounds_record(file, text, some);
+  MetricParts read = read_bounds_record(file, q, text);
+  ASSERT_EQ(read.size(), some.size());
+  EXPECT_FALSE(read[0]);
+  ASSERT_TRUE(read[1]);
+  EXPECT_EQ(read[1]->looked_at, whole[1]->looked_at);
+  EXPECT_EQ(metric_proof_json(q, prove_metrics(q, read, progress), "isner"), told);
+
+  // What is not the record of this search is refused by what is wrong with it.
+  const MetricQuestion other = scene.question(*system, "extension=20:41,side=-10:10", {"BB020=8"});
+  const auto refused = [&](const MetricQuestion& asked) {
+    return refusal([&] {
+      read_bounds_record(file, asked, bounds_question(asked, "isner", scene.stage.rest_chain()));
+    });
+  };
+  EXPECT_NE(refused(other).find("its box is not the same"), std::string::npos);
+  const std::string good = read_text(file);
+  const auto changed = [&](const std::string& with) {
+    std::ofstream(file) << with;
+    return refused(q);
+  };
+  EXPECT_NE(changed(good.substr(0, good.size() / 2)).find("cut short"), std::string::npos);
+  std::string forged = good;
+  forged.replace(forged.find("\"looked_at\":") + 12, 1, "9");
+  EXPECT_NE(changed(forged).find("hash"), std::string::npos);
+  EXPECT_NE(changed("{\"schema\": \"backbend.certificate/1\"}").find("schema"), std::string::npos);
+  MetricParts few(3);
+  EXPECT_NE(refusal([&] { prove_metrics(q, few, progress); }).find("another box"),
+            std::string::npos);
+}
+
 TEST(MetricProof, TrianglesOfOneMotionAloneAreNotLookedAt) {
   const Scene scene;
   const SurfaceBounds surface(scene.stage, scene.body);
@@ -231,10 +281,13 @@ TEST(MetricProof, WhatCannotBeAskedIsRefusedByName) {
   const auto system = scene.rig("even");
   MetricQuestion q = scene.question(*system, "envelope", {"BB033"});
   q.stage = nullptr;
-  EXPECT_NE(refusal([&] { prove_metrics(q, progress); }).find("--character"), std::string::npos);
+  MetricParts parts;
+  EXPECT_NE(refusal([&] { prove_metrics(q, parts, progress); }).find("--character"),
+            std::string::npos);
   const auto snake = scene.rig("snake");
   const MetricQuestion other = scene.question(*snake, "envelope", {"BB047"});
-  EXPECT_NE(refusal([&] { prove_metrics(other, progress); }).find("snake"), std::string::npos);
+  EXPECT_NE(refusal([&] { prove_metrics(other, parts, progress); }).find("snake"),
+            std::string::npos);
 }
 
 }  // namespace
