@@ -3,6 +3,7 @@
 import json
 import math
 import pathlib
+import re
 import shutil
 
 from harness import BAD_INPUT, CommandTest, SOURCE, USAGE
@@ -103,6 +104,57 @@ class Solving(CommandTest):
             again = self.assert_runs("solve", file.name, "--json", cwd=file.parent, environment=environment)
             self.assertEqual(again.stdout, expected, environment)
         self.assertEqual(self.assert_runs("--threads", "1", "solve", file, "--json").stdout, expected)
+
+
+class Explaining(CommandTest):
+    def explained(self, text):
+        """The sections that --explain prints: name to lines."""
+        told = self.assert_runs("solve", self.write("pose.toml", text), "--explain").stdout.splitlines()
+        sections, name = {}, None
+        for line in told[1:]:
+            if line.startswith("  "):
+                sections[name].append(line.strip())
+            else:
+                name = line
+                sections[name] = []
+        return told[0], sections
+
+    def test_every_system_says_its_inputs_options_order_and_measures(self):
+        for system in ("three_bone", "curve", "even", "isner", "stretchy", "neck", "snake", "spline_ik", "matrix_blend"):
+            chain = STRAIGHT.replace('"curve"', f'"{system}"').replace("bones = 10\n", "")
+            chain = chain[:chain.index("[pose]")]
+            with self.subTest(system=system):
+                name, sections = self.explained(chain)
+                self.assertEqual(name, system)
+                solved = json.loads(self.assert_runs("solve", "pose.toml", "--json").stdout)
+                self.assertEqual({line.split(" = ")[0] for line in sections["options"]}, set(solved["options"]))
+                measures = dict(line.split(" = ") for line in sections["measures"])
+                self.assertEqual(set(measures), set(solved["measures"]))
+                for key, value in measures.items():
+                    self.assertAlmostEqual(float(value), solved["measures"][key], delta=1e-5)
+                steps = sections["order of evaluation"]
+                self.assertEqual([int(line.split()[0]) for line in steps], list(range(1, len(steps) + 1)))
+                self.assertTrue(steps and sections["inputs"])
+                self.assertIn("0 deg: twist 0, aim 0", sections["drift of the arms against the chest control"][0])
+
+    def test_the_curve_spines_drift_is_explained_by_its_parts(self):
+        bent = STRAIGHT.replace("[0, 0, -20]", "[10, 30, 40]").replace("[10, 0, -30]", "[20, -25, 50]")
+        _, sections = self.explained(bent)
+        self.assertIn("middle  rx 10 deg  ry 30 deg  rz 40 deg", sections["inputs"])
+        drift, story = sections["drift of the arms against the chest control"]
+        twist = float(re.search(r"twist (-?[0-9.]+), aim", drift)[1])
+        parts = [float(part) for part in re.findall(r"(-?[0-9.]+)(?: \+| deg$)", story)]
+        self.assertEqual(len(parts), 3)
+        self.assertGreater(abs(twist), 1.0)
+        self.assertAlmostEqual(abs(sum(parts)), abs(twist), delta=0.05)
+        # Twist of the control below Top never reaches the chain.
+        self.assertIn("lost twist", story)
+
+    def test_what_a_pose_complains_of_is_a_flag(self):
+        slid = STRAIGHT.replace('"curve"', '"snake"').replace("bones = 10\n", "")
+        slid = slid[:slid.index("[pose]")] + "[pose]\nslide = 2\n"
+        _, sections = self.explained(slid)
+        self.assertTrue(any(name.startswith("flag  'slide' is past 0 to 1") for name in sections), sections.keys())
 
 
 class SolveRefuses(CommandTest):
