@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -40,6 +41,7 @@ struct BoxPlaces {
   std::vector<BoxTurn> turn;        // of each joint, from rest
   std::vector<BoxVector> position;  // of each joint
   BoxMotion hip, chest, arms;
+  std::optional<BoxReal> length;  // of the chain, where more is known than its joints' places say
   // What is so by construction, which enclosures of both sides could not tell.
   bool ends_on_chest = false;      // the last joint stands at the chest's origin
   bool arms_follow_chest = false;  // the arms go rigidly with the chest control

@@ -118,6 +118,7 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSol
           places.position.push_back(goal + (even * chain.past()) * chain.aim());
         });
     places.turn.push_back(places.turn.back());
+    places.length = tangents.length() * bone_over(tangents);
     places.hip = {BoxTurn(), bones_.rest.joint[0], bones.joint[0]};
     places.chest = {bones.turn[2], bones_.rest.joint[3], bones.joint[3]};
     places.arms_follow_chest = arms_ == Arms::top;

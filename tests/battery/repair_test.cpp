@@ -99,6 +99,11 @@ TEST(Repair, BlendsAHardBorder) {
   EXPECT_LT(score.off_after, score.off_before);
 }
 
+TEST(Repair, ClosesASeam) {
+  // Both sides of a split vertex move alike again, whichever of them was taken.
+  repaired({"seam", 30});
+}
+
 TEST(Repair, OfAHealthyBodyChangesNothingAndSaysSo) {
   const skin::TemporaryFolder folder;
   const auto file = folder / "human.glb";

@@ -213,6 +213,32 @@ class Sequences(CommandTest):
         self.assertEqual(max(clear.channels["A"]), 1.0)
 
 
+class Extremes(CommandTest):
+    """The worst pose of each sweep, and both sides of each flip, with a sheet of them all."""
+
+    EXTREME = ("--rig", "isner", "--extreme", "--res", "48x36", "--spp", "1", "--name", "x")
+
+    def test_each_flip_is_shown_on_both_sides_and_each_sweep_at_its_worst(self):
+        self.write("hero.glb", glb.tube())
+        told = self.assert_runs("render", "hero.glb", *self.EXTREME, "-o", "out").stdout.splitlines()
+        frames = [pathlib.Path(line).name for line in told if line.endswith(".exr")]
+        self.assertEqual(told[-1], "out/x_extremes.png")
+        self.assertEqual(len(set(frames)), len(frames))
+        flips = {"x_extension_114.3_BB001_before.exr", "x_extension_114.3_BB001_after.exr"}
+        self.assertLessEqual(flips, set(frames), frames)
+        sweeps = {name.split("_")[1] for name in frames}
+        self.assertLessEqual({"extension", "flexion", "side", "twist"}, sweeps, frames)
+        # A flip's two sides are two pictures; a frame says which pose it shows.
+        before, after = (self.folder / "out" / name for name in sorted(flips, reverse=True))
+        self.assertNotEqual(Exr(before).channels["N.X"], Exr(after).channels["N.X"])
+        self.assertRegex(Exr(before).text("backbend/poseParameter"), r"^extension 114\.2")
+
+        whole = contents(self.folder / "out")
+        before.unlink()
+        self.assert_runs("render", "hero.glb", *self.EXTREME, "-o", "out", "--resume", "--threads", "1")
+        self.assertEqual(contents(self.folder / "out"), whole)
+
+
 class Review(CommandTest):
     def test_the_light_turns_after_the_character_and_presets_give_way_to_options(self):
         self.assert_runs("turntable", HUMAN, "--preset", "quick", "--res", "64x48", "--spp", "2", "--views", "2",

@@ -29,8 +29,12 @@ double most_percent(const Interval& length, double of) {
 
 double most_length_change(const solver::BoxPlaces& places, double rest_length) {
   BoxReal sum(0.0);
-  for (std::size_t k = 1; k < places.position.size(); ++k)
-    sum = sum + length(places.position[k] - places.position[k - 1]);
+  if (places.length) {
+    sum = *places.length;
+  } else {
+    for (std::size_t k = 1; k < places.position.size(); ++k)
+      sum = sum + length(places.position[k] - places.position[k - 1]);
+  }
   return most_percent(absolute(sum.value - Interval(rest_length)), rest_length);
 }
 

@@ -586,6 +586,12 @@ TEST_P(BoxSolvers, EveryPoseOfABoxIsInItsPlaces) {
           holds(places.position[k], pose.position[k]);
           turns(places.turn[k], pose.turn[k]);
         }
+        if (places.length) {
+          double length = 0.0;
+          for (std::size_t k = 1; k < pose.position.size(); ++k)
+            length += glm::distance(pose.position[k - 1], pose.position[k]);
+          EXPECT_TRUE(is_inside(*places.length, length, 1e-10));
+        }
         holds(places.hip.posed_origin, pose.hip.posed_origin);
         holds(places.chest.posed_origin, pose.chest.posed_origin);
         holds(places.arms.posed_origin, pose.arms.posed_origin);
