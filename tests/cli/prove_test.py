@@ -8,6 +8,16 @@ import time
 from harness import BACKBEND, BAD_INPUT, CommandTest, USAGE, human
 
 
+def interrupted(folder, *words):
+    """Exit code and stderr of a command that is interrupted soon after its start."""
+    running = subprocess.Popen([str(BACKBEND), *words], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
+                               text=True)
+    time.sleep(0.3)
+    running.send_signal(signal.SIGINT)
+    said = running.communicate(timeout=120)[1]
+    return running.returncode, said
+
+
 class Prove(CommandTest):
     def test_even_is_certified_and_its_certificate_holds(self):
         told = self.assert_runs("prove", "even", "--json", "-o", "even.json")
@@ -44,12 +54,8 @@ class Prove(CommandTest):
         question = ["prove", "isner", "--box", "extension=0:60,side=-20:20,twist=-20:20", "--threads", "1"]
         whole = self.backbend(*question, "-o", "whole.json")
         self.assertEqual(whole.returncode, 0, whole.stderr)
-        stopped = subprocess.Popen([str(BACKBEND), *question, "-o", "parts.json"], cwd=self.folder,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        time.sleep(0.3)
-        stopped.send_signal(signal.SIGINT)
-        said = stopped.communicate(timeout=120)[1]
-        if stopped.returncode == 130:  # else it was done before
+        stopped, said = interrupted(self.folder, *question, "-o", "parts.json")
+        if stopped == 130:  # else it was done before
             self.assertIn("--resume", said)
             self.assert_refused("prove", "--check", "parts.json", code=BAD_INPUT, names=["parts.json", "--resume"])
             again = self.backbend(*question, "-o", "parts.json", "--resume")
@@ -115,12 +121,8 @@ class Bounds(CommandTest):
                     "--box", "extension=-20:20,side=-15:15")
         whole = self.backbend(*question, "-o", "whole.json")
         self.assertEqual(whole.returncode, 1, whole.stderr)
-        stopped = subprocess.Popen([str(BACKBEND), *question, "-o", "parts.json"], cwd=self.folder,
-                                   stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
-        time.sleep(0.3)
-        stopped.send_signal(signal.SIGINT)
-        said = stopped.communicate(timeout=120)[1]
-        if stopped.returncode == 130:  # else it was done before
+        stopped, said = interrupted(self.folder, *question, "-o", "parts.json")
+        if stopped == 130:  # else it was done before
             self.assertIn("--resume", said)
         again = self.backbend(*question, "-o", "parts.json", "--resume")
         self.assertEqual((again.returncode, again.stdout), (1, whole.stdout), again.stderr)

@@ -116,19 +116,22 @@ MetricParts read_bounds_record(const std::filesystem::path& file, const MetricQu
   json.erase("hash");
   if (ordered_json(content_hash(json.dump())).dump() != hash)
     refuse("the file was changed: its hash does not fit");
+  if (!json.contains("question") || !json.contains("parts")) refuse("a part of it is missing");
+  const ordered_json mine = ordered_json::parse(question_text);
+  if (const std::string what = difference_of(mine, json["question"]); !what.empty())
+    refuse("of another search: its " + what + " is not the same");
   MetricParts parts;
   try {
-    const ordered_json mine = ordered_json::parse(question_text);
-    if (const std::string what = difference_of(mine, json.at("question")); !what.empty())
-      refuse("of another search: its " + what + " is not the same");
-    for (const ordered_json& row : json.at("parts")) {
+    for (const ordered_json& row : json["parts"]) {
       parts.emplace_back();
       if (row.is_null()) continue;
       parts.back() = nothing_yet(question);
       read_part(row, *parts.back());
     }
   } catch (const ordered_json::exception&) {
-    refuse("a part of the record is missing, or of the wrong type");
+    refuse("a part of it is of the wrong type");
+  } catch (const ProofError& error) {
+    refuse(error.what());
   }
   return parts;
 }
