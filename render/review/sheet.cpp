@@ -99,8 +99,8 @@ Picture side_by_side(const Picture& left, std::string_view left_name, const Pict
   return both;
 }
 
-void burn_in(Picture& picture, std::string_view left, std::string_view middle,
-             std::string_view right) {
+int burn_in(Picture& picture, std::string_view left, std::string_view middle,
+            std::string_view right) {
   int size = text_size_for(picture);
   const auto needed = [&] {
     return text_width(left, size) + text_width(middle, size) + text_width(right, size) + 3 * size;
@@ -116,14 +116,16 @@ void burn_in(Picture& picture, std::string_view left, std::string_view middle,
   draw_text(picture, pad, y, first, size, kLight);
   draw_text(picture, (from + to) / 2, y, fit_text(middle, size, most), size, kLight, Align::center);
   draw_text(picture, picture.width - pad, y, last, size, kLight, Align::right);
+  return height;
 }
 
-void draw_legend(Picture& picture, float low, float high, std::string_view label) {
+void draw_legend(Picture& picture, float low, float high, std::string_view label,
+                 int above_bottom) {
   const int size = std::max(9, text_size_for(picture) * 3 / 4), pad = size / 2, bar = size;
   const int line = line_height(size);
   const int width = std::clamp(picture.width / 3, std::min(picture.width - 2 * pad, 120), 420);
   const int height = bar + 3 * line + pad;
-  const int x = pad, y = picture.height - height - pad;
+  const int x = pad, y = picture.height - above_bottom - height - pad;
   fill(picture, x - pad, y, width + 2 * pad, height + pad, kStrip);
   draw_text(picture, x, y, fit_text(label, size, width), size, kLight);
   for (int i = 0; i < width; ++i)

@@ -24,13 +24,14 @@ Picture side_by_side(const Picture& left, std::string_view left_name, const Pict
                      std::string_view right_name);
 
 /// Writes three texts into a dark strip along the lower edge: what it is, where in the motion, what
-/// was worst. The strip covers the picture; keep a clean copy.
-void burn_in(Picture& picture, std::string_view left, std::string_view middle,
-             std::string_view right);
+/// was worst. The strip covers the picture; keep a clean copy. Returns the strip's height.
+int burn_in(Picture& picture, std::string_view left, std::string_view middle,
+            std::string_view right);
 
 /// Draws the heat scale into the lower left: bar, both ends and the middle in numbers, `label` with
-/// its unit, and the colour of what was not measured.
-void draw_legend(Picture& picture, float low, float high, std::string_view label);
+/// its unit, and the colour of what was not measured. `above_bottom` pixels are left free below it.
+void draw_legend(Picture& picture, float low, float high, std::string_view label,
+                 int above_bottom = 0);
 
 /// The picture shrunk to fit into `width` x `height`, keeping its proportions; never enlarged. Each
 /// new pixel is the mean of the light, not of the code values, that falls on it.

@@ -242,8 +242,9 @@ render::Bounds sequence_box(const Studio& studio) {
 struct BurnIn {
   std::string rig, pose, worst;
 
-  void put(render::Picture& picture) const {
-    if (!rig.empty()) render::burn_in(picture, rig, pose, worst);
+  /// Returns the height of the strip that it takes.
+  int put(render::Picture& picture) const {
+    return rig.empty() ? 0 : render::burn_in(picture, rig, pose, worst);
   }
 };
 
@@ -266,8 +267,8 @@ class Heat {
   std::vector<float> of(std::size_t pose, const PosedCharacter& posed) const {
     return body_ ? source_.strain(*body_, pose, posed) : std::vector<float>();
   }
-  void put_legend(render::Picture& picture) const {
-    if (body_) render::draw_legend(picture, 0.0f, kStrainHeatTop, kLabel);
+  void put_legend(render::Picture& picture, int above_bottom) const {
+    if (body_) render::draw_legend(picture, 0.0f, kStrainHeatTop, kLabel, above_bottom);
   }
 
  private:
@@ -373,8 +374,7 @@ struct PoseView {
 
   /// The picture of a frame as people see it.
   std::vector<std::uint8_t> png(render::Picture picture) const {
-    heat.put_legend(picture);
-    burn_in.put(picture);
+    heat.put_legend(picture, burn_in.put(picture));
     return render::encode_png(picture);
   }
 };
@@ -470,8 +470,7 @@ RenderedFiles take_turntable(const PoseSource& source, std::size_t pose, int vie
   if (request.frames) return sequence.files;
   finish_sequence(studio, sequence, studio.title(pose), folder, [&](std::size_t i) {
     render::Picture picture = sequence.pictures[i];
-    heat.put_legend(picture);
-    burn_in.put(picture);
+    heat.put_legend(picture, burn_in.put(picture));
     return picture;
   });
   return sequence.files;
@@ -523,8 +522,7 @@ RenderedFiles take_sequence(const PoseSource& source, const std::string& title,
   if (request.frames) return sequence.files;
   finish_sequence(studio, sequence, title, folder, [&](std::size_t i) {
     render::Picture picture = sequence.pictures[i];
-    heat.put_legend(picture);
-    burn_in[i].put(picture);
+    heat.put_legend(picture, burn_in[i].put(picture));
     return picture;
   });
   return sequence.files;

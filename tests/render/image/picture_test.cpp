@@ -239,5 +239,16 @@ TEST(Sheet, BurnsInAlongTheLowerEdgeOnly) {
   draw_legend(tiny, 0, 1, "mm");
 }
 
+TEST(Sheet, ALegendLeavesTheBurntInStripFree) {
+  Picture picture(300, 200, {255, 255, 255, 255});
+  const int strip = burn_in(picture, "even", "extension 97", "kink");
+  const Picture before = picture;
+  draw_legend(picture, 0, 1, "mm", strip);
+  for (int y = picture.height - strip; y < picture.height; ++y)
+    for (int x = 0; x < picture.width; ++x) ASSERT_EQ(picture.at(x, y)[0], before.at(x, y)[0]);
+  EXPECT_LT(picture.at(1, picture.height - strip - 1)[0], 128);
+  EXPECT_EQ(picture.at(1, 20)[0], 255);
+}
+
 }  // namespace
 }  // namespace backbend::render
