@@ -188,8 +188,8 @@ class NightHunt(CommandTest):
     def test_proved_and_searched_volume_stand_apart(self):
         report, told = self.night("run", "--hunt-percent", "1000")
         curve, even = (rig["volume"] for rig in report["rigs"])
-        self.assertIsNone(curve["certified"])  # a night's boxes are too few for it
-        self.assertIn("curve", curve["not_certified"])
+        self.assertEqual(curve["certified"]["no_jump"], 1)
+        self.assertGreater(curve["certified"]["share"], 0.9)
         self.assertEqual(even["certified"]["share"], 1)
         for volume in (curve, even):
             poses, clean = volume["searched"]["poses"], volume["searched"]["clean"]
@@ -199,6 +199,14 @@ class NightHunt(CommandTest):
         self.assertAlmostEqual(even["searched"]["at_least"], 0.05 ** (1 / even["searched"]["poses"]), places=9)
         self.assertLess(curve["searched"]["clean"], curve["searched"]["poses"])
         self.assertIn("random poses clean (95 % sure: at least", " ".join(told.split()))
+
+    def test_what_a_nights_boxes_are_too_few_for_is_said(self):
+        suite = self.folder / "night.toml"
+        suite.write_text(suite.read_text().replace('system = "curve"', 'system = "stretchy"'))
+        report, _ = self.night("run", "--hunt-percent", "100", code=1)
+        stretchy = report["rigs"][0]["volume"]
+        self.assertIsNone(stretchy["certified"])
+        self.assertIn("stretchy", stretchy["not_certified"])
 
     def test_a_share_that_is_none_is_refused(self):
         self.write("night.toml", self.TEXT + "[hunt]\npercent = -5\n")
