@@ -86,7 +86,7 @@ void say_how_to_resume(const ProveOptions& options) {
 }
 
 /// `--bound`: limits of checks over the box. `-o` names a record of what is decided, for --resume;
-/// it is no certificate.
+/// --check does not verify it.
 int run_bounds(const ProveOptions& options, const Common& common) {
   const RigOnSpine subject = rig_of(options);
   const auto system = solver::build_system(subject.rig, subject.chain);
@@ -99,8 +99,8 @@ int run_bounds(const ProveOptions& options, const Common& common) {
   for (const std::string& bound : options.bounds) q.claim.push_back(read_claim(bound));
   const std::string rig = rig_text(subject.rig);
   const std::string question = bounds_question(q, rig, subject.chain);
-  MetricParts parts;
-  if (options.resume) parts = read_bounds_record(record_of(options), q, question);
+  MetricParts parts =
+      options.resume ? read_bounds_record(record_of(options), q, question) : parts_not_looked_at(q);
   prepare_output(options);
   Progress progress(common.progress_style());
   MetricProof proof;

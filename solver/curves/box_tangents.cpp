@@ -1,7 +1,6 @@
 #include "solver/curves/box_tangents.h"
 
 #include <algorithm>
-#include <limits>
 
 namespace backbend::solver {
 namespace {
@@ -193,7 +192,26 @@ IntervalVector BoxTangents::bend_over(const Interval& arc) const {
   return arc.hi > length_.value.lo && !first ? hull(all, IntervalVector()) : all;
 }
 
-BoxTangents::Place BoxTangents::at_arc(const Interval& arc, const BoxSlopes& slope) const {
+std::optional<BoxTangents::Joint> BoxTangents::walked(const Joint& from, double bone) const {
+  constexpr double kMostTurn = 1.0;
+  // asin(x) is at most x (1 + (pi / 2 - 1) x^2) up to 1.
+  const Interval chord(bone), bend(most_bend_), half = Interval(0.5) * bend * chord;
+  const Interval longest = chord * (Interval(1.0) + Interval(0.571) * square(half));
+  const Interval turn = bend * longest, way(chord.lo, longest.hi);
+  if (!(turn.hi < kMostTurn)) return std::nullopt;
+  Joint to;
+  to.arc = from.arc + way;
+  to.turned = way * bend_over(hull(from.arc, to.arc));
+  for (std::size_t j = 0; j < kBoxVariables; ++j) {
+    const Interval slid = longest * turn * Interval(most_turn_[j]);
+    const double most = ((Interval(from.slope[j].most()) + slid) / cosine(turn)).hi;
+    to.slope[j] = {-most, most};
+  }
+  return to;
+}
+
+BoxTangents::Place BoxTangents::at(const Joint& joint) const {
+  const Interval& arc = joint.arc;
   Place place;
   auto join = [&, first = true](const BoxVector& tangent, const BoxReal& piece) mutable {
     place.tangent = first ? tangent : hull(place.tangent, tangent);
@@ -206,7 +224,7 @@ BoxTangents::Place BoxTangents::at_arc(const Interval& arc, const BoxSlopes& slo
     BoxVector tangent = p.tangent;
     BoxReal piece(p.piece);
     for (std::size_t j = 0; j < kBoxVariables; ++j) {
-      const Interval passed = slope[j] - p.arc_slope[j];
+      const Interval passed = joint.slope[j] - p.arc_slope[j];
       set_slope(tangent, j, tangent.slope(j) + passed * p.bend);
       piece.slope[j] = passed / p.speed;
     }

@@ -26,25 +26,31 @@ class BoxTangents {
 
   bool is_finite() const { return finite_; }
   const BoxReal& length() const { return length_; }
-  /// Radians per length, at most, anywhere on the curve and at every pose.
-  double most_bend() const { return most_bend_; }
-  /// How fast the tangent turns at any fixed arc length, at most, as a pose's variables move.
-  const BoxRates& most_turn() const { return most_turn_; }
 
   /// The mean of the tangent over the arc between two shares of the length, 0 to 1: the chord
   /// between them over its arc's length.
   BoxStep mean_between(double from, double to) const;
 
-  /// d tangent / d arc length anywhere between two arc lengths from the start; 0 past the end.
-  IntervalVector bend_over(const Interval& arc) const;
+  /// A joint of a chain that is walked along the curve and its straight continuation past the end.
+  struct Joint {
+    Interval arc;           // from the curve's start
+    BoxSlopes slope{};      // of the arc
+    IntervalVector turned;  // its tangent less that of the joint before
+  };
+  /// The joint a bone's length on from another one, as walk_from() lays it. None where it was not
+  /// proved that the curve turns by less than a radian on the way. Needs is_finite().
+  ///
+  /// An arc is longer than its chord by no more than on a circle of the curve's largest bend
+  /// (Schur's theorem). With the unit chord c between arcs s and t, and T' the tangent's motion at
+  /// a fixed arc: (c . T(t)) t' = (c . T(s)) s' - (t - s) c . (the mean of T' between); and c is
+  /// within the bone's own bend of every tangent between, to which its T' is square.
+  std::optional<Joint> walked(const Joint& from, double bone) const;
 
-  /// At an arc length from the start, on the straight continuation past the end.
   struct Place {
     BoxVector tangent;
     BoxReal piece;  // which piece, and the parameter on it; the number of pieces past the end
   };
-  /// Of an arc length given by its enclosure and its slopes. Needs is_finite().
-  Place at_arc(const Interval& arc, const BoxSlopes& slope) const;
+  Place at(const Joint& joint) const;
 
  private:
   struct Panel {
@@ -56,13 +62,16 @@ class BoxTangents {
   void add_panels(const Legs& legs, const BoxArc& arc, double number, const BoxReal& before,
                   const BoxReal& after);
 
+  /// d tangent / d arc length anywhere between two arc lengths; 0 past the end.
+  IntervalVector bend_over(const Interval& arc) const;
+
   std::vector<Panel> panel_;
   BoxReal length_;
   BoxVector end_;                  // the tangent there
   BoxCurve middle_;                // the curve at the box's middle
   std::optional<BoxCurve> whole_;  // of boxes so small that places solved for are the narrower
-  double most_bend_ = 0.0;
-  BoxRates most_turn_{};
+  double most_bend_ = 0.0;         // radians per length, anywhere and at every pose
+  BoxRates most_turn_{};           // of the tangent at a fixed arc length, anywhere
   bool finite_ = true;
 };
 

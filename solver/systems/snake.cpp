@@ -52,7 +52,7 @@ class Snake final : public FormulaSystem, public BoxSolver {
     const int bent = body.extension == body.flexion && body.side == 0.0 ? 0 : controls_;
     dvec3 at(0.0), before(0.0);
     for (int i = 0; i < bent; ++i) {
-      const PathFrames::Place place = frames_.at(start_u_[i]);
+      const PathFrames::Place& place = rest_place_[i];
       if (i == 0) {
         at = before = place.position;
       } else {
@@ -89,7 +89,7 @@ class Snake final : public FormulaSystem, public BoxSolver {
     for (const Channel& channel : channels_) control.emplace_back(channel.rest);
     BoxVector moved(dvec3(0.0));
     for (int i = 1; i < controls_; ++i) {
-      const PathFrames::Place place = frames_.at(start_u_[i]);
+      const PathFrames::Place& place = rest_place_[i];
       moved = moved + bent_step(body, mapping, i) - BoxVector(rest_step(i));
       const BoxVector detail = glm::transpose(place.frame) * moved;
       control[std::size_t(detail_ + 3 * i)] = detail.x;
@@ -105,7 +105,7 @@ class Snake final : public FormulaSystem, public BoxSolver {
     std::vector<BoxVector> step;
     BoxVector before(dvec3(0.0));
     for (int i = 0; i < controls_; ++i) {
-      const PathFrames::Place place = frames_.at(start_u_[i]);
+      const PathFrames::Place& place = rest_place_[i];
       const auto detail = c.subspan(std::size_t(detail_ + 3 * i), 3);
       std::array<BoxReal, 3> local{detail[0], detail[1], detail[2]};
       const BoxReal phase = (BoxReal(start_u_[i]) + BoxReal(0.01) * c[kOffset]) * c[kFrequency];
@@ -192,13 +192,11 @@ class Snake final : public FormulaSystem, public BoxSolver {
     return share((i - 1.0) / (controls_ - 2), mapping);
   }
 
-  dvec3 rest_step(int i) const {
-    return frames_.at(start_u_[i]).position - frames_.at(start_u_[i - 1]).position;
-  }
+  dvec3 rest_step(int i) const { return rest_place_[i].position - rest_place_[i - 1].position; }
 
   BoxVector bent_step(const BodyBox& body, Mapping mapping, int i) const {
     const BoxReal w(bend_share(i, mapping));
-    const glm::dmat3 frame = frames_.at(start_u_[i]).frame;
+    const glm::dmat3& frame = rest_place_[i].frame;
     const BoxTurn bend = from_euler_xyz(-(w * body.back), w * body.side, BoxReal(0.0));
     return frame * (bend * (glm::transpose(frame) * BoxVector(rest_step(i))));
   }
@@ -236,49 +234,26 @@ class Snake final : public FormulaSystem, public BoxSolver {
   }
 
   /// How fast the joints of a body turn whose controls are these steps apart.
-  ///
-  /// Where a joint stands on its curve needs no solving: an arc is longer than its chord by no more
-  /// than on a circle of the largest bend (Schur's theorem). With the unit chord c of a bone
-  /// between arcs s and t, (c . T(t)) t' = (c . T(s)) s' - c . (the mean of T' between them) (t -
-  /// s); and c is within the bone's own bend of every tangent between.
   void turn_over(const std::vector<BoxVector>& step, std::span<const BoxReal> twist,
                  BoxPose& pose) const {
-    constexpr double kMostTurnOfABone = 1.0;
     BoxRates jump;
     jump.fill(std::numeric_limits<double>::infinity());
     pose.rate.assign(std::size_t(joints_), jump);
     const BoxTangents tangents(bspline_legs(step), panels_for(step));
     if (!tangents.is_finite()) return;
-    const Interval bend(tangents.most_bend());
     const BoxReal pieces(double(controls_ - 3));
     BoxRoll frame(BoxTurn(start_), kAxisX);
-    Interval arc(0.0);
-    BoxSlopes moved{};
-    IntervalVector turned;  // from the tangent of the joint before
-    for (std::size_t k = 0;; ++k) {
-      const BoxTangents::Place place = tangents.at_arc(arc, moved);
+    std::optional joint = BoxTangents::Joint{};
+    for (std::size_t k = 0; k < pose.rate.size(); ++k) {
+      if (k > 0) joint = tangents.walked(*joint, rest_bone_[k - 1]);
+      if (!joint) return;
+      const BoxTangents::Place place = tangents.at(*joint);
       if (k == 0) {
         frame.go(place.tangent);
       } else {
-        frame.go(place.tangent, turned);
+        frame.go(place.tangent, joint->turned);
       }
       pose.rate[k] = frame.rates(twist_over(twist, place.piece / pieces));
-      if (k == rest_bone_.size()) break;
-
-      // asin(x) is at most x (1 + (pi / 2 - 1) x^2) up to 1.
-      const Interval bone(rest_bone_[k]), half = Interval(0.5) * bend * bone;
-      const Interval longest = bone * (Interval(1.0) + Interval(0.571) * square(half));
-      const Interval most_turned = bend * longest;
-      if (!(most_turned.hi < kMostTurnOfABone)) return;
-      const Interval way(bone.lo, longest.hi), next = arc + way;
-      turned = way * tangents.bend_over(hull(arc, next));
-      const Interval lean = cosine(most_turned);
-      for (std::size_t j = 0; j < kBoxVariables; ++j) {
-        const Interval slid = longest * most_turned * Interval(tangents.most_turn()[j]);
-        const double most = ((Interval(moved[j].most()) + slid) / lean).hi;
-        moved[j] = {-most, most};
-      }
-      arc = next;
     }
   }
 
@@ -315,6 +290,7 @@ class Snake final : public FormulaSystem, public BoxSolver {
     }
     for (int i = 0; i < controls_; ++i) {
       start_u_.push_back(std::min(1.0, i * (length_ / (controls_ - 1)) / drawn_.curve.length()));
+      rest_place_.push_back(frames_.at(start_u_.back()));
     }
 
     for (const char* name : {"slide", "amplitude", "frequency", "offset", "stretchy"}) {
@@ -545,6 +521,7 @@ class Snake final : public FormulaSystem, public BoxSolver {
   bool nearest_ = false;
   int blend_ = 0, detail_ = 0, ribbon_ = 0, twist_ = 0;  // first channels
   std::vector<double> start_u_;                          // of the controls, path arc fraction
+  std::vector<PathFrames::Place> rest_place_;            // of the controls, without a slide
   std::vector<double> key_u_;                            // of the twist channels
   std::vector<double> twist_u_;                          // the same with both ends
   bool implicit_start_ = false, implicit_end_ = false;

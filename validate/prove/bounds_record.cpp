@@ -17,7 +17,7 @@ constexpr std::string_view kStateLetters = "CRO";  // in the order of ClaimState
 
 ordered_json claim_json(const ClaimResult& c) {
   ordered_json json = {c.certified, c.refuted, c.open};
-  // Of nothing there is no worst value.
+  // The worst value is null where nothing was certified.
   json.push_back(c.certified > 0.0 ? ordered_json(c.bound) : ordered_json());
   json.push_back(c.measured ? ordered_json(c.worst) : ordered_json());
   json.push_back(c.pose);
@@ -94,12 +94,12 @@ std::string bounds_question(const MetricQuestion& question, const std::string& r
   return json.dump();
 }
 
-void write_bounds_record(const std::filesystem::path& file, const std::string& question,
+void write_bounds_record(const std::filesystem::path& file, const std::string& question_text,
                          const MetricParts& parts) {
   ordered_json rows = ordered_json::array();
   for (const auto& part : parts) rows.push_back(part ? part_json(*part) : ordered_json());
   ordered_json json = {
-      {"schema", kRecordSchema}, {"question", ordered_json::parse(question)}, {"parts", rows}};
+      {"schema", kRecordSchema}, {"question", ordered_json::parse(question_text)}, {"parts", rows}};
   json["hash"] = content_hash(json.dump());
   const std::filesystem::path folder = file.parent_path();
   OutputFolder(folder.empty() ? "." : folder).write(file.filename(), json.dump() + "\n");
@@ -133,6 +133,7 @@ MetricParts read_bounds_record(const std::filesystem::path& file, const MetricQu
   } catch (const ProofError& error) {
     refuse(error.what());
   }
+  if (parts.size() != parts_not_looked_at(question).size()) refuse("its parts do not fill the box");
   return parts;
 }
 

@@ -3,6 +3,7 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cassert>
 #include <charconv>
 #include <cmath>
 #include <limits>
@@ -231,6 +232,10 @@ MetricClaim read_claim(const std::string& text) {
   return claim;
 }
 
+MetricParts parts_not_looked_at(const MetricQuestion& question) {
+  return MetricParts(parts_of(question.box, question.smallest).size());
+}
+
 MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Progress& progress) {
   const solver::BoxSolver& solver = box_solver_of(*question.system);
   if (question.box.of_controls)
@@ -243,8 +248,7 @@ MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Pr
   }
   const Search search(question);
   const std::vector<SubBox> part = parts_of(question.box, question.smallest);
-  if (parts.empty()) parts.resize(part.size());
-  if (parts.size() != part.size()) throw ProofError("the parts are of another box");
+  assert(parts.size() == part.size());
   progress.start("parts of the box", part.size());
   oneapi::tbb::parallel_for(std::size_t{0}, part.size(), [&](std::size_t i) {
     if (!parts[i]) {

@@ -61,15 +61,18 @@ struct MetricProof {
 /// looked at to its end.
 using MetricParts = std::vector<std::optional<MetricProof>>;
 
+/// All of them, not yet looked at.
+MetricParts parts_not_looked_at(const MetricQuestion& question);
+
 /// A proof of no box.
 MetricProof nothing_yet(const MetricQuestion& question);
 
 /// Bounds the metrics over boxes by interval arithmetic. A box where a claim is not certified is
 /// halved across its widest channel until `smallest`; then the plain solver and skinning measure
-/// the pose at its centre. The result is the same for any number of threads. `parts` is empty, or
-/// holds those of the same question that are decided; what a signal leaves decided is in it.
-/// Throws ProofError where the rig's joints cannot be enclosed, a claim needs a character or
-/// `parts` are of another question, Interrupted after a signal.
+/// the pose at its centre. The result is the same for any number of threads. `parts` are those of
+/// the same question; what is decided of them is kept, and what a signal leaves decided is in it.
+/// Throws ProofError where the rig's joints cannot be enclosed or a claim needs a character,
+/// Interrupted after a signal.
 MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Progress& progress);
 
 }  // namespace backbend::validate

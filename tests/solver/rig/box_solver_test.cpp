@@ -11,6 +11,7 @@
 #include "solver/curves/box_tangents.h"
 #include "solver/curves/box_walk.h"
 #include "solver/curves/curve.h"
+#include "solver/curves/walk.h"
 #include "solver/math/box_arc.h"
 #include "solver/math/rotation.h"
 
@@ -342,7 +343,7 @@ TEST(BoxTangents, EncloseThoseOfEveryCurveOfTheBox) {
     for (Interval& s : slope) s = 0.05 * uniform(random);
     double spread = 0.0;
     for (const Interval& s : slope) spread += s.most();
-    const BoxTangents::Place place = tangents.at_arc({arc - spread, arc + spread}, slope);
+    const BoxTangents::Place place = tangents.at({{arc - spread, arc + spread}, slope, {}});
     const double from = 0.4 + 0.4 * uniform(random), to = from + 0.1;
     const BoxStep mean = tangents.mean_between(from, to);
     ASSERT_TRUE(mean.way.is_finite() && place.tangent.is_finite());
@@ -405,6 +406,86 @@ TEST(BoxTangents, EncloseThoseOfEveryCurveOfTheBox) {
   EXPECT_GT(narrow, 40);
 }
 
+/// Few long bones, so that what a walk slides as the pose moves is more than nothing.
+TEST(BoxTangents, EncloseTheJointsOfAChainWalkedAlongTheCurve) {
+  std::mt19937 random(20);
+  int joints = 0, past = 0, slides = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Box box(random, 0.6, i % 2 == 0 ? 1e-3 : 0.05);
+    constexpr std::size_t kSteps = 6;
+    const auto steps = [&](const auto& x, const auto& y, const auto& z, auto vector) {
+      std::vector<decltype(vector(x, y, z))> all;
+      for (std::size_t k = 0; k < kSteps; ++k)
+        all.push_back(vector(0.25 * double(k) * x, 1.0 + 0.1 * y, 0.2 * double(k) * z));
+      return all;
+    };
+    const BoxTangents tangents(
+        bspline_legs(steps(box.of[0], box.of[1], box.of[2],
+                           [](const BoxReal& a, const BoxReal& b, const BoxReal& c) {
+                             return BoxVector(a, b, c);
+                           })),
+        24);
+    ASSERT_TRUE(tangents.is_finite());
+    const std::vector<double> bone(9, 0.8);
+    double y[3];
+    for (double& one : y) one = 0.9 * uniform(random);
+    const auto laid = [&](int j, double shift) {
+      double x[3];
+      for (int k = 0; k < 3; ++k) x[k] = box.at(k, y[k] + (k == j ? shift : 0.0));
+      std::vector<glm::dvec3> point{{0, 0, 0}}, joint;
+      for (const glm::dvec3& s : steps(
+               x[0], x[1], x[2], [](double a, double b, double c) { return glm::dvec3(a, b, c); }))
+        point.push_back(point.back() + s);
+      WalkDetail detail;
+      walk_from(Curve::bspline(point), bone, 0.0, joint, &detail);
+      return detail.arc;
+    };
+    const std::vector<double> now = laid(0, 0.0);
+    constexpr double kStep = 1e-3;
+    std::optional joint = BoxTangents::Joint{};
+    for (std::size_t k = 1; k < now.size(); ++k) {
+      joint = tangents.walked(*joint, bone[k - 1]);
+      ASSERT_TRUE(joint);
+      EXPECT_GE(now[k], joint->arc.lo - 1e-10);
+      EXPECT_LE(now[k], joint->arc.hi + 1e-10);
+      past += now[k] > tangents.length().value.hi;
+      ++joints;
+      for (int j = 0; j < 3; ++j) {
+        const double moved = (laid(j, 0.5 * kStep)[k] - laid(j, -0.5 * kStep)[k]) / kStep;
+        const Interval& slope = joint->slope[std::size_t(j)];
+        EXPECT_GE(moved, slope.lo - 1e-7);
+        EXPECT_LE(moved, slope.hi + 1e-7);
+        slides += std::abs(moved) > 1e-5;  // far above what is taken for rounding
+      }
+    }
+  }
+  EXPECT_EQ(joints, 540);
+  EXPECT_GT(past, 50);
+  EXPECT_GT(slides, 200);
+  // A bone on which the curve may turn by a radian has no end.
+  const auto bent = bspline_legs({{{1, 0, 0}}, {{0.2, 1, 0}}, {{-1, 0.2, 0}}, {{0, -1, 0}}});
+  EXPECT_TRUE(BoxTangents(bent, 24).walked({}, 0.05));
+  EXPECT_FALSE(BoxTangents(bent, 24).walked({}, 0.3));
+}
+
+/// Counts of joints' rates that were held against a box's bounds.
+struct Rates {
+  int finite = 0, sharp = 0;  // sharp: at least a `near` part of the bound
+
+  /// `a` and `b` are poses of the box, `step` of variable j apart.
+  void expect_within(const BoxPose& box, int j, const SpinePose& a, const SpinePose& b, double step,
+                     double near) {
+    for (std::size_t k = 0; k < box.rate.size(); ++k) {
+      const double bound = box.rate[k][std::size_t(j)];
+      if (!std::isfinite(bound)) continue;
+      const double rate = angle_between(a.turn[k], b.turn[k]) / step;
+      EXPECT_LE(rate, bound * (1.0 + 1e-8) + 1e-9) << "joint " << k;
+      ++finite;
+      sharp += rate > near * bound;
+    }
+  }
+};
+
 TEST(BoxSolvers, ASnakesControlsAreTakenThemselvesToo) {
   std::mt19937 random(19);
   const auto system = build_system({"snake", {{"joints", 30.0}, {"controls", 8.0}}}, kBent);
@@ -418,7 +499,7 @@ TEST(BoxSolvers, ASnakesControlsAreTakenThemselvesToo) {
                        channels.begin());
   };
   const std::size_t moved[3] = {index("amplitude"), index("frequency"), index("detail.x5")};
-  int sharp = 0, all = 0;
+  Rates seen;
   for (int i = 0; i < 60; ++i) {
     const double middle[3] = {0.2, 12.0, 0.1}, width[3] = {0.02, 0.4, 0.02};
     double low[3], high[3];
@@ -445,18 +526,11 @@ TEST(BoxSolvers, ASnakesControlsAreTakenThemselvesToo) {
       };
       constexpr double kStep = 1e-3;
       const SpinePose a = posed(-0.5 * kStep), b = posed(0.5 * kStep);
-      for (std::size_t k = 0; k < pose.rate.size(); ++k) {
-        const double bound = pose.rate[k][std::size_t(j)];
-        if (!std::isfinite(bound)) continue;
-        const double rate = angle_between(a.turn[k], b.turn[k]) / kStep;
-        EXPECT_LE(rate, bound * (1.0 + 1e-8) + 1e-9) << "case " << i << " joint " << k;
-        sharp += rate > 0.5 * bound;
-        ++all;
-      }
+      seen.expect_within(pose, j, a, b, kStep, 0.5);
     }
   }
-  EXPECT_GT(all, 3000);
-  EXPECT_GT(sharp, all / 6);
+  EXPECT_GT(seen.finite, 3000);
+  EXPECT_GT(seen.sharp, seen.finite / 6);
 }
 
 struct BoxCase {
@@ -510,7 +584,7 @@ class BoxSolvers : public ::testing::TestWithParam<BoxCase> {};
 /// What proofs rest on: no pose of a box turns a joint faster than the box's bound.
 TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
   std::mt19937 random(4);
-  int finite = 0, sharp = 0;
+  Rates seen;
   for (const RestChain* chain : {&kStraightUp, &kBent}) {
     const auto system = build_system(GetParam().spec, *chain);
     const auto* solver = dynamic_cast<const BoxSolver*>(system.get());
@@ -533,19 +607,12 @@ TEST_P(BoxSolvers, NoPoseOfABoxOutrunsItsBound) {
         };
         constexpr double kStep = 1e-3;
         const SpinePose a = posed(-0.5 * kStep), b = posed(0.5 * kStep);
-        for (std::size_t k = 0; k < pose.rate.size(); ++k) {
-          const double bound = pose.rate[k][std::size_t(j)];
-          if (!std::isfinite(bound)) continue;
-          const double rate = angle_between(a.turn[k], b.turn[k]) / kStep;
-          EXPECT_LE(rate, bound * (1.0 + 1e-8) + 1e-9) << "case " << i << " joint " << k;
-          ++finite;
-          sharp += rate > 0.8 * bound;
-        }
+        seen.expect_within(pose, j, a, b, kStep, 0.8);
       }
     }
   }
-  EXPECT_GT(finite, 1000);
-  EXPECT_GT(sharp, finite / 6);  // bounds that say something
+  EXPECT_GT(seen.finite, 1000);
+  EXPECT_GT(seen.sharp, seen.finite / 6);  // bounds that say something
 }
 
 /// What bounds of the skin rest on: at every pose of a box each joint, and what hangs from the

@@ -44,7 +44,7 @@ struct Scene : testing::FigureStage {
 MetricProof proved(const MetricQuestion& q, int threads = 2) {
   Progress progress(Progress::Style::none);
   MetricProof proof;
-  MetricParts parts;
+  MetricParts parts = parts_not_looked_at(q);
   oneapi::tbb::task_arena(threads).execute([&] { proof = prove_metrics(q, parts, progress); });
   return proof;
 }
@@ -212,7 +212,7 @@ TEST(MetricProof, GoesOnFromItsRecordAsIfItHadNotStopped) {
       scene.question(*system, "extension=20:40,side=-10:10", {"BB020=8", "BB041=0.001"});
   const std::string text = bounds_question(q, "isner", scene.stage.rest_chain());
   Progress progress(Progress::Style::none);
-  MetricParts whole;
+  MetricParts whole = parts_not_looked_at(q);
   const std::string told = metric_proof_json(q, prove_metrics(q, whole, progress), "isner");
   ASSERT_GT(whole.size(), 10u);
   MetricParts some = whole;
@@ -244,9 +244,8 @@ TEST(MetricProof, GoesOnFromItsRecordAsIfItHadNotStopped) {
   forged.replace(forged.find("\"looked_at\":") + 12, 1, "9");
   EXPECT_NE(changed(forged).find("hash"), std::string::npos);
   EXPECT_NE(changed("{\"schema\": \"backbend.certificate/1\"}").find("schema"), std::string::npos);
-  MetricParts few(3);
-  EXPECT_NE(refusal([&] { prove_metrics(q, few, progress); }).find("another box"),
-            std::string::npos);
+  write_bounds_record(file, text, MetricParts(3));
+  EXPECT_NE(refused(q).find("search.json: its parts do not fill the box"), std::string::npos);
 }
 
 TEST(MetricProof, TrianglesOfOneMotionAloneAreNotLookedAt) {
@@ -281,7 +280,7 @@ TEST(MetricProof, WhatCannotBeAskedIsRefusedByName) {
   const auto system = scene.rig("even");
   MetricQuestion q = scene.question(*system, "envelope", {"BB033"});
   q.stage = nullptr;
-  MetricParts parts;
+  MetricParts parts = parts_not_looked_at(q);
   EXPECT_NE(refusal([&] { prove_metrics(q, parts, progress); }).find("--character"),
             std::string::npos);
   const auto snake = scene.rig("snake");
