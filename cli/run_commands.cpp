@@ -441,9 +441,11 @@ WatchedRun watched_check(RunRequest request, const std::string& rig, const RunOp
     if (is_external(plan.spec))
       for (const std::string& file : external_files(plan.spec)) run.inputs.emplace_back(file);
   run.judge = [request = std::move(request)](const fs::path& folder, bool pictures,
+                                             const std::shared_ptr<KnownJumps>& known_jumps,
                                              Progress& progress) {
     RunRequest each = request;
     each.folder = folder;
+    each.known_jumps = known_jumps;
     each.image_pass = each.image_pass && pictures;
     each.suite.pictures.enabled = each.suite.pictures.enabled && pictures;
     return run_suite(each, progress);
@@ -461,6 +463,7 @@ WatchedRun watched_clip(const BakedOptions& baked, const std::string& character,
   PicturePlan plan;
   options.apply_to(plan);
   run.judge = [baked, character, hints = options.hints, plan](const fs::path& folder, bool pictures,
+                                                              const std::shared_ptr<KnownJumps>&,
                                                               Progress&) {
     Common silent;
     silent.quiet = true;

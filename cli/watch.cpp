@@ -218,8 +218,9 @@ class Watching {
       if (saves_ > 0) run_ = next_.make();
       files_.look_at(run_.inputs);
       Progress silent(Progress::Style::none);
-      Report now = run_.judge(folder_, false, silent);
+      Report now = run_.judge(folder_, false, known_jumps_, silent);
       ++saves_;
+      known_jumps_->forget_unused();
       before_ = std::move(now_);
       now_ = std::move(now);
     } catch (const WriteError&) {
@@ -256,7 +257,7 @@ class Watching {
     try {
       clear_pictures();
       Progress progress(common_.progress_style());
-      complete = run_.judge(folder_, true, progress);
+      complete = run_.judge(folder_, true, known_jumps_, progress);
       progress.finish();
       write(*complete);
     } catch (const Superseded&) {
@@ -288,6 +289,7 @@ class Watching {
   FileWatch files_;
   Screen screen_;
   NextRun next_;
+  std::shared_ptr<KnownJumps> known_jumps_ = std::make_shared<KnownJumps>();
   std::set<fs::path> others_;  // pictures that stood in the folder before
   std::optional<Report> before_, now_;
   int saves_ = 0;

@@ -1,6 +1,7 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,9 @@ struct WatchedRun {
   bool single_file = false;  // every picture inside the page
   bool poll = false;         // looks at the files even where the system would tell
   std::function<validate::Report(const std::filesystem::path& folder, bool pictures,
+                                 const std::shared_ptr<validate::KnownJumps>& known_jumps,
                                  validate::Progress& progress)>
-      judge;
+      judge;  // `known_jumps` stay from save to save
 };
 
 /// The words that the process was started with: options are taken anew when a project file changes.

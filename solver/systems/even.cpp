@@ -4,6 +4,8 @@
 #include <cassert>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <map>
+#include <mutex>
 #include <optional>
 
 #include "solver/math/rotation.h"
@@ -96,8 +98,7 @@ class Even final : public FormulaSystem, public BoxSolver {
                                     std::size_t count) const override {
     assert(count >= 2);
     const Bend bend = bend_of(control);
-    const EvenShape shape(drawn_, bone_.axes[1], bone_.axes[2], weights_,
-                          equal_bones(int(count) - 1), share_ends_);
+    const EvenShape& shape = shape_at_steps(count);
     std::vector<dquat> frame(count);
     std::vector<dvec3> point(count);
     shape.solve(bend.shares(), &bend.field, frame, point);
@@ -200,6 +201,18 @@ class Even final : public FormulaSystem, public BoxSolver {
                                : reach_->gain_bound(ch, weights_.of(ch), ch < 3 ? middle : top);
       gain_bound_ = std::max(gain_bound_, channel_bound_[ch]);
     }
+  }
+
+  /// The spine cut at `count` points at equal steps, kept: no pose changes it, and it takes longer
+  /// to cut than to bend.
+  const EvenShape& shape_at_steps(std::size_t count) const {
+    const std::lock_guard lock(at_steps_lock_);
+    const auto known = at_steps_.find(count);
+    if (known != at_steps_.end()) return known->second;
+    return at_steps_
+        .try_emplace(count, drawn_, bone_.axes[1], bone_.axes[2], weights_,
+                     equal_bones(int(count) - 1), share_ends_)
+        .first->second;
   }
 
   /// How a pose bends the spine below Lower's turn.
@@ -366,6 +379,8 @@ class Even final : public FormulaSystem, public BoxSolver {
   FkBones bone_;
   std::vector<dvec3> drawn_;
   EvenShape shape_;
+  mutable std::mutex at_steps_lock_;
+  mutable std::map<std::size_t, EvenShape> at_steps_;  // by their number of points
   std::vector<double> joint_end_;
   std::vector<UpperChannels> joint_step_;  // weight over each joint
   UpperChannels peak_step_{};

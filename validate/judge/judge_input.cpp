@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "skin/anatomy/import_checks.h"
-#include "skin/weights/weight_faults.h"
 
 namespace backbend::validate {
 namespace {
@@ -104,8 +103,14 @@ class InputJudge {
 
 }  // namespace
 
+InputReading read_input(const Stage& stage) {
+  const skin::Character& character = stage.character();
+  return {examine_weights(character, character.influences, stage.anatomy().head),
+          skin::find_weight_faults(character, stage.anatomy())};
+}
+
 InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
-                           const WeightHygiene& weights, bool judges_weights) {
+                           const InputReading& weights, bool judges_weights) {
   InputJudge input(rig, context, judges_weights);
   const skin::Character& character = input.character();
   const auto count = [](std::size_t n) { return static_cast<double>(n); };
@@ -119,12 +124,11 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
             {{count(character.unweighted.size()),
               character.unweighted.empty() ? -1 : static_cast<int>(character.unweighted.front()),
               -1, 0.0, 0, std::to_string(character.unweighted.size()) + " vertices stay behind"}});
-  input.ask("BB062", {{count(weights.stray), weights.stray_vertex, -1, 0.0, 0,
-                       "the worst has " + number_text(100.0 * weights.stray_weight, 1) +
+  input.ask("BB062", {{count(weights.hygiene.stray), weights.hygiene.stray_vertex, -1, 0.0, 0,
+                       "the worst has " + number_text(100.0 * weights.hygiene.stray_weight, 1) +
                            " % of its weight on joints that its neighbours do not share"}});
 
-  const skin::Anatomy& anatomy = context.stage.anatomy();
-  const skin::WeightFaults faults = skin::find_weight_faults(character, anatomy);
+  const skin::WeightFaults& faults = weights.faults;
   using Text = std::string;
   input.ask("BB063", faults.wrong_side,
             [](const Text& joint, const Text& size, const Text& other) -> Text {
@@ -162,7 +166,7 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
 
   std::vector<InputFact> off;
   for (const skin::JointBindOff& one : skin::joints_bound_off(character)) {
-    const double percent = 100.0 * one.shift / anatomy.height;
+    const double percent = 100.0 * one.shift / context.stage.anatomy().height;
     off.push_back({percent, static_cast<int>(one.vertex), one.node, 1000.0 * one.shift, 0,
                    input.joint(one.node) + " is bound " + number_text(one.angle_deg, 1) +
                        " deg away from where the joints around it were; the surface stands up to " +

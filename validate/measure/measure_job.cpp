@@ -43,7 +43,8 @@ std::string unit_name(const std::string& kind, const std::string& character, con
 }
 
 bool measure_records(const Stage& stage, const BodyMetrics& body, const std::string& character,
-                     std::vector<RigRecord>& records, Ledger& ledger, Progress& progress) {
+                     std::vector<RigRecord>& records, Ledger& ledger, Progress& progress,
+                     KnownJumps* known) {
   std::vector<Item> items = items_of(character, records);
   std::vector<RigAtRest> at_rest;
   for (const RigRecord& rig : records) at_rest.push_back(rig_at_rest(*rig.system));
@@ -66,7 +67,8 @@ bool measure_records(const Stage& stage, const BodyMetrics& body, const std::str
       ledger.miss(item.unit);
       complete = false;
     } else if (item.count == 0) {
-      sweep.flips = search_flips(rig, sweep.sweep);
+      sweep.flips = known != nullptr ? known->flips(stage, rig, sweep.sweep)
+                                     : search_flips(rig, sweep.sweep);
       ledger.keep(item.unit, pack_flips(sweep.flips));
     } else {
       measure_poses(stage, body, rig, at_rest[item.record], poses, progress);

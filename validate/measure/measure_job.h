@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "validate/files/ledger.h"
+#include "validate/measure/known_jumps.h"
 #include "validate/measure/measure.h"
 
 namespace backbend::validate {
@@ -17,8 +18,10 @@ std::string unit_name(const std::string& kind, const std::string& character, con
 
 /// Fills planned records with every pose's and every sweep's results, from the ledger where it has
 /// them. In a shard its own share is measured first, then what the others have not finished.
-/// Returns false where results are missing (Mode::merge), all of them noted.
+/// Returns false where results are missing (Mode::merge), all of them noted. `known`, where given,
+/// has jumps that were found before.
 bool measure_records(const Stage& stage, const BodyMetrics& body, const std::string& character,
-                     std::vector<RigRecord>& records, Ledger& ledger, Progress& progress);
+                     std::vector<RigRecord>& records, Ledger& ledger, Progress& progress,
+                     KnownJumps* known = nullptr);
 
 }  // namespace backbend::validate

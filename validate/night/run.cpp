@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
 #include <span>
 
 #include "skin/anatomy/import_checks.h"
@@ -42,6 +43,7 @@
 #include "validate/report/libraries.h"
 #include "validate/report/markdown.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/tasks/ahead.h"
 #include "validate/tasks/pictures_ahead.h"
 #include "validate/tasks/side_by_side.h"
 #include "validate/text/shell_word.h"
@@ -116,15 +118,12 @@ void add_findings(std::vector<Finding> findings, std::ptrdiff_t rig, Report& rep
 
 /// The file is judged once, under the first rig that decides, or the first at all.
 void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
-                const JudgeContext& context, Report& report) {
+                const JudgeContext& context, const InputReading& reading, Report& report) {
   const auto decides = [](const RigRecord& each) { return each.plan.role == Role::proposed; };
   auto record = std::find_if(records.begin(), records.end(), decides);
   if (record == records.end()) record = records.begin();
   if (record == records.end()) return;
-  const skin::Character& character = context.stage.character();
-  const WeightHygiene weights =
-      examine_weights(character, character.influences, context.stage.anatomy().head);
-  InputJudgement input = judge_input(*record, context, weights, suite.judges_weights);
+  InputJudgement input = judge_input(*record, context, reading, suite.judges_weights);
   const auto rig = report.rigs.end() - (records.end() - record);
   add_findings(std::move(input.findings), rig - report.rigs.begin(), report);
   for (const Coverage& each : input.coverage) rig->coverage.push_back(each);
@@ -252,7 +251,7 @@ struct RigSearches {
 };
 
 RigSearches search_rigs(const Stage& stage, const Suite& suite, solver::Mapping mapping,
-                        const Envelope& box, Progress& progress) {
+                        const Envelope& box, KnownJumps* known, Progress& progress) {
   RigSearches out;
   for (const RigPlan& plan : suite.rigs) {
     FoundJumps found;
@@ -260,12 +259,13 @@ RigSearches search_rigs(const Stage& stage, const Suite& suite, solver::Mapping 
       const auto system = stage.build(plan.spec);
       const ExternalRig* external = external_rig(*system);
       if (!external || !external->has_memory())
-        found = search_compound(*system, mapping, box, &progress);
+        found = known != nullptr ? known->compound(stage, plan, *system, mapping, box, progress)
+                                 : search_compound(*system, mapping, box, &progress);
     }
     out.rig.push_back(found.summary);
     for (Sweep& sweep : found.around) {
-      const auto known = [&](const Sweep& each) { return each.name == sweep.name; };
-      if (std::ranges::none_of(out.around, known)) out.around.push_back(std::move(sweep));
+      const auto is_there = [&](const Sweep& each) { return each.name == sweep.name; };
+      if (std::ranges::none_of(out.around, is_there)) out.around.push_back(std::move(sweep));
     }
   }
   return out;
@@ -302,7 +302,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     break;
   }
   const Stage& stage = *run.stage;
-  const bool judges_weights = suite.judges_weights && !has_mesh_of_rig(stage.character());
+  const bool has_own_mesh = !has_mesh_of_rig(stage.character());
+  const bool judges_weights = suite.judges_weights && has_own_mesh;
   report.characters.push_back(facts_of(stage.character(), stage.anatomy(), ""));
   CharacterFacts& facts = report.characters.back();
   // Of the whole body, whichever chain of it is driven.
@@ -323,14 +324,16 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   const JudgeContext external_context{stage, of_external, envelope, run.words};
   // Canaries always use the built-in limits.
   const JudgeContext by_the_table{stage, table, envelope, run.words};
+  std::optional<Ahead<InputReading>> input;
+  if (has_own_mesh) input.emplace([&stage] { return read_input(stage); });
   const BodyMetrics body(stage.character(), stage.anatomy(), stage.driver());
   for (std::string& why : body.why_not()) report.characters.back().notes.push_back(std::move(why));
 
   std::vector<RigRecord>& records = run.records;
   const std::vector<Sweep> sweeps = sweeps_for(suite, envelope);
   for (const solver::Mapping mapping : suite.mappings) {
-    const RigSearches searches =
-        search_rigs(stage, suite, mapping, search_box(envelope, sweeps), progress);
+    const RigSearches searches = search_rigs(stage, suite, mapping, search_box(envelope, sweeps),
+                                             request.known_jumps.get(), progress);
     std::vector<Sweep> all = sweeps;
     all.insert(all.end(), searches.around.begin(), searches.around.end());
     for (std::size_t i = 0; i < suite.rigs.size(); ++i) {
@@ -361,7 +364,8 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   progress.start("poses", hunts ? poses : poses + looked_at);
   // Covers the character's file and its sidecar.
   const std::string content = report.characters.back().hash;
-  if (!measure_records(stage, body, content, records, ledger, progress)) return run;
+  if (!measure_records(stage, body, content, records, ledger, progress, request.known_jumps.get()))
+    return run;
   const auto context_of = [&](const RigRecord& record) -> const JudgeContext& {
     return is_external(record.plan.spec) ? external_context : own_context;
   };
@@ -455,7 +459,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     for (std::vector<Finding>& each : *of_rigs) add_findings(std::move(each), rig++, report);
   }
   const std::size_t judged = report.findings.size();
-  if (!has_mesh_of_rig(stage.character())) judge_file(suite, records, own_context, report);
+  if (input) judge_file(suite, records, own_context, input->get(), report);
   for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
   offer_repair(file, run.words, request.chain, std::span(report.findings).subspan(before));
   return run;

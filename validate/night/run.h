@@ -11,6 +11,7 @@
 #include "validate/files/ledger.h"
 #include "validate/history/baseline.h"
 #include "validate/history/history.h"
+#include "validate/measure/known_jumps.h"
 #include "validate/model/report.h"
 #include "validate/stage/stage.h"
 #include "validate/sweeps/suite.h"
@@ -45,6 +46,8 @@ struct RunRequest {
   // Where finished work is kept and taken from; null: nowhere. Shard reports are partial and must
   // not be written.
   std::shared_ptr<Ledger> ledger;
+  // Jumps of this character's rigs that an earlier run of this process found; null: none are kept.
+  std::shared_ptr<KnownJumps> known_jumps;
   // Where results of earlier nights are taken from and tonight's noted; null: nowhere.
   std::shared_ptr<CarryOver> carry;
 

@@ -49,13 +49,13 @@ void add_file(const skin::Character& character, const ReadingContext& context, W
   };
   add("BB060", 100.0 * std::abs(1.0 - character.worst_weight_sum));
   add("BB061", static_cast<double>(character.unweighted.size()));
-  add("BB062", static_cast<double>(out.hygiene.stray));
-  add("BB063", 100.0 * out.faults.wrong_side.worst());
-  add("BB064", 100.0 * out.faults.far.worst());
-  add("BB065", 100.0 * out.faults.asymmetry.worst());
-  add("BB066", 100.0 * out.faults.order.worst());
-  add("BB067", 100.0 * out.faults.seams.worst());
-  add("BB069", 100.0 * out.faults.borders.worst());
+  add("BB062", static_cast<double>(out.input.hygiene.stray));
+  add("BB063", 100.0 * out.input.faults.wrong_side.worst());
+  add("BB064", 100.0 * out.input.faults.far.worst());
+  add("BB065", 100.0 * out.input.faults.asymmetry.worst());
+  add("BB066", 100.0 * out.input.faults.order.worst());
+  add("BB067", 100.0 * out.input.faults.seams.worst());
+  add("BB069", 100.0 * out.input.faults.borders.worst());
 }
 
 }  // namespace
@@ -120,10 +120,8 @@ WeightReading read_weights(const skin::Character& character, const ReadingContex
   progress.finish();
   out.findings = judge_rig(rig, judging);
   book_owners(stage, body, rig, true, out.findings);
-  out.hygiene =
-      examine_weights(stage.character(), stage.character().influences, stage.anatomy().head);
-  out.faults = skin::find_weight_faults(stage.character(), stage.anatomy());
-  InputJudgement file = judge_input(rig, judging, out.hygiene, true);
+  out.input = read_input(stage);
+  InputJudgement file = judge_input(rig, judging, out.input, true);
   for (Finding& finding : file.findings) out.findings.push_back(std::move(finding));
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
   for (Finding& finding : out.findings) places.name({}, finding);

@@ -6,8 +6,7 @@
 #include <vector>
 
 #include "skin/anatomy/anatomy.h"
-#include "skin/weights/weight_faults.h"
-#include "validate/metrics/surface/weight_hygiene.h"
+#include "validate/judge/judge_input.h"
 #include "validate/sweeps/envelope.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/tasks/progress.h"
@@ -24,8 +23,7 @@ struct WeightReading {
   /// factor of its limit there (where that is 0, the value itself); above 1 it is beyond it. Poses
   /// that the body is too thick for do not count.
   std::map<std::string, double> excess;
-  skin::WeightFaults faults;
-  WeightHygiene hygiene;
+  InputReading input;
   std::vector<double> slice_at;   // of each slice: its arc fraction along the spine
   std::vector<float> coordinate;  // of each vertex: the same; NaN off the torso
   std::size_t poses = 0;

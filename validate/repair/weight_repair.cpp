@@ -308,34 +308,34 @@ class Repairer {
   bool unknown() {
     std::vector<std::uint32_t> vertices = now_.unweighted;
     if (excess_of(reading_, "BB062") > 0.0)
-      vertices.insert(vertices.end(), reading_.hygiene.strays.begin(),
-                      reading_.hygiene.strays.end());
+      vertices.insert(vertices.end(), reading_.input.hygiene.strays.begin(),
+                      reading_.input.hygiene.strays.end());
     if (vertices.empty()) return false;
     return take_best(edits().unknown(vertices), {"BB061", "BB062"}, true);
   }
   bool other_side() {
-    const auto faults = failing(reading_.faults.wrong_side, "BB063");
+    const auto faults = failing(reading_.input.faults.wrong_side, "BB063");
     return !faults.empty() && take_best(edits().foreign(faults, true), {"BB063"}, true);
   }
   bool far() {
-    const auto faults = failing(reading_.faults.far, "BB064");
+    const auto faults = failing(reading_.input.faults.far, "BB064");
     return !faults.empty() && take_best(edits().foreign(faults, false), {"BB064"}, true);
   }
   bool seams() {
-    const auto faults = failing(reading_.faults.seams, "BB067");
+    const auto faults = failing(reading_.input.faults.seams, "BB067");
     return !faults.empty() && take_best(edits().seams(faults), {"BB067"}, true);
   }
   bool asymmetry() {
-    const auto faults = failing(reading_.faults.asymmetry, "BB065");
+    const auto faults = failing(reading_.input.faults.asymmetry, "BB065");
     return !faults.empty() && take_best(edits().asymmetry(faults), {"BB065"});
   }
   bool order() {
-    const auto faults = failing(reading_.faults.order, "BB066");
+    const auto faults = failing(reading_.input.faults.order, "BB066");
     return !faults.empty() && take_best(edits().order(faults), {"BB066"});
   }
 
   bool borders() {
-    const auto faults = failing(reading_.faults.borders, "BB069");
+    const auto faults = failing(reading_.input.faults.borders, "BB069");
     return !faults.empty() && take_best(edits().borders(faults), {"BB069"});
   }
 

@@ -69,7 +69,7 @@ double near_limit(const Check& check, double limit, bool back) {
 
 /// What passes by less than kNearLimit. `weights`: nullptr where the input is not asked.
 std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& context,
-                                   const WeightHygiene* weights) {
+                                   const InputReading* weights) {
   LimitSet nearer = context.limits;
   for (const Check& check : all_checks())
     if (metric_of(check.code) || (check.subject == Subject::input && check.decides))
@@ -129,10 +129,9 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   const JudgeContext context{stage, limits, envelope, version.label};
   std::vector<Finding> findings = judge_rig(rig, context);
   book_owners(stage, body, rig, true, findings);
-  std::optional<WeightHygiene> weights;
+  std::optional<InputReading> weights;
   if (only.empty() || sweep.empty()) {
-    weights =
-        examine_weights(stage.character(), stage.character().influences, stage.anatomy().head);
+    weights = read_input(stage);
     for (Finding& finding : judge_input(rig, context, *weights, true).findings)
       findings.push_back(std::move(finding));
   }

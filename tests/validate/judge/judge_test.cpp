@@ -205,7 +205,7 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
   const Envelope envelope = *find_envelope("human");
   const JudgeContext context{stage, limits, envelope, "tube.glb"};
   const RigRecord rig = measured("even");
-  const WeightHygiene weights = examine_weights(character, character.influences);
+  const InputReading weights = read_input(stage);
   const std::vector<Finding> findings = judge_input(rig, context, weights, true).findings;
   ASSERT_GE(findings.size(), 3u);  // what hangs on a hand is far from it as well
   EXPECT_EQ(findings[0].code, "BB060");
@@ -223,12 +223,7 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
     EXPECT_EQ(finding.verdict, Verdict::stress);
   // The same body without the faults.
   const JudgeContext clean{tube(), limits, envelope, "tube.glb"};
-  const skin::Character& good = tube().character();
-  EXPECT_TRUE(
-      judge_input(rig, clean,
-                  examine_weights(good.influences, good.triangles, good.place, good.place_count),
-                  true)
-          .findings.empty());
+  EXPECT_TRUE(judge_input(rig, clean, read_input(tube()), true).findings.empty());
 }
 
 TEST(CompoundLoad, IsTheRootOfTheSumOfSquaresOfWhatEachChannelNeeds) {
