@@ -416,13 +416,15 @@ class FaultFinder {
   struct Neighbours {
     std::vector<Index> first, of;  // of place p: of[first[p]] to of[first[p + 1] - 1]
     Neighbours() = default;
-    Neighbours(std::vector<std::pair<Index, Index>> pairs, Index places) : first(places + 1, 0) {
-      std::sort(pairs.begin(), pairs.end());
-      for (const auto& [a, b] : pairs) {
-        ++first[a + 1];
-        of.push_back(b);
-      }
+    Neighbours(const std::vector<std::pair<Index, Index>>& pairs, Index places)
+        : first(places + 1, 0), of(pairs.size()) {
+      for (const auto& [a, b] : pairs) ++first[a + 1];
       for (Index p = 0; p < places; ++p) first[p + 1] += first[p];
+      std::vector<Index> next(first.begin(), first.end() - 1);
+      for (const auto& [a, b] : pairs) of[next[a]++] = b;
+      for (Index p = 0; p < places; ++p)
+        std::sort(of.begin() + static_cast<std::ptrdiff_t>(first[p]),
+                  of.begin() + static_cast<std::ptrdiff_t>(first[p + 1]));
     }
   };
 
@@ -437,7 +439,7 @@ class FaultFinder {
     edges_ = Neighbours(pairs, weights_.size());
     find_shells();
     link_shells(pairs);
-    linked_ = Neighbours(std::move(pairs), weights_.size());
+    linked_ = Neighbours(pairs, weights_.size());
   }
 
   /// The pieces of the surface that no edges join.

@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
+#include <memory>
 #include <numeric>
 
 namespace backbend::validate {
@@ -175,7 +176,7 @@ constexpr std::uint32_t kLeaf = 8;  // triangles: as many as a register has lane
 struct alignas(32) LeafBoxes {
   float low[3][kLeaf], high[3][kLeaf];
 
-  LeafBoxes() {
+  void clear() {
     constexpr float kBeyond = std::numeric_limits<float>::infinity();
     for (int axis = 0; axis < 3; ++axis) {
       std::ranges::fill(low[axis], kBeyond);
@@ -227,42 +228,55 @@ struct SelfIntersection::Search {
   const SelfIntersection& mesh;
   std::span<const glm::vec3> position;
   Lattice lattice;
-  std::vector<Box> box;           // per node
-  std::vector<Box> triangle_box;  // per entry of order_
-  std::vector<LeafBoxes> leaf;
+  std::vector<Box> point;
+  std::vector<Box> box;  // per node
+  // Of triangles, and all of a leaf's together: filled in where the walk comes to the leaf.
+  std::vector<bool> is_filled;
+  std::unique_ptr<Box[]> triangle_box;  // per entry of order_
+  std::unique_ptr<LeafBoxes[]> leaf;
   std::vector<Pair> found;
 
   Search(const SelfIntersection& of, std::span<const glm::vec3> at)
-      : mesh(of), position(at), lattice(largest_of(at)) {
-    std::vector<Box> point(position.size());
+      : mesh(of),
+        position(at),
+        lattice(largest_of(at)),
+        point(at.size()),
+        box(of.node_.size()),
+        is_filled(of.leaves_, false),
+        triangle_box(std::make_unique_for_overwrite<Box[]>(of.order_.size())),
+        leaf(std::make_unique_for_overwrite<LeafBoxes[]>(of.leaves_)) {
     for (std::size_t v = 0; v < point.size(); ++v)
       point[v].low = point[v].high = _mm_setr_ps(position[v].x, position[v].y, position[v].z, 0.0f);
-    triangle_box.resize(mesh.order_.size());
-    leaf.resize(mesh.leaves_);
-    box.resize(mesh.node_.size());
     for (std::size_t n = box.size(); n-- > 0;) {  // children stand after their parents
       const Node& node = mesh.node_[n];
-      if (node.right != 0) {
-        box[n] = box[n + 1];
-        box[n].add(box[node.right]);
-      } else {
-        box[n] = fill(node, point);
-      }
+      box[n] = node.right != 0 ? box[n + 1] : around(node.leaf);
+      if (node.right != 0) box[n].add(box[node.right]);
     }
   }
 
-  /// The boxes of a leaf's triangles; returns the one around them.
-  Box fill(const Node& node, const std::vector<Box>& point) {
-    Box around = point[mesh.triangle_[mesh.order_[node.first]].x];
+  Box around(std::uint32_t number) const {
+    const std::span vertices =
+        std::span(mesh.vertex_of_leaf_)
+            .subspan(mesh.first_vertex_[number],
+                     mesh.first_vertex_[number + 1] - mesh.first_vertex_[number]);
+    Box out = point[vertices.front()];
+    for (const std::uint32_t v : vertices) out.add(point[v]);
+    return out;
+  }
+
+  /// The boxes of a leaf's triangles.
+  const LeafBoxes& filled(const Node& node) {
+    if (is_filled[node.leaf]) return leaf[node.leaf];
+    is_filled[node.leaf] = true;
+    leaf[node.leaf].clear();
     for (std::uint32_t i = 0; i < node.count; ++i) {
       const glm::uvec3& corner = mesh.triangle_[mesh.order_[node.first + i]];
       Box& one = triangle_box[node.first + i] = point[corner.x];
       one.add(point[corner.y]);
       one.add(point[corner.z]);
-      around.add(one);
       leaf[node.leaf].set(i, one);
     }
-    return around;
+    return leaf[node.leaf];
   }
 
   /// Triangles of two leaves that are neighbours, as Neighbour has them.
@@ -296,12 +310,13 @@ struct SelfIntersection::Search {
       across(n + 1, node.right);
       return;
     }
+    const LeafBoxes& own = filled(node);
     std::uint64_t joined = neighbours(node.leaf, node.leaf);
     for (std::uint32_t i = 0; i < node.count; ++i, joined >>= kLeaf) {
       const unsigned before = (2u << i) - 1;  // and itself
-      each_bit(leaf[node.leaf].overlapping(triangle_box[node.first + i]) & ~before &
-                   ~static_cast<unsigned>(joined),
-               [&](std::uint32_t j) { test(node.first + i, node.first + j); });
+      each_bit(
+          own.overlapping(triangle_box[node.first + i]) & ~before & ~static_cast<unsigned>(joined),
+          [&](std::uint32_t j) { test(node.first + i, node.first + j); });
     }
   }
 
@@ -309,9 +324,12 @@ struct SelfIntersection::Search {
     const Node &p = mesh.node_[a], &q = mesh.node_[b];
     if ((p.group >= 0 && p.group == q.group) || !overlap(box[a], box[b])) return;
     if (p.right == 0 && q.right == 0) {
+      const unsigned near = filled(p).overlapping(box[b]);
+      if (near == 0) return;
       const std::uint64_t joined = neighbours(p.leaf, q.leaf);
-      each_bit(leaf[p.leaf].overlapping(box[b]), [&](std::uint32_t i) {
-        each_bit(leaf[q.leaf].overlapping(triangle_box[p.first + i]) &
+      const LeafBoxes& other = filled(q);
+      each_bit(near, [&](std::uint32_t i) {
+        each_bit(other.overlapping(triangle_box[p.first + i]) &
                      ~static_cast<unsigned>(joined >> (kLeaf * i)),
                  [&](std::uint32_t j) { test(p.first + i, q.first + j); });
       });
@@ -347,9 +365,24 @@ SelfIntersection::SelfIntersection(std::span<const glm::vec3> rest_position,
   // Groups apart from each other: pairs of whole branches fall away.
   std::ranges::stable_sort(order_, {}, [&](std::uint32_t t) { return group_[t]; });
   build(0, static_cast<std::uint32_t>(order_.size()), middle);
+  list_vertices();
   find_neighbours();
   rest_pairs_ = pairs(rest_position);
   find_shells();
+}
+
+void SelfIntersection::list_vertices() {
+  first_vertex_.push_back(0);
+  for (const Node& node : node_) {  // leaves come in the order of their numbers
+    if (node.right != 0) continue;
+    const std::ptrdiff_t begin = first_vertex_.back();
+    for (std::uint32_t i = 0; i < node.count; ++i)
+      for (int k = 0; k < 3; ++k) vertex_of_leaf_.push_back(triangle_[order_[node.first + i]][k]);
+    std::sort(vertex_of_leaf_.begin() + begin, vertex_of_leaf_.end());
+    vertex_of_leaf_.erase(std::unique(vertex_of_leaf_.begin() + begin, vertex_of_leaf_.end()),
+                          vertex_of_leaf_.end());
+    first_vertex_.push_back(static_cast<std::uint32_t>(vertex_of_leaf_.size()));
+  }
 }
 
 void SelfIntersection::find_neighbours() {

@@ -56,6 +56,7 @@ class SelfIntersection {
   };
   struct Search;
   void build(std::uint32_t first, std::uint32_t count, const std::vector<glm::vec3>& middle);
+  void list_vertices();
   void find_neighbours();
   void find_shells();
   Pair shells_of(const Pair& pair) const;
@@ -67,6 +68,8 @@ class SelfIntersection {
   std::vector<std::uint32_t> order_;  // triangles as the leaves hold them
   std::vector<Node> node_;            // a tree over order_, parents before children
   std::uint32_t leaves_ = 0;
+  std::vector<std::uint32_t> vertex_of_leaf_;   // each once, one leaf after another
+  std::vector<std::uint32_t> first_vertex_;     // of each leaf, and one past the last
   std::vector<Neighbour> neighbour_;            // of every leaf, one leaf after another
   std::vector<std::uint32_t> first_neighbour_;  // of each leaf, and one past the last
   std::vector<Pair> rest_pairs_;
