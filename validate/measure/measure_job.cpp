@@ -67,8 +67,8 @@ bool measure_records(const Stage& stage, const BodyMetrics& body, const std::str
       ledger.miss(item.unit);
       complete = false;
     } else if (item.count == 0) {
-      sweep.flips = known != nullptr ? known->flips(stage, rig, sweep.sweep)
-                                     : search_flips(rig, sweep.sweep);
+      sweep.flips =
+          known != nullptr ? known->flips(stage, rig, sweep.sweep) : search_flips(rig, sweep.sweep);
       ledger.keep(item.unit, pack_flips(sweep.flips));
     } else {
       measure_poses(stage, body, rig, at_rest[item.record], poses, progress);
