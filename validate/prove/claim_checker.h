@@ -35,9 +35,9 @@ std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& question,
 std::unique_ptr<ClaimChecker> blend_checker(const ProofQuestion& question,
                                             const solver::SpineSystem& system);
 
-/// For spline_ik, and stretchy's carved chains, under the mapping chest: the bones lie in one
-/// plane, and their turn is a function of one angle.
-std::unique_ptr<ClaimChecker> chord_checker(const ProofQuestion& question,
+/// For spline_ik, stretchy and, on a straight spine, curve, under the mapping chest: the bones lie
+/// in one plane, and their turn is a function of one angle.
+std::unique_ptr<ClaimChecker> plane_checker(const ProofQuestion& question,
                                             const solver::SpineSystem& system);
 
 /// For isner under the mapping chest: in the chest's frame the arc length depends on the pose by

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "solver/math/interval.h"
-#include "validate/prove/chest_curve.h"
 #include "validate/prove/claim_checker.h"
+#include "validate/prove/plane_curve.h"
 #include "validate/prove/proof.h"
 
 namespace backbend::validate {
@@ -120,7 +120,7 @@ class IsnerChecker final : public ClaimChecker {
       sharpen(box.chest[i], center.chest[i],
               {box.chest_by[0][i], box.chest_by[1][i], box.chest_by[2][i]});
     }
-    const ChestCurve curve(depth_[0], depth_[1], box.chest[0]);
+    const ChestCurve curve({depth_[0], depth_[1]}, box.chest[0]);
     double most = 0.0;
     for (const double t : fraction_) {
       const auto place = place_at(curve, t);

@@ -331,36 +331,53 @@ TEST(CertificateCheck, NoPoseOutrunsTheIsnerCheckersBounds) {
   }
 }
 
-TEST(CertificateCheck, NoPoseOutrunsTheChordCheckersBounds) {
-  for (const auto& [name, depth] : {std::pair{"spline_ik", std::vector{0.4, 0.4}},
-                                    std::pair{"spline_ik", std::vector{0.2, 0.7}},
-                                    std::pair{"stretchy", std::vector{0.4, 0.4}}}) {
+TEST(CertificateCheck, NoPoseOutrunsThePlaneCheckersBounds) {
+  using Options = std::map<std::string, solver::OptionValue>;
+  const std::vector<double> uneven{0.2, 0.7};
+  const std::string carve = "carve", arc = "arc";
+  const std::pair<const char*, Options> cases[] = {
+      {"spline_ik", {}},
+      {"spline_ik", {{"depth", uneven}}},
+      {"stretchy", {{"form", carve}}},
+      {"stretchy", {}},
+      {"stretchy", {{"depth", uneven}, {"bones", 7.0}}},
+      {"curve", {}},
+      {"curve", {{"bones", 6.0}, {"length", arc}}},
+  };
+  for (const auto& [name, options] : cases) {
+    SCOPED_TRACE(name);
     ProofQuestion q = question(name, "extension=-170:170,side=-80:80,twist=-90:90");
-    q.rig.options["depth"] = depth;
-    if (q.rig.system == "stretchy") q.rig.options["form"] = std::string("carve");
+    q.rig.options = options;
+    if (q.rig.system == "curve") q.chain.joint = {{0, 0, 0}, {0, 0.2, 0}, {0, 0.7, 0}, {0, 1, 0}};
     const auto system = solver::build_system(q.rig, q.chain);
-    expect_bounds(q, *system, *chord_checker(q, *system), 120.0, 0.9, 200);
+    expect_bounds(q, *system, *plane_checker(q, *system), 100.0, 0.9, 150);
   }
 }
 
-TEST(CertificateCheck, ConfirmsChordsByItsOwnEvaluationAndNamesWhatItDoesNotKnow) {
+TEST(CertificateCheck, ConfirmsBonesInAPlaneByItsOwnEvaluationAndNamesWhatItDoesNotKnow) {
   Progress progress(Progress::Style::none);
-  const Certificate proof = proved(question("spline_ik", "extension=10:40,side=-5:15,twist=-20:0"));
-  const CertificateCheck check = check_certificate(proof, "c", progress);
-  EXPECT_EQ(check.certified, shares_of(proof.tree, proof.question.box).certified_boxes);
-  EXPECT_LE(check.gain_bound, proof.tree.gain_bound);
+  for (const char* system : {"spline_ik", "curve"}) {
+    const Certificate proof = proved(question(system, "extension=10:40,side=-5:15,twist=-20:0"));
+    const CertificateCheck check = check_certificate(proof, "c", progress);
+    EXPECT_EQ(check.certified, shares_of(proof.tree, proof.question.box).certified_boxes);
+    EXPECT_LE(check.gain_bound, proof.tree.gain_bound) << system;
+  }
   const auto why = [&](const char* option, const solver::OptionValue& value) {
     ProofQuestion q = question("stretchy", "envelope");
-    q.rig.options["form"] = std::string("carve");
     q.rig.options[option] = value;
     const auto system = solver::build_system(q.rig, q.chain);
-    return refusal([&] { chord_checker(q, *system); });
+    return refusal([&] { plane_checker(q, *system); });
   };
-  EXPECT_NE(why("form", std::string("bones")).find("carve"), std::string::npos);
+  EXPECT_EQ(why("form", std::string("carve")), "");
   EXPECT_NE(why("twist", std::string("spread")).find("twist"), std::string::npos);
   EXPECT_NE(why("stretchiness", 0.5).find("stretchiness"), std::string::npos);
   EXPECT_NE(why("no_squash", true).find("ratio"), std::string::npos);
+  EXPECT_NE(why("lead", 0.5).find("lead"), std::string::npos);
   EXPECT_EQ(why("bones", 8.0), "");
+  ProofQuestion bent = question("curve", "envelope");
+  bent.chain.joint = {{0, 0, 0}, {0, 1, 0}, {0.1, 2, 0}, {0, 3, 0}};
+  const auto curve = solver::build_system(bent.rig, bent.chain);
+  EXPECT_NE(refusal([&] { plane_checker(bent, *curve); }).find("straight"), std::string::npos);
 }
 
 /// Claims that are false, in certificates whose form is right.

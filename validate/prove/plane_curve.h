@@ -1,26 +1,23 @@
 #pragma once
-#include <array>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "solver/math/interval.h"
 
 namespace backbend::validate {
 
-/// The spine's axis at rest is X, its length 1, the chest's X axis c. Then the velocity of the
-/// curve at u is 3 (alpha X + beta c), and with kappa = X . c the squared speed is
-/// 9 (alpha^2 + beta^2 + 2 alpha beta kappa): the arc length depends on the pose by kappa alone.
-class ChestCurve {
+/// Of a curve whose velocity at u is 3 (alpha X + beta c), with a fixed axis X of length 1 and a
+/// unit vector c that poses turn: alpha and beta, and their first two derivatives by u. `knots` are
+/// the u between the first and the last where they change from one quadratic to another; the first
+/// derivative may jump there only where nothing asks for it on both sides.
+///
+/// That of a spine between hips and chest: X from hips to chest at rest, c the chest's X axis.
+class ChestShape {
   using Interval = solver::Interval;
 
  public:
-  ChestCurve(double hip_depth, double chest_depth, const Interval& kappa)
-      : hip_(hip_depth), chest_(chest_depth), kappa_(kappa), middle_(kappa.middle()) {
-    until_[0] = {0.0, 0.0, 0.0};
-    for (int i = 0; i < kPanels; ++i) {
-      until_[std::size_t(i) + 1] =
-          sum_of(until_[std::size_t(i)], length(double(i) / kPanels, double(i + 1) / kPanels));
-    }
-  }
+  ChestShape(double hip_depth, double chest_depth) : hip_(hip_depth), chest_(chest_depth) {}
 
   Interval alpha(const Interval& u) const {
     const Interval s = Interval(1.0) - u;
@@ -36,19 +33,60 @@ class ChestCurve {
   Interval beta_slope(const Interval& u) const {
     return chest_ * (Interval(6.0) * u - Interval(2.0));
   }
+  Interval alpha_bend(const Interval&) const {
+    return Interval(2.0) * hip_ - Interval(4.0) * (Interval(1.0) - hip_);
+  }
+  Interval beta_bend(const Interval&) const { return Interval(6.0) * chest_; }
+  static std::span<const double> knots() { return {}; }
+
+ private:
+  Interval hip_, chest_;
+};
+
+/// Such a curve with kappa = X . c: the squared speed is 9 (alpha^2 + beta^2 + 2 alpha beta kappa),
+/// so that the arc length depends on the pose by kappa alone.
+template <class Shape>
+class PlaneCurve {
+  using Interval = solver::Interval;
+
+ public:
+  /// `panels`: lengths are enclosed on so many, the tighter the more.
+  PlaneCurve(const Shape& shape, const Interval& kappa, int panels = 64)
+      : shape_(shape), kappa_(kappa), middle_(kappa.middle()), panels_(panels) {
+    until_.push_back({0.0, 0.0, 0.0});
+    for (int i = 0; i < panels; ++i) {
+      until_.push_back(sum_of(until_.back(), length(double(i) / panels, double(i + 1) / panels)));
+    }
+  }
+
+  Interval alpha(const Interval& u) const { return shape_.alpha(u); }
+  Interval beta(const Interval& u) const { return shape_.beta(u); }
+  Interval alpha_slope(const Interval& u) const { return shape_.alpha_slope(u); }
+  Interval beta_slope(const Interval& u) const { return shape_.beta_slope(u); }
+
+  /// Three times the integrals of alpha and beta from u to v, that is the way between the two in
+  /// units of X and c. By Simpson's rule, which is exact between knots.
+  struct Way {
+    Interval along_x, along_c;
+  };
+  Way way(const Interval& u, const Interval& v) const {
+    const auto alpha = [&](const Interval& at) { return shape_.alpha(at); };
+    const auto beta = [&](const Interval& at) { return shape_.beta(at); };
+    return {integral(alpha, u, v), integral(beta, u, v)};
+  }
 
   /// A length: over all kappas, at the middle one, and its derivative by kappa.
   struct Length {
     Interval value, center, slope;
   };
-  const Length& whole() const { return until_[kPanels]; }
+  const Length& whole() const { return until_.back(); }
   /// Cut finer where the speed varies much.
   Length length(double from, double to, int depth = 0) const {
     constexpr int kDeepest = 7;
     const Interval u(from, to), h = Interval(to) - Interval(from), two(2.0);
     const double m = 0.5 * (from + to);
     const Interval p = squared(u, middle_), root = square_root(p);
-    const bool wide = to - from > 1.5 / kPanels || !(root.lo > 0.5 * root.hi);
+    const bool wide = to - from > 1.5 / panels_ || !(root.lo > 0.5 * root.hi);
     if (wide && depth < kDeepest) {
       return sum_of(length(from, m, depth + 1), length(m, to, depth + 1));
     }
@@ -86,11 +124,11 @@ class ChestCurve {
   std::optional<Place> at(const Length& goal) const {
     const double wanted = goal.center.middle();
     std::size_t panel = 0;
-    while (panel + 1 < kPanels && until_[panel + 1].center.middle() < wanted) ++panel;
-    const double start = double(panel) / kPanels, before = until_[panel].center.middle();
+    while (panel + 2 < until_.size() && until_[panel + 1].center.middle() < wanted) ++panel;
+    const double start = double(panel) / panels_, before = until_[panel].center.middle();
     const double share = (wanted - before) / (until_[panel + 1].center.middle() - before);
-    if (!(share >= 0.0 && share < kPanels)) return std::nullopt;
-    const double guess = start + share / kPanels;
+    if (!(share >= 0.0 && share < panels_)) return std::nullopt;
+    const double guess = start + share / panels_;
     const Length there = sum_of(until_[panel], length(start, guess));
     const Interval miss =
         there.center - goal.center + (there.slope - goal.slope) * (kappa_ - Interval(middle_));
@@ -109,11 +147,27 @@ class ChestCurve {
   }
 
  private:
-  static constexpr int kPanels = 64;
-
   static Length sum_of(const Length& a, const Length& b) {
     return {a.value + b.value, a.center + b.center, a.slope + b.slope};
   }
+  template <class Function>
+  Interval integral(const Function& f, const Interval& u, const Interval& v) const {
+    Interval sum(0.0), from = u;
+    const auto add = [&](const Interval& to) {
+      const Interval step = to - from;
+      // Where the two may be one, or in either order, by the mean.
+      sum = sum + (to.lo > from.hi
+                       ? step / Interval(6.0) *
+                             (f(from) + Interval(4.0) * f(Interval(0.5) * (from + to)) + f(to))
+                       : step * f(hull(from, to)));
+      from = to;
+    };
+    for (const double knot : shape_.knots())
+      if (knot > u.lo && knot < v.hi) add(knot);
+    add(v);
+    return Interval(3.0) * sum;
+  }
+
   /// alpha^2 + beta^2 + 2 alpha beta kappa, as squares: nothing cancels.
   Interval squared(const Interval& u, const Interval& kappa) const {
     const Interval a = alpha(u), b = beta(u);
@@ -125,15 +179,18 @@ class ChestCurve {
   }
   Interval squared_bend(const Interval& u, const Interval& kappa) const {
     const Interval a = alpha(u), b = beta(u), a1 = alpha_slope(u), b1 = beta_slope(u);
-    const Interval a2 = Interval(2.0) * hip_ - Interval(4.0) * (Interval(1.0) - hip_);
-    const Interval b2 = Interval(6.0) * chest_, two(2.0);
+    const Interval a2 = shape_.alpha_bend(u), b2 = shape_.beta_bend(u), two(2.0);
     return two *
            (square(a1) + a * a2 + square(b1) + b * b2 + kappa * (a2 * b + two * a1 * b1 + a * b2));
   }
 
-  Interval hip_, chest_, kappa_;
+  Shape shape_;
+  Interval kappa_;
   double middle_;
-  std::array<Length, kPanels + 1> until_;  // lengths up to each panel's end
+  int panels_;
+  std::vector<Length> until_;  // lengths up to each panel's end
 };
+
+using ChestCurve = PlaneCurve<ChestShape>;
 
 }  // namespace backbend::validate
