@@ -31,7 +31,7 @@ class PlaneChecker final : public ClaimChecker {
 
   double gain_over(const SubBox& part) const override {
     const Interval kappa = kappa_over(part);
-    double most = twist_;
+    double most = coarse_.has(kappa) ? twist_ : kInfinite;
     coarse_.each_cell(kappa, [&](std::size_t i) {
       if (most == kInfinite) return;
       const double whole = coarse_.bound(i, *chain_);
@@ -108,6 +108,9 @@ class PlaneChecker final : public ClaimChecker {
       for (std::atomic<double>& each : bound_) each = kNotFound;
     }
 
+    bool has(const Interval& kappa) const {
+      return cell_of(kappa.lo) >= first_ && cell_of(kappa.hi) < first_ + bound_.size();
+    }
     template <class Act>
     void each_cell(const Interval& kappa, const Act& act) const {
       const std::size_t last = std::min(cell_of(kappa.hi), first_ + bound_.size() - 1);
