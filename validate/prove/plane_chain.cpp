@@ -192,13 +192,17 @@ class Steps final : public PlaneChain {
 
   /// Whether two velocities of a stretch may be a right angle apart.
   static bool turns_far(const Curve& curve, const Interval& kappa, const Interval& u) {
-    constexpr int kPieces = 6;
+    return may_turn_far<6>(curve, kappa, u) && may_turn_far<24>(curve, kappa, u);
+  }
+  /// The same, as far as so many pieces of it tell.
+  template <std::size_t kPieces>
+  static bool may_turn_far(const Curve& curve, const Interval& kappa, const Interval& u) {
     std::array<Interval, kPieces> a, b;
-    for (int i = 0; i < kPieces; ++i) {
-      const auto at = [&](int k) { return u.lo + (u.hi - u.lo) * k / kPieces; };
+    for (std::size_t i = 0; i < kPieces; ++i) {
+      const auto at = [&](std::size_t k) { return u.lo + (u.hi - u.lo) * double(k) / kPieces; };
       const Interval piece(at(i), i + 1 == kPieces ? u.hi : at(i + 1));
-      a[std::size_t(i)] = curve.alpha(piece);
-      b[std::size_t(i)] = curve.beta(piece);
+      a[i] = curve.alpha(piece);
+      b[i] = curve.beta(piece);
     }
     // A piece with itself, too: its velocities are any two of it.
     for (std::size_t i = 0; i < kPieces; ++i)
