@@ -1,7 +1,5 @@
 #include "validate/measure/known_jumps.h"
 
-#include <cstdint>
-#include <optional>
 #include <type_traits>
 #include <utility>
 #include <variant>

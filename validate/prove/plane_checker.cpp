@@ -168,9 +168,13 @@ std::array<double, 3> straight_bones(const ProofQuestion& q) {
   const std::vector<glm::dvec3>& joint = q.chain.joint;
   const glm::dvec3 way = joint.back() - joint.front();
   const double whole = glm::length(way);
-  for (const glm::dvec3& each : joint)
-    if (glm::length(glm::cross(each - joint.front(), way)) > 1e-12 * whole * whole)
+  for (std::size_t k = 1; k < joint.size(); ++k) {
+    const glm::dvec3 bone = joint[k] - joint[k - 1];
+    // Nor may a bone lead back along the line.
+    if (glm::length(glm::cross(joint[k] - joint.front(), way)) > 1e-12 * whole * whole ||
+        !(glm::dot(bone, way) > 0.0))
       throw ProofError(q.rig.system + ": the checker knows straight spines only");
+  }
   if (joint.size() != 4) return {whole / 3.0, whole / 3.0, whole / 3.0};
   return {glm::distance(joint[0], joint[1]), glm::distance(joint[1], joint[2]),
           glm::distance(joint[2], joint[3])};

@@ -9,8 +9,8 @@ namespace backbend::validate {
 
 /// Of a curve whose velocity at u is 3 (alpha X + beta c), with a fixed axis X of length 1 and a
 /// unit vector c that poses turn: alpha and beta, and their first two derivatives by u. `knots` are
-/// the u between the first and the last where they change from one quadratic to another; the first
-/// derivative may jump there only where nothing asks for it on both sides.
+/// the u where they change from one quadratic to another; over a u that holds one, a derivative is
+/// enclosed on both sides of it.
 ///
 /// That of a spine between hips and chest: X from hips to chest at rest, c the chest's X axis.
 class ChestShape {

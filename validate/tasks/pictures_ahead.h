@@ -1,5 +1,5 @@
 #pragma once
-#include <oneapi/tbb/task_group.h>
+#include "validate/tasks/ahead.h"
 
 namespace backbend::validate {
 
@@ -9,12 +9,9 @@ namespace backbend::validate {
 class PicturesAhead {
  public:
   PicturesAhead();
-  ~PicturesAhead() noexcept;  // the loading was waited for, so the group has nothing to throw
-  PicturesAhead(const PicturesAhead&) = delete;
-  PicturesAhead& operator=(const PicturesAhead&) = delete;
 
  private:
-  oneapi::tbb::task_group loading_;
+  Ahead<bool> loading_;  // nobody asks for it
 };
 
 }  // namespace backbend::validate

@@ -361,6 +361,11 @@ TEST(CertificateCheck, ConfirmsBonesInAPlaneByItsOwnEvaluationAndNamesWhatItDoes
     const CertificateCheck check = check_certificate(proof, "c", progress);
     EXPECT_EQ(check.certified, shares_of(proof.tree, proof.question.box).certified_boxes);
     EXPECT_LE(check.gain_bound, proof.tree.gain_bound) << system;
+    Certificate forged = proof;
+    forged.tree.gain_bound = 0.9 * check.gain_bound;
+    EXPECT_NE(refusal([&] { check_certificate(forged, "c", progress); }).find("the check finds"),
+              std::string::npos)
+        << system;
   }
   const auto why = [&](const char* option, const solver::OptionValue& value) {
     ProofQuestion q = question("stretchy", "envelope");
@@ -377,6 +382,8 @@ TEST(CertificateCheck, ConfirmsBonesInAPlaneByItsOwnEvaluationAndNamesWhatItDoes
   ProofQuestion bent = question("curve", "envelope");
   bent.chain.joint = {{0, 0, 0}, {0, 1, 0}, {0.1, 2, 0}, {0, 3, 0}};
   const auto curve = solver::build_system(bent.rig, bent.chain);
+  EXPECT_NE(refusal([&] { plane_checker(bent, *curve); }).find("straight"), std::string::npos);
+  bent.chain.joint = {{0, 0, 0}, {0, 2, 0}, {0, 1, 0}, {0, 3, 0}};
   EXPECT_NE(refusal([&] { plane_checker(bent, *curve); }).find("straight"), std::string::npos);
 }
 
