@@ -81,7 +81,7 @@ void RunOptions::apply_to(RunRequest& request) const {
     const HistoryIndex index(history);
     // One more than a trend shows: a night that is taken up again leaves its own out.
     request.history = index.last_nights(request.suite.name, kTrendNights + 1, {});
-    request.history_reports = index.reports();
+    request.history_results = index.results();
     request.calibrated =
         last_calibration(fs::path(history).parent_path() / "calibration.json", request.today);
   }
@@ -258,7 +258,9 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
       publish(report, request.folder, options.output.empty(), common, options.single_file);
   if (!options.history.empty()) {
     const std::string hash = content_hash(read_bytes(request.folder / "report.json"));
-    append_night(options.history, night_of(report, request.today, request.label, hash));
+    Night night = night_of(report, request.today, request.label, hash);
+    if (request.carry) night.results = request.carry->results_hash();
+    append_night(options.history, night);
     if (request.carry) request.carry->keep(request.folder, hash);
   }
   return code;
@@ -392,7 +394,7 @@ void add_nightly(const Registry& registry) {
         if (!options->history.empty()) {
           CarryOver::Place place;
           place.history = options->history;
-          place.reports = request.history_reports;
+          place.results = request.history_results;
           place.inputs = night_inputs(request.suite, stamped_words(words));
           for (const std::string& word : stamped_words(words)) place.options += word + "\n";
           place.today = request.today;

@@ -18,6 +18,8 @@
 #include "validate/model/report_json.h"
 #include "validate/report/libraries.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/tasks/side_by_side.h"
+#include "validate/text/escape.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::validate {
@@ -61,58 +63,6 @@ json read_entry(const fs::path& file) {
     throw Damaged("is not as it was written");
   return json::parse(text.substr(head));
 }
-
-std::string calibration_text(const Report& report) {
-  Report rows;
-  rows.calibration = report.calibration;
-  return report_json_compact(rows);
-}
-
-}  // namespace
-
-/// What is the same in a unit's own report and in that of its night: verdicts and their stories are
-/// made of baselines and waivers later.
-struct CarryOver::NightFacts {
-  struct OfCharacter {
-    std::set<std::string> findings;  // their hashes
-    std::string rigs;
-    bool operator==(const OfCharacter&) const = default;
-  };
-  std::map<std::string, OfCharacter> character;
-  std::string calibration;
-
-  explicit NightFacts(const Report& report) : calibration(calibration_text(report)) {
-    for (const CharacterFacts& facts : report.characters) character[facts.name];
-    for (const Finding& each : report.findings) {
-      const auto found = character.find(each.character);
-      if (found == character.end()) continue;
-      Finding finding = each;
-      finding.verdict = Verdict::pass;
-      finding.detail.clear();
-      found->second.findings.insert(finding_hash(finding));
-    }
-    std::map<std::string, Report> rigs;
-    for (const RigResult& each : report.rigs) {
-      rigs[each.character].rigs.push_back(each);
-      rigs[each.character].rigs.back().verdict = Verdict::not_measured;
-    }
-    for (auto& [name, facts] : character) facts.rigs = report_json_compact(rigs[name]);
-  }
-
-  /// Throws Damaged where a unit's own report says anything else than its night's.
-  void require_same(const Report& part) const {
-    const NightFacts own(part);
-    for (const auto& [name, facts] : own.character) {
-      const auto found = character.find(name);
-      if (found == character.end() || found->second != facts)
-        throw Damaged("does not say what the report of its night says");
-    }
-    if (part.characters.empty() && own.calibration != calibration)
-      throw Damaged("does not say what the report of its night says");
-  }
-};
-
-namespace {
 
 /// Makes the folders that a name leads through; false where one of them is a link, or no folder.
 bool make_folders(const fs::path& folder, const fs::path& name) {
@@ -211,80 +161,128 @@ fs::path CarryOver::entry_file(const std::string& unit) const {
 
 CarryOver::~CarryOver() = default;
 
-const CarryOver::NightFacts& CarryOver::facts_of(const fs::path& report,
-                                                 const std::string& hash) const {
-  auto found = facts_.find({report, hash});
-  if (found == facts_.end()) {
-    const std::string text = read_text(report);
-    found = facts_.try_emplace({report, hash}).first;
-    if (content_hash(text) == hash)
-      found->second = std::make_unique<const NightFacts>(parse_report(text));
+bool CarryOver::is_unchanged(const fs::path& report, const std::string& hash) const {
+  const std::lock_guard lock(looking_at_reports_);
+  const auto [found, is_new] = unchanged_.try_emplace({report, hash}, false);
+  if (is_new) found->second = content_hash(read_bytes(report)) == hash;
+  return found->second;
+}
+
+CarryOver::Entry CarryOver::read(const std::string& unit, const std::string& stamp) const {
+  const fs::path file = entry_file(unit);
+  std::error_code error;
+  if (place_.fresh || !fs::exists(file, error)) return {};
+  const auto damaged = [&](const std::string& what) {
+    return Entry{{}, {}, unit + ": what an earlier night left " + what + ": measured again"};
+  };
+  try {
+    json entry = read_entry(file);
+    if (entry.at("unit") != unit || entry.at("stamp") != stamp) return {};
+    const std::string hash = entry.at("report_hash"), results = entry.at("results");
+    const auto night = place_.results.find(hash);
+    if (night == place_.results.end() || night->second != content_hash(results))
+      throw Damaged("is of no night of " + place_.history.string());
+    const fs::path run =
+        fs::absolute(place_.history).parent_path() / entry.at("run").get<std::string>();
+    if (!is_unchanged(run / "report.json", hash))
+      throw Damaged("is of a night whose report is another by now");
+    Result result;
+    entry.at("night").get_to(result.night);
+    entry.at("files").get_to(result.files);
+    result.text = std::move(entry.at("report").get_ref<std::string&>());
+    if (json::parse(results).at(valid_utf8(unit)) != content_hash(result.text))
+      throw Damaged("is not what its night found");
+    result.report = parse_report(result.text, file.string());
+    return {std::move(result), run, {}};
+  } catch (const json::exception&) {
+    return damaged("is damaged");
+  } catch (const Damaged& why) {
+    return damaged(why.what());
+  } catch (const ReadError& why) {
+    return damaged("is gone (" + std::string(why.what()) + ")");
+  } catch (const ReportError& why) {
+    return damaged("is damaged (" + std::string(why.what()) + ")");
   }
-  if (!found->second) throw Damaged("is of a night whose report is another by now");
-  return *found->second;
+}
+
+void CarryOver::read_ahead(const std::vector<std::pair<std::string, std::string>>& units) {
+  std::vector<Entry> entries(units.size());
+  for_each_side_by_side(units.size(),
+                        [&](std::size_t i) { entries[i] = read(units[i].first, units[i].second); });
+  for (std::size_t i = 0; i < units.size(); ++i) ahead_[units[i]] = std::move(entries[i]);
 }
 
 std::optional<CarryOver::Result> CarryOver::find(
     const std::string& unit, const std::string& stamp, const fs::path& folder, int most_days,
     const std::function<bool(const Report&)>& fits,
-    const std::function<void(const std::string&)>& complain) const {
-  const fs::path file = entry_file(unit);
-  std::error_code error;
-  if (place_.fresh || !fs::exists(file, error)) return std::nullopt;
-  try {
-    const json entry = read_entry(file);
-    if (entry.at("unit") != unit || entry.at("stamp") != stamp) return std::nullopt;
-    Result result;
-    entry.at("night").get_to(result.night);
-    if (most_days > 0) {
-      const int days = days_between(result.night.substr(0, 10), place_.today);
-      if (days < 0 || days > most_days) return std::nullopt;
-    }
-    const std::string hash = entry.at("report_hash");
-    if (!place_.reports.contains(hash))
-      throw Damaged("is of no night of " + place_.history.string());
-    const fs::path run =
-        fs::absolute(place_.history).parent_path() / entry.at("run").get<std::string>();
-    result.report = parse_report(entry.at("report").get<std::string>(), file.string());
-    facts_of(run / "report.json", hash).require_same(result.report);
-    if (!fits(result.report)) return std::nullopt;
-    entry.at("files").get_to(result.files);
-    // All are looked at before any is placed.
-    std::vector<std::vector<std::uint8_t>> contents;
-    for (const auto& [name, file_hash] : result.files) {
-      if (!is_inside(name)) throw Damaged("names a file outside of its run");
-      contents.push_back(read_bytes(run / name));
-      if (content_hash(contents.back()) != file_hash) throw Damaged(name + " has changed since");
-    }
-    std::set<fs::path> folders;
-    auto bytes = contents.begin();
-    for (const auto& [name, file_hash] : result.files) {
-      place_file(run / name, folder, name, *bytes++);
-      for (fs::path above = fs::path(name).parent_path(); !above.empty();
-           above = above.parent_path())
-        folders.insert(folder / above);
-    }
-    for (const fs::path& each : folders) flush_folder(each);
-    return result;
-  } catch (const json::exception&) {
-    complain(unit + ": what an earlier night left is damaged: measured again");
-  } catch (const Damaged& why) {
-    complain(unit + ": what an earlier night left " + why.what() + ": measured again");
-  } catch (const ReadError& why) {
-    complain(unit + ": what an earlier night left is gone (" + why.what() + "): measured again");
-  } catch (const ReportError& why) {
-    complain(unit + ": what an earlier night left is damaged (" + why.what() + "): measured again");
+    const std::function<void(const std::string&)>& complain) {
+  auto known = ahead_.extract({unit, stamp});
+  Entry entry = known ? std::move(known.mapped()) : read(unit, stamp);
+  if (!entry.complaint.empty()) complain(entry.complaint);
+  if (!entry.result) return std::nullopt;
+  Result& result = *entry.result;
+  if (most_days > 0) {
+    const int days = days_between(result.night.substr(0, 10), place_.today);
+    if (days < 0 || days > most_days) return std::nullopt;
   }
-  return std::nullopt;
+  if (!fits(result.report)) return std::nullopt;
+  // All files are looked at before any is placed.
+  std::vector<std::pair<std::string, std::string>> files(result.files.begin(), result.files.end());
+  std::vector<std::vector<std::uint8_t>> contents(files.size());
+  std::vector<std::string> wrong(files.size());
+  for_each_side_by_side(files.size(), [&](std::size_t i) {
+    const auto& [name, hash] = files[i];
+    try {
+      if (!is_inside(name)) throw Damaged("names a file outside of its run");
+      contents[i] = read_bytes(entry.run / name);
+      if (content_hash(contents[i]) != hash) throw Damaged(name + " has changed since");
+    } catch (const Damaged& why) {
+      wrong[i] = why.what();
+    } catch (const ReadError& why) {
+      wrong[i] = "is gone (" + std::string(why.what()) + ")";
+    }
+  });
+  const auto first = std::ranges::find_if(wrong, [](const auto& why) { return !why.empty(); });
+  if (first != wrong.end()) {
+    complain(unit + ": what an earlier night left " + *first + ": measured again");
+    return std::nullopt;
+  }
+  std::set<fs::path> folders;
+  for (std::size_t i = 0; i < files.size(); ++i) {
+    const std::string& name = files[i].first;
+    place_file(entry.run / name, folder, name, contents[i]);
+    for (fs::path above = fs::path(name).parent_path(); !above.empty(); above = above.parent_path())
+      folders.insert(folder / above);
+  }
+  for (const fs::path& each : folders) flush_folder(each);
+  return std::move(result);
 }
 
 void CarryOver::note(const std::string& unit, const std::string& stamp, Result result) {
-  if (place_.keeps) noted_[unit] = {stamp, std::move(result)};
+  if (result.text.empty()) result.text = report_json_compact(result.report);
+  result.report = {};
+  noted_[unit] = {stamp, std::move(result)};
 }
 
+std::string CarryOver::results_text() const {
+  json hashes = json::object();
+  for (const auto& [unit, noted] : noted_)
+    hashes[valid_utf8(unit)] = content_hash(noted.result.text);
+  return dumped(hashes);
+}
+
+std::string CarryOver::results_hash() const { return content_hash(results_text()); }
+
 void CarryOver::keep(const fs::path& folder, const std::string& report_hash) const {
+  if (!place_.keeps) return;
+  const std::string results = results_text();
   const fs::path home = fs::absolute(place_.history).parent_path();
-  for (const auto& [unit, noted] : noted_) {
+  const std::string run =
+      fs::absolute(folder).lexically_normal().lexically_proximate(home).string();
+  std::vector<decltype(noted_)::const_pointer> units;
+  for (const auto& each : noted_) units.push_back(&each);
+  for_each_side_by_side(units.size(), [&](std::size_t i) {
+    const auto& [unit, noted] = *units[i];
     json files = json::object();
     try {
       for (const auto& [name, hash] : noted.result.files)
@@ -292,19 +290,19 @@ void CarryOver::keep(const fs::path& folder, const std::string& report_hash) con
     } catch (const ReadError& error) {  // what this run has written is no input of the user's
       throw WriteError(error.what(), EIO);
     }
-    const std::string body =
-        dumped({{"unit", unit},
-                {"stamp", noted.stamp},
-                {"night", noted.result.night},
-                {"report_hash", report_hash},
-                {"run", fs::absolute(folder).lexically_normal().lexically_proximate(home).string()},
-                {"files", files},
-                {"report", report_json_compact(noted.result.report)}}) +
-        "\n";
+    const std::string body = dumped({{"unit", unit},
+                                     {"stamp", noted.stamp},
+                                     {"night", noted.result.night},
+                                     {"report_hash", report_hash},
+                                     {"results", results},
+                                     {"run", run},
+                                     {"files", files},
+                                     {"report", noted.result.text}}) +
+                             "\n";
     const fs::path file = entry_file(unit);
     OutputFolder(file.parent_path())
         .write(file.filename(), std::string(kMagic) + content_hash(body) + "\n" + body);
-  }
+  });
 }
 
 FolderListing list_results(const fs::path& folder) {

@@ -5,8 +5,8 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -32,21 +32,22 @@ std::string character_content(const std::filesystem::path& character);
 ///
 /// A unit of work is a character of a suite, or its planted faults. Its result is a report of that
 /// alone with the names and hashes of the files that were made for it, kept in `carried/` beside
-/// the history, one file for each unit. It counts for a night with the same inputs (`stamp`) if
-/// all of this is right: the entry's own hash; a night of the history has the report that it is
-/// from, and that report, in its run's folder, has the hash which the history holds; what the entry
-/// says was found is what that report says; every file has its hash. Anything else is as if it were
-/// not there, and complained of where it is no mere change of inputs.
+/// the history, one file for each unit, with the hashes of all results of its night. It counts for
+/// a night with the same inputs (`stamp`) if all of this is right: the entry's own hash; a night of
+/// the history has the report that it is from and these results, and that report is in its run's
+/// folder as the history knows it; the result is one of them; every file has its hash. Anything
+/// else is as if it were not there, and complained of where it is no mere change of inputs.
 class CarryOver {
  public:
   struct Place {
     std::filesystem::path history;  // its file
-    std::set<std::string> reports;  // of its nights, their hashes
-    std::string inputs;             // night_inputs()
-    std::string options;            // in words: nights of other options do not displace these
-    std::string today, label;       // of tonight
-    bool fresh = false;             // finds nothing, keeps all
-    bool keeps = true;              // false for a run that takes up another: its files are older
+    // Of its nights: the hash of each one's report -> results_hash() of it.
+    std::map<std::string, std::string> results;
+    std::string inputs;        // night_inputs()
+    std::string options;       // in words: nights of other options do not displace these
+    std::string today, label;  // of tonight
+    bool fresh = false;        // finds nothing, keeps all
+    bool keeps = true;         // false for a run that takes up another: its files are older
   };
   explicit CarryOver(Place place);
   ~CarryOver();
@@ -56,7 +57,11 @@ class CarryOver {
     Report report;
     std::string night;                         // that measured it: `2026-11-22 v013`
     std::map<std::string, std::string> files;  // name below the run folder -> content hash
+    std::string text{};  // of the report, as entries have it; empty: none has it yet
   };
+
+  /// Reads what is kept of these units (with their stamps) side by side, for find() to take up.
+  void read_ahead(const std::vector<std::pair<std::string, std::string>>& units);
 
   /// What an earlier night found, its files put into the run folder as links or copies.
   /// `most_days`: older than so many days it does not count; 0: whatever its age. `fits`: whether
@@ -64,10 +69,13 @@ class CarryOver {
   std::optional<Result> find(const std::string& unit, const std::string& stamp,
                              const std::filesystem::path& folder, int most_days,
                              const std::function<bool(const Report&)>& fits,
-                             const std::function<void(const std::string&)>& complain) const;
+                             const std::function<void(const std::string&)>& complain);
 
   /// Notes a result of tonight, or one that was found, to be kept.
   void note(const std::string& unit, const std::string& stamp, Result result);
+
+  /// Of all that was noted: what the history's line of tonight holds.
+  std::string results_hash() const;
 
   /// Keeps what was noted, once the night's report is in its folder and in the history. Hashes the
   /// files that have none. Throws WriteError.
@@ -82,16 +90,24 @@ class CarryOver {
     std::string stamp;
     Result result;
   };
-  struct NightFacts;
+  /// A result that its night had; its files were not looked at.
+  struct Entry {
+    std::optional<Result> result;
+    std::filesystem::path run;  // its night's folder
+    std::string complaint;      // where there is no result and should be
+  };
   std::filesystem::path entry_file(const std::string& unit) const;
-  /// What the report of a night says, read once. Throws as find() catches.
-  const NightFacts& facts_of(const std::filesystem::path& report, const std::string& hash) const;
+  Entry read(const std::string& unit, const std::string& stamp) const;
+  /// Whether a night's report is still what the history knows. Throws ReadError.
+  bool is_unchanged(const std::filesystem::path& report, const std::string& hash) const;
+  /// The hash of each unit's result, as JSON.
+  std::string results_text() const;
 
   Place place_;
-  // By file and hash; null: the file's is another.
-  mutable std::map<std::pair<std::filesystem::path, std::string>, std::unique_ptr<const NightFacts>>
-      facts_;
-  std::map<std::string, Noted> noted_;  // by unit
+  mutable std::map<std::pair<std::filesystem::path, std::string>, bool> unchanged_;
+  mutable std::mutex looking_at_reports_;
+  std::map<std::pair<std::string, std::string>, Entry> ahead_;  // by unit and stamp
+  std::map<std::string, Noted> noted_;                          // by unit
 };
 
 /// The files of a run folder that show results, by name below it, with what tells a file from the

@@ -84,6 +84,7 @@ Night night_from(const json& line) {
   night.label = line.at("label").get<std::string>();
   night.suite = line.at("suite").get<std::string>();
   night.report = line.at("report").get<std::string>();
+  night.results = line.value("results", "");
   const auto verdict = verdict_from_word(line.at("verdict").get<std::string>());
   if (!verdict) throw std::invalid_argument("unknown verdict");
   night.verdict = *verdict;
@@ -211,16 +212,17 @@ std::string night_json(const Night& night) {
   json version = json::object();
   for (const auto& [character, hash] : night.version)
     version[valid_utf8(character)] = valid_utf8(hash);
-  const json line = {{"schema", kNightSchemaName},
-                     {"date", night.date},
-                     {"label", valid_utf8(night.label)},
-                     {"suite", valid_utf8(night.suite)},
-                     {"report", night.report},
-                     {"verdict", verdict_word(night.verdict)},
-                     {"version", version},
-                     {"metrics", metrics},
-                     {"values", values},
-                     {"failures", failures}};
+  json line = {{"schema", kNightSchemaName},
+               {"date", night.date},
+               {"label", valid_utf8(night.label)},
+               {"suite", valid_utf8(night.suite)},
+               {"report", night.report},
+               {"verdict", verdict_word(night.verdict)},
+               {"version", version},
+               {"metrics", metrics},
+               {"values", values},
+               {"failures", failures}};
+  if (!night.results.empty()) line["results"] = night.results;
   return line.dump();
 }
 

@@ -19,14 +19,14 @@ namespace backbend::validate {
 namespace {
 
 /// Counted up whenever the tables or what is in them change: another version's index is none.
-constexpr int kVersion = 2;
+constexpr int kVersion = 3;
 /// How long another process may take to bring the same index up to date.
 constexpr int kBusy_ms = 2000;
 
 constexpr const char* kTables = R"(
 CREATE TABLE source(bytes INTEGER NOT NULL, hash TEXT NOT NULL);
 CREATE TABLE night(id INTEGER PRIMARY KEY, date TEXT NOT NULL, label TEXT NOT NULL,
-  suite TEXT NOT NULL, report TEXT NOT NULL, verdict TEXT NOT NULL);
+  suite TEXT NOT NULL, report TEXT NOT NULL, verdict TEXT NOT NULL, results TEXT NOT NULL);
 CREATE INDEX night_suite ON night(suite, id);
 CREATE TABLE version(night INTEGER NOT NULL, character TEXT NOT NULL, hash TEXT NOT NULL);
 CREATE INDEX version_night ON version(night);
@@ -159,7 +159,7 @@ void add_nights(sqlite3* database, const std::vector<Night>& nights) {
   Statement last(database, "SELECT coalesce(max(id), 0) FROM night");
   last.step();
   std::int64_t id = last.whole(0);
-  Statement night(database, "INSERT INTO night VALUES (?, ?, ?, ?, ?, ?)");
+  Statement night(database, "INSERT INTO night VALUES (?, ?, ?, ?, ?, ?, ?)");
   Statement version(database, "INSERT INTO version VALUES (?, ?, ?)");
   std::map<std::tuple<std::string, std::string, bool>, std::int64_t> metrics;
   Statement known(database, "SELECT name, unit, more, id FROM metric");
@@ -170,7 +170,7 @@ void add_nights(sqlite3* database, const std::vector<Night>& nights) {
   Statement failure(database, "INSERT INTO failure VALUES (?, ?, ?, ?, ?, ?, ?)");
   for (const Night& each : nights) {
     night.with(++id).with(each.date).with(each.label).with(each.suite).with(each.report);
-    night.with(verdict_word(each.verdict)).run();
+    night.with(verdict_word(each.verdict)).with(each.results).run();
     for (const auto& [character, hash] : each.version)
       version.with(id).with(character).with(hash).run();
     std::int64_t place = 0;
@@ -200,7 +200,7 @@ void add_nights(sqlite3* database, const std::vector<Night>& nights) {
   }
 }
 
-/// The head of a night and its versions, from a row `id, date, label, suite, report, verdict`.
+/// The head of a night and its versions, from a row as kHead selects it.
 Night night_at(sqlite3* database, Statement& row) {
   Night night;
   night.date = row.text(1);
@@ -208,13 +208,14 @@ Night night_at(sqlite3* database, Statement& row) {
   night.suite = row.text(3);
   night.report = row.text(4);
   night.verdict = verdict_from_word(row.text(5)).value_or(Verdict::not_measured);
+  night.results = row.text(6);
   Statement version(database, "SELECT character, hash FROM version WHERE night = ?");
   version.with(row.whole(0));
   while (version.step()) night.version[version.text(0)] = version.text(1);
   return night;
 }
 
-constexpr const char* kHead = "SELECT id, date, label, suite, report, verdict FROM night ";
+constexpr const char* kHead = "SELECT id, date, label, suite, report, verdict, results FROM night ";
 
 }  // namespace
 
@@ -303,10 +304,10 @@ std::string HistoryIndex::last_suite() const {
   return row.step() ? row.text(0) : "";
 }
 
-std::set<std::string> HistoryIndex::reports() const {
-  std::set<std::string> hashes;
-  Statement row(database_, "SELECT report FROM night");
-  while (row.step()) hashes.insert(row.text(0));
+std::map<std::string, std::string> HistoryIndex::results() const {
+  std::map<std::string, std::string> hashes;
+  Statement row(database_, "SELECT report, results FROM night ORDER BY id");
+  while (row.step()) hashes[row.text(0)] = row.text(1);
   return hashes;
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 #include <cstddef>
 #include <filesystem>
+#include <map>
 #include <memory>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -33,8 +33,8 @@ class HistoryIndex {
   std::size_t lines_read() const { return lines_read_; }
   /// The suite of the last night; empty where there is none.
   std::string last_suite() const;
-  /// Content hashes of the reports of all nights.
-  std::set<std::string> reports() const;
+  /// Of all nights: the hash of the report -> that of its results.
+  std::map<std::string, std::string> results() const;
   /// Names of all characters that any night looked at, sorted.
   std::vector<std::string> characters() const;
 

@@ -783,13 +783,15 @@ class Carried {
     const FolderListing before = list_results(folder_);
     const std::vector<std::size_t> lengths = lengths_of(report_);
     if (work())
-      carry_->note(
-          unit, stamp,
-          {gained(report_, lengths), carry_->tonight(), files_made(before, list_results(folder_))});
+      carry_->note(unit, stamp,
+                   {gained(report_, lengths),
+                    carry_->tonight(),
+                    files_made(before, list_results(folder_)),
+                    {}});
     return "";
   }
 
-  const CarryOver* store() const { return carry_; }
+  CarryOver* store() const { return carry_; }
 
  private:
   CarryOver* carry_;
@@ -797,6 +799,28 @@ class Carried {
   Progress& progress_;
   Report& report_;
 };
+
+/// A character as a unit of work, and its stamp, which is empty where it cannot be read.
+std::pair<std::string, std::string> carried_unit(const RunRequest& request, const CarryOver& store,
+                                                 const std::filesystem::path& file) {
+  std::string stamp;
+  try {
+    stamp = content_hash(store.place().inputs + " " + character_content(file) + " " +
+                         request.character_words(file));
+  } catch (const ReadError&) {
+    // Reading it says why, as an entry of the report.
+  }
+  return {"character " + request.character_text(file) + " of " + request.suite.name, stamp};
+}
+
+/// Reads what earlier nights left of all characters before the first is looked at.
+void read_carried_ahead(const RunRequest& request, CarryOver& store) {
+  const std::vector<std::filesystem::path>& files = request.suite.characters;
+  std::vector<std::pair<std::string, std::string>> units(files.size());
+  for_each_side_by_side(files.size(),
+                        [&](std::size_t i) { units[i] = carried_unit(request, store, files[i]); });
+  store.read_ahead(units);
+}
 
 }  // namespace
 
@@ -820,6 +844,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   std::vector<CharacterRun> runs;  // of a comparison
   Carried carried(request, progress, report);
   std::size_t carried_count = 0;
+  if (carried.store() != nullptr) read_carried_ahead(request, *carried.store());
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();
     try {
@@ -837,18 +862,11 @@ Report run_suite(const RunRequest& request, Progress& progress) {
                std::ranges::find(report.characters, part.characters.front().name,
                                  &CharacterFacts::name) == report.characters.end();
       };
-      std::string stamp;
-      if (carried.store() != nullptr) {
-        try {
-          stamp = content_hash(carried.store()->place().inputs + " " + character_content(file) +
-                               " " + request.character_words(file));
-        } catch (const ReadError&) {
-          // Reading it says why, as an entry of the report.
-        }
-      }
-      const std::string night =
-          carried.take_or_do("character " + request.character_text(file) + " of " + suite.name,
-                             stamp, 0, fits, measure);
+      // Asked for again: a file may have been saved since the night began.
+      const auto [unit, stamp] = carried.store() == nullptr
+                                     ? std::pair<std::string, std::string>()
+                                     : carried_unit(request, *carried.store(), file);
+      const std::string night = carried.take_or_do(unit, stamp, 0, fits, measure);
       if (night.empty()) continue;
       ++carried_count;
       CharacterFacts& facts = report.characters.back();
@@ -935,25 +953,33 @@ void write_report(const Report& report, const std::filesystem::path& path, const
   const OutputFolder folder(path);
   const PictureBytes files = files_in(style.files.empty() ? path : style.files);
   const std::string json = report_json(report);
+  const std::string hash = content_hash(json);
   folder.write("report.json", json);
-  folder.write("junit.xml", junit_xml(report));
-  folder.write("report.md", markdown_summary(report));
-  folder.write("findings.csv", findings_csv(report));
-  folder.write("sweeps.csv", sweeps_csv(report));
-  folder.write("headline.txt", headline_text(report));
-  folder.write("headline.png", headline_png(report, files));
-  if (const std::string angles = angles_csv(report); !angles.empty())
-    folder.write("review/angles.csv", angles);
-  if (const std::string sweeps = sweeps_otio(report); !sweeps.empty())
-    folder.write("review/sweeps.otio", sweeps);
-  if (const std::string findings = findings_otio(report); !findings.empty())
-    folder.write("review/findings.otio", findings);
-  if (style.single_file) {
-    folder.write("index.html", render_html_page(report, files, content_hash(json)));
-  } else {
-    for (const auto& [name, text] : render_html(report, files, content_hash(json)))
-      folder.write(name, text);
-  }
+  const auto write = [&](const char* name, const std::string& text) {
+    if (!text.empty()) folder.write(name, text);
+  };
+  // What takes longest comes first.
+  const std::function<void()> pieces[] = {
+      [&] {
+        if (style.single_file) {
+          folder.write("index.html", render_html_page(report, files, hash));
+        } else {
+          for (const auto& [name, text] : render_html(report, files, hash))
+            folder.write(name, text);
+        }
+      },
+      [&] { write("sweeps.csv", sweeps_csv(report)); },
+      [&] { write("findings.csv", findings_csv(report)); },
+      [&] { write("junit.xml", junit_xml(report)); },
+      [&] { write("report.md", markdown_summary(report)); },
+      [&] {
+        write("headline.txt", headline_text(report));
+        folder.write("headline.png", headline_png(report, files));
+      },
+      [&] { write("review/angles.csv", angles_csv(report)); },
+      [&] { write("review/sweeps.otio", sweeps_otio(report)); },
+      [&] { write("review/findings.otio", findings_otio(report)); }};
+  for_each_side_by_side(std::size(pieces), [&](std::size_t i) { pieces[i](); });
 }
 
 }  // namespace backbend::validate

@@ -1,9 +1,9 @@
 #pragma once
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -29,9 +29,9 @@ struct RunRequest {
   bool image_pass = true;            // the cheap picture of every pose that image metrics look at
   std::string character;             // the file as the user named it; empty: the suite's own
   std::optional<Baseline> baseline;  // what is approved: only new or worse fails then
-  std::optional<std::vector<Night>> history;  // earlier nights, for the report's trends
-  std::set<std::string> history_reports;      // of all nights of it: content hashes
-  std::string label;                          // label of this version in the history
+  std::optional<std::vector<Night>> history;           // earlier nights, for the report's trends
+  std::map<std::string, std::string> history_results;  // of all nights of it: report -> results
+  std::string label;                                   // label of this version in the history
   std::string today;       // `2026-11-22`; needed with either of the two, and for waivers to hold
   std::string calibrated;  // what the last whole calibration said; empty: not asked
   std::string title;       // first line of the report; empty: the suite's

@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <fstream>
+#include <functional>
+#include <nlohmann/json.hpp>
 
 #include "tests/validate/report_sample.h"
 #include "validate/files/hash.h"
@@ -38,14 +40,28 @@ class Carrying : public testing::Test {
   CarryOver store(const std::string& today) const {
     CarryOver::Place place;
     place.history = folder_ / "history.jsonl";
-    place.reports = {hash_};
+    place.results = {{hash_, results_}};
     place.today = today;
     return CarryOver(place);
   }
-  void keep(const Report& part) const {
+  /// As Monday did, whose results the history then has.
+  void keep(const Report& part) {
     CarryOver carry = store("2026-11-22");
     carry.note("hero", "inputs", {part, carry.tonight(), {{"findings/a/before.png", ""}}});
+    results_ = carry.results_hash();
     carry.keep(folder_ / "monday", hash_);
+  }
+  /// Changes what is kept, and gives it the hash that it should have, as whoever knows the format
+  /// can.
+  void forge(const std::function<void(nlohmann::json&)>& change) const {
+    for (const auto& file : fs::directory_iterator(folder_ / "carried")) {
+      const std::string text = read_text(file.path());
+      const std::size_t head = text.find('\n') + 1, body = text.find('\n', head) + 1;
+      nlohmann::json entry = nlohmann::json::parse(text.substr(body));
+      change(entry);
+      const std::string forged = entry.dump() + "\n";
+      std::ofstream(file.path()) << text.substr(0, head) << content_hash(forged) << "\n" << forged;
+    }
   }
   std::optional<CarryOver::Result> find(const std::string& stamp = "inputs", int most_days = 0,
                                         const std::string& today = "2026-11-23") {
@@ -57,7 +73,7 @@ class Carrying : public testing::Test {
 
   fs::path folder_;
   Report report_, part_;
-  std::string hash_, complaint_;
+  std::string hash_, results_, complaint_;
 };
 
 TEST_F(Carrying, GivesTheResultWithItsNightAndItsFiles) {
@@ -80,23 +96,49 @@ TEST_F(Carrying, WhatIsTooOldDoesNotCount) {
   EXPECT_EQ(complaint_, "");
 }
 
-// Its hash is right, as whoever knows the format can make it: the night's own report decides.
 TEST_F(Carrying, AForgedResultIsNotBelieved) {
   Report better = part_;
   better.findings.pop_back();
-  keep(better);
+  const std::string text = report_json_compact(better);
+  forge([&](auto& entry) { entry["report"] = text; });
   EXPECT_FALSE(find());
-  EXPECT_NE(complaint_.find("does not say what the report of its night says"), std::string::npos);
-  better = part_;
-  better.findings.front().value *= 0.5;
-  keep(better);
+  EXPECT_NE(complaint_.find("is not what its night found"), std::string::npos) << complaint_;
+  // With the night's list of results forged to fit: the history has another.
+  forge([&](auto& entry) {
+    auto results = nlohmann::json::parse(entry["results"].template get<std::string>());
+    results["hero"] = content_hash(text);
+    entry["results"] = results.dump();
+  });
   EXPECT_FALSE(find());
-  better = part_;
-  better.rigs.front().headroom.front().clean_to_deg += 10;
-  keep(better);
-  EXPECT_FALSE(find());
+  EXPECT_NE(complaint_.find("is of no night of"), std::string::npos) << complaint_;
   keep(part_);
-  EXPECT_TRUE(find());
+  forge([](auto&) {});
+  EXPECT_TRUE(find()) << complaint_;
+}
+
+TEST_F(Carrying, AResultOfANightThatKeptNoneIsNotBelieved) {
+  results_.clear();  // as an older program's line
+  EXPECT_FALSE(find());
+  EXPECT_NE(complaint_.find("is of no night of"), std::string::npos) << complaint_;
+}
+
+TEST_F(Carrying, IsTheSameWhetherItWasReadAheadOrNot) {
+  CarryOver ahead = store("2026-11-23");
+  ahead.read_ahead({{"hero", "inputs"}, {"hero", "others"}, {"nobody", "inputs"}});
+  const auto take = [&](const std::string& unit, const std::string& stamp) {
+    return ahead.find(
+        unit, stamp, folder_ / "tuesday", 0, [](const Report&) { return true; },
+        [&](const std::string& why) { complaint_ = why; });
+  };
+  EXPECT_FALSE(take("nobody", "inputs"));
+  EXPECT_FALSE(take("hero", "others"));
+  const auto found = take("hero", "inputs");
+  ASSERT_TRUE(found) << complaint_;
+  EXPECT_EQ(report_json(found->report), report_json(part_));
+  // Noted again it is the same result.
+  const std::string before = results_;
+  ahead.note("hero", "inputs", *found);
+  EXPECT_EQ(ahead.results_hash(), before);
 }
 
 TEST_F(Carrying, AReportThatIsNotTheHistorysIsNotBelieved) {
@@ -105,7 +147,7 @@ TEST_F(Carrying, AReportThatIsNotTheHistorysIsNotBelieved) {
   OutputFolder(folder_ / "monday").write("report.json", report_json(better));
   EXPECT_FALSE(find());
   EXPECT_NE(complaint_, "");
-  hash_ = content_hash(report_json(better));  // in a history that has it, the entry does not fit
+  hash_ = content_hash(report_json(better));  // the entry is of another report
   EXPECT_FALSE(find());
   EXPECT_NE(complaint_, "");
 }
