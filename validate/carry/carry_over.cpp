@@ -164,7 +164,12 @@ CarryOver::~CarryOver() = default;
 bool CarryOver::is_unchanged(const fs::path& report, const std::string& hash) const {
   const std::lock_guard lock(looking_at_reports_);
   const auto [found, is_new] = unchanged_.try_emplace({report, hash}, false);
-  if (is_new) found->second = content_hash(read_bytes(report)) == hash;
+  if (!is_new) return found->second;
+  try {
+    found->second = content_hash(read_bytes(report)) == hash;
+  } catch (const ReadError&) {
+    // It is gone.
+  }
   return found->second;
 }
 
@@ -185,7 +190,7 @@ CarryOver::Entry CarryOver::read(const std::string& unit, const std::string& sta
     const fs::path run =
         fs::absolute(place_.history).parent_path() / entry.at("run").get<std::string>();
     if (!is_unchanged(run / "report.json", hash))
-      throw Damaged("is of a night whose report is another by now");
+      throw Damaged("is of a night whose report is gone or another by now");
     Result result;
     entry.at("night").get_to(result.night);
     entry.at("files").get_to(result.files);

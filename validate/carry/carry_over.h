@@ -98,7 +98,7 @@ class CarryOver {
   };
   std::filesystem::path entry_file(const std::string& unit) const;
   Entry read(const std::string& unit, const std::string& stamp) const;
-  /// Whether a night's report is still what the history knows. Throws ReadError.
+  /// Whether a night's report is still what the history knows.
   bool is_unchanged(const std::filesystem::path& report, const std::string& hash) const;
   /// The hash of each unit's result, as JSON.
   std::string results_text() const;

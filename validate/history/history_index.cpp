@@ -306,7 +306,7 @@ std::string HistoryIndex::last_suite() const {
 
 std::map<std::string, std::string> HistoryIndex::results() const {
   std::map<std::string, std::string> hashes;
-  Statement row(database_, "SELECT report, results FROM night ORDER BY id");
+  Statement row(database_, "SELECT report, results FROM night WHERE results != ''");
   while (row.step()) hashes[row.text(0)] = row.text(1);
   return hashes;
 }

@@ -99,12 +99,15 @@ TEST_F(Index, SaysWhatTheLinesSayAndReadsNoneOfThemTwice) {
 }
 
 TEST_F(Index, KnowsTheResultsOfEachNightsReport) {
+  Night again =
+      night_number(3);  // its report once more, added by hand: that says nothing of results
+  again.results.clear();
+  again.date = "2026-11-21";
+  EXPECT_TRUE(append_night(file_, again));
   const std::map<std::string, std::string> results = HistoryIndex(file_).results();
-  ASSERT_EQ(results.size(), 20u);
-  for (int day = 1; day <= 20; ++day)
-    EXPECT_EQ(results.at("r" + std::to_string(day)), night_number(day).results) << day;
-  EXPECT_EQ(results.at("r1"), "");
-  EXPECT_EQ(results.at("r3"), "s3");
+  EXPECT_EQ(results.size(), 18u);
+  for (int day = 3; day <= 20; ++day)
+    EXPECT_EQ(results.at("r" + std::to_string(day)), "s" + std::to_string(day));
 }
 
 TEST_F(Index, GrowsByTheNightsThatAreNew) {
