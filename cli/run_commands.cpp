@@ -251,6 +251,15 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
       remove_leftovers(request.folder / each);
   }
   leave_out_this_night(request);
+  // A history's line tells of the results, whether or not they are kept for other nights: a night
+  // that was cut into shards leaves the line that it leaves in one.
+  if (!options.history.empty() && !request.carry) {
+    CarryOver::Place place;
+    place.history = options.history;
+    place.fresh = true;
+    place.keeps = false;
+    request.carry = std::make_shared<CarryOver>(std::move(place));
+  }
   Progress progress(common.progress_style());
   const Report report = run_suite(request, progress);
   progress.finish();
@@ -259,9 +268,9 @@ int run_and_print(RunRequest request, const Common& common, const RunOptions& op
   if (!options.history.empty()) {
     const std::string hash = content_hash(read_bytes(request.folder / "report.json"));
     Night night = night_of(report, request.today, request.label, hash);
-    if (request.carry) night.results = request.carry->results_hash();
+    night.results = request.carry->results_hash();
     append_night(options.history, night);
-    if (request.carry) request.carry->keep(request.folder, hash);
+    request.carry->keep(request.folder, hash);
   }
   return code;
 }

@@ -36,7 +36,7 @@ struct Night {
   std::string label;    // what the user calls this version of the characters; may be empty
   std::string suite;    // runs of one suite make one history
   std::string report;   // content hash of its report.json
-  std::string results;  // CarryOver::results_hash() of it; empty: it left nothing to carry over
+  std::string results;  // CarryOver::results_hash() of it; empty: unknown, as of older lines
   Verdict verdict = Verdict::not_measured;
   std::map<std::string, std::string> version;  // character -> content hash of its file
   std::vector<NightValue> values;              // of every rig but canaries

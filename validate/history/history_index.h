@@ -33,7 +33,7 @@ class HistoryIndex {
   std::size_t lines_read() const { return lines_read_; }
   /// The suite of the last night; empty where there is none.
   std::string last_suite() const;
-  /// Of all nights that left results to carry over: the hash of the report -> that of its results.
+  /// Of all nights whose results are known: the hash of the report -> that of its results.
   std::map<std::string, std::string> results() const;
   /// Names of all characters that any night looked at, sorted.
   std::vector<std::string> characters() const;
