@@ -49,6 +49,10 @@ bool is_inside(const std::string& name) {
          *path.begin() != "..";
 }
 
+std::string complaint(const std::string& unit, const std::string& what) {
+  return unit + ": what an earlier night left " + what + ": measured again";
+}
+
 /// The value of an entry whose own hash is right.
 json read_entry(const fs::path& file) {
   std::string text;
@@ -159,8 +163,6 @@ fs::path CarryOver::entry_file(const std::string& unit) const {
          (content_hash(place_.options + "\n" + unit) + ".json");
 }
 
-CarryOver::~CarryOver() = default;
-
 bool CarryOver::is_unchanged(const fs::path& report, const std::string& hash) const {
   const std::lock_guard lock(looking_at_reports_);
   const auto [found, is_new] = unchanged_.try_emplace({report, hash}, false);
@@ -178,7 +180,7 @@ CarryOver::Entry CarryOver::read(const std::string& unit, const std::string& sta
   std::error_code error;
   if (place_.fresh || !fs::exists(file, error)) return {};
   const auto damaged = [&](const std::string& what) {
-    return Entry{{}, {}, unit + ": what an earlier night left " + what + ": measured again"};
+    return Entry{{}, {}, complaint(unit, what)};
   };
   try {
     json entry = read_entry(file);
@@ -249,7 +251,7 @@ std::optional<CarryOver::Result> CarryOver::find(
   });
   const auto first = std::ranges::find_if(wrong, [](const auto& why) { return !why.empty(); });
   if (first != wrong.end()) {
-    complain(unit + ": what an earlier night left " + *first + ": measured again");
+    complain(complaint(unit, *first));
     return std::nullopt;
   }
   std::set<fs::path> folders;

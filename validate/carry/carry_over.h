@@ -4,7 +4,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -35,8 +34,8 @@ std::string character_content(const std::filesystem::path& character);
 /// the history, one file for each unit, with the hashes of all results of its night. It counts for
 /// a night with the same inputs (`stamp`) if all of this is right: the entry's own hash; a night of
 /// the history has the report that it is from and these results, and that report is in its run's
-/// folder as the history knows it; the result is one of them; every file has its hash. Anything
-/// else is as if it were not there, and complained of where it is no mere change of inputs.
+/// folder as the history knows it; the result is one of them; every file has its hash. Other inputs
+/// count as no result. Damage counts as no result and gives a warning.
 class CarryOver {
  public:
   struct Place {
@@ -50,7 +49,6 @@ class CarryOver {
     bool keeps = true;         // false for a run that takes up another: its files are older
   };
   explicit CarryOver(Place place);
-  ~CarryOver();
 
   /// The result of a unit.
   struct Result {
@@ -94,7 +92,7 @@ class CarryOver {
   struct Entry {
     std::optional<Result> result;
     std::filesystem::path run;  // its night's folder
-    std::string complaint;      // where there is no result and should be
+    std::string complaint;      // the warning, if the entry is damaged
   };
   std::filesystem::path entry_file(const std::string& unit) const;
   Entry read(const std::string& unit, const std::string& stamp) const;

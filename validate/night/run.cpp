@@ -844,7 +844,8 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   std::vector<CharacterRun> runs;  // of a comparison
   Carried carried(request, progress, report);
   std::size_t carried_count = 0;
-  if (carried.store() != nullptr) read_carried_ahead(request, *carried.store());
+  if (carried.store() != nullptr && !carried.store()->place().fresh)
+    read_carried_ahead(request, *carried.store());
   for (const std::filesystem::path& file : suite.characters) {
     poll_interrupt();
     try {
