@@ -43,6 +43,8 @@ class Snake final : public FormulaSystem, public BoxSolver {
  public:
   Snake(const SystemSpec& spec, const RestChain& chain) : Snake(spec, chain, OptionReader(spec)) {}
 
+  const std::vector<PathFrames::Place>& controls_at_rest() const { return rest_place_; }
+
   /// A snake has no chest control: the bend is laid on the controls' detail keys, evenly along the
   /// body (spread) or along its upper half (chest), the twist on the twist keys likewise.
   std::vector<double> controls_for(const BodyPose& body, Mapping mapping) const override {
@@ -535,6 +537,10 @@ class Snake final : public FormulaSystem, public BoxSolver {
 
 std::unique_ptr<SpineSystem> build_snake(const SystemSpec& spec, const RestChain& chain) {
   return std::make_unique<Snake>(spec, chain);
+}
+
+std::vector<PathFrames::Place> snake_at_rest(const SystemSpec& spec, const RestChain& chain) {
+  return Snake(spec, chain).controls_at_rest();
 }
 
 }  // namespace backbend::solver

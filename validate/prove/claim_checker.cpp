@@ -88,8 +88,9 @@ std::unique_ptr<ClaimChecker> claim_checker(const ProofQuestion& question,
     return sum_checker(question, system);
   if (name == "matrix_blend") return blend_checker(question, system);
   if (name == "isner") return isner_checker(question, system);
-  if (name == "spline_ik" || name == "stretchy" || name == "curve")
-    return plane_checker(question, system);
+  if (name == "curve") return curve_checker(question, system);
+  if (name == "snake") return snake_checker(question, system);
+  if (name == "spline_ik" || name == "stretchy") return hip_chest_checker(question, system);
   throw ProofError(name +
                    ": no checker that is independent of the search knows this system yet; "
                    "docs/prove.md lists those that do");

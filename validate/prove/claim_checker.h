@@ -35,9 +35,17 @@ std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& question,
 std::unique_ptr<ClaimChecker> blend_checker(const ProofQuestion& question,
                                             const solver::SpineSystem& system);
 
-/// For spline_ik, stretchy and, on a straight spine, curve, under the mapping chest: the bones lie
-/// in one plane, and their turn is a function of one angle.
-std::unique_ptr<ClaimChecker> plane_checker(const ProofQuestion& question,
+/// For spline_ik and stretchy on any spine: one Bezier curve from hips to chest.
+std::unique_ptr<ClaimChecker> hip_chest_checker(const ProofQuestion& question,
+                                                const solver::SpineSystem& system);
+
+/// For curve on any spine, under both mappings: its curve, places and bones are enclosed with their
+/// derivatives.
+std::unique_ptr<ClaimChecker> curve_checker(const ProofQuestion& question,
+                                            const solver::SpineSystem& system);
+
+/// For snake under both mappings: its joints are walked by interval Newton steps.
+std::unique_ptr<ClaimChecker> snake_checker(const ProofQuestion& question,
                                             const solver::SpineSystem& system);
 
 /// For isner under the mapping chest: in the chest's frame the arc length depends on the pose by

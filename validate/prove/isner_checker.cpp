@@ -6,25 +6,15 @@
 
 #include "solver/math/interval.h"
 #include "validate/prove/claim_checker.h"
-#include "validate/prove/plane_curve.h"
+#include "validate/prove/moving_curve.h"
+#include "validate/prove/moving_pose.h"
 #include "validate/prove/proof.h"
 
 namespace backbend::validate {
 namespace {
 
 using solver::Interval;
-using Vec = std::array<Interval, 3>;
-
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
-
-Vec operator+(const Vec& a, const Vec& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
-Vec operator-(const Vec& a, const Vec& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
-Vec operator*(const Interval& f, const Vec& v) { return {f * v[0], f * v[1], f * v[2]}; }
-Interval dot(const Vec& a, const Vec& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-Interval size(const Vec& a) { return square_root(square(a[0]) + square(a[1]) + square(a[2])); }
-Vec cross(const Vec& a, const Vec& b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
 
 /// sin(t h) / sin(h) and its derivative by c = cos(h), both monotone in c on 0 < c <= 1.
 struct Share {
@@ -76,81 +66,55 @@ Vec y_turned_slope(const Quaternion& q, const Quaternion& d) {
 class IsnerChecker final : public ClaimChecker {
  public:
   IsnerChecker(const ProofQuestion& q, const solver::SpineSystem& system)
-      : fraction_(system.arc_fraction()) {
+      : fraction_(system.arc_fraction()), legs_(q, depth_of(system)) {
     const auto& options = system.options();
     const auto word = [&](const char* key) { return std::get<std::string>(options.at(key)); };
     const auto refuse = [](const std::string& why) {
       throw ProofError("isner: the checker knows " + why);
     };
     if (q.box.of_controls) refuse("body channels only, not the rig's own controls");
-    if (q.mapping != solver::Mapping::chest) refuse("the mapping chest only");
     if (word("aim") != "project") refuse("aim = \"project\" only");
     if (word("slerp") != "shortest") refuse("slerp = \"shortest\" only");
     fixed_ = word("length") == "fixed";
-    depth_ = std::get<std::vector<double>>(options.at("depth"));
-    for (std::size_t j = 0; j < 3; ++j) varies_[j] = q.box.axis[j].varies();
+    varies_ = varying_channels(q.box);
   }
 
   double gain_over(const SubBox& part) const override {
+    const MovingChannels channels(part);
     // Channels in the order extension, side, twist are -rz, -ry, rx.
     constexpr std::size_t kEuler[3] = {2, 1, 0};
     constexpr double kSign[3] = {-1.0, -1.0, 1.0};
-    const Interval degree = solver::kPiInterval / Interval(180.0);
-    Vec angle, radius, middle;
+    Vec angle, middle;
     for (std::size_t j = 0; j < 3; ++j) {
-      const Interval range = Interval(part.low[j], part.high[j]) * degree;
-      const double at = range.middle();
-      angle[kEuler[j]] = kSign[j] < 0.0 ? -range : range;
-      middle[kEuler[j]] = kSign[j] * at;
-      radius[kEuler[j]] =
-          hull(Interval(range.hi) - Interval(at), Interval(at) - Interval(range.lo)).hi;
+      angle[kEuler[j]] = Interval(kSign[j]) * channels.angle[j].value;
+      middle[kEuler[j]] = Interval(kSign[j]) * channels.angle[j].center;
     }
-    Posed box;
-    if (!pose(angle, box)) return kInfinite;
-    Posed center;
-    if (!pose(middle, center)) return kInfinite;
-    // What the derivatives say of values is sharper than the values themselves.
-    const auto sharpen = [&](Interval& value, const Interval& at,
-                             const std::array<Interval, 3>& by) {
-      Interval spread(0.0);
-      for (std::size_t k = 0; k < 3; ++k) spread += Interval(by[k].most()) * radius[k];
-      value = common(value, at + Interval(-spread.hi, spread.hi));
-    };
-    for (std::size_t i = 0; i < 3; ++i) {
-      sharpen(box.chest[i], center.chest[i],
-              {box.chest_by[0][i], box.chest_by[1][i], box.chest_by[2][i]});
-    }
-    const ChestCurve curve({depth_[0], depth_[1]}, box.chest[0]);
+    Turned box, center;
+    if (!turn(angle, box) || !turn(middle, center)) return kInfinite;
+    const MovingCurve curve(legs_.over(channels), channels.reach, kPanels);
+    if (!curve.length().value.is_finite()) return kInfinite;
+    glm::dmat3 axes = legs_.axes();
     double most = 0.0;
     for (const double t : fraction_) {
       const auto place = place_at(curve, t);
       if (!place) return kInfinite;
-      Vec up, up_middle;
-      std::array<Vec, 3> up_by;
-      raise(center.turn, center.turn_by, t, up_middle, up_by);
-      raise(box.turn, box.turn_by, t, up, up_by);
-      for (std::size_t i = 0; i < 3; ++i) {
-        sharpen(up[i], up_middle[i], {up_by[0][i], up_by[1][i], up_by[2][i]});
-      }
-      const Interval u = place->u, alpha = curve.alpha(u), beta = curve.beta(u);
-      const Vec velocity = Vec{alpha, 0.0, 0.0} + beta * box.chest;
-      const Interval speed = size(velocity);
-      const Vec x = Interval(1.0) / speed * velocity;
-      const Vec side = cross(x, up);
-      const Interval sine = size(side);
-      const Vec z = Interval(1.0) / sine * side, y = cross(z, x);
+      axes = axes_along(curve.velocity_about(*place), axes);
+      const MovingVector x = unit(curve.velocity(*place, axes));
+      MovingVector up;
+      std::array<Vec, 3> by_euler;
+      raise(center, t, up.center, by_euler);
+      raise(box, t, up.value, by_euler);
+      for (std::size_t j = 0; j < 3; ++j) up.by[j] = Interval(kSign[j]) * by_euler[kEuler[j]];
+      sharpen(up, channels.reach);
+      up = on_axes(axes, from_axes(legs_.axes(), up));
+      MovingVector side = cross(x, up);
+      sharpen(side, channels.reach);
+      const Interval sine = size(side.value);
+      const Vec y = cross(Interval(1.0) / sine * side.value, x.value);
       for (std::size_t j = 0; j < 3; ++j) {
         if (!varies_[j]) continue;
-        const std::size_t k = kEuler[j];
-        const Interval u_by = place->slope * box.chest_by[k][0];
-        const Vec velocity_by = Vec{curve.alpha_slope(u) * u_by, 0.0, 0.0} +
-                                curve.beta_slope(u) * u_by * box.chest + beta * box.chest_by[k];
-        const Interval along = dot(x, velocity_by);
-        const Vec x_by = Interval(1.0) / speed * (velocity_by - along * x);
-        const Vec side_by = cross(x_by, up) + cross(x, up_by[k]);
-        const Interval about = dot(y, side_by) / sine;
-        const Interval gain =
-            square_root(square(x_by[0]) + square(x_by[1]) + square(x_by[2]) + square(about));
+        const Interval about = dot(y, side.by[j]) / sine;
+        const Interval gain = square_root(size_squared(x.by[j]) + square(about));
         if (!gain.is_finite()) return kInfinite;
         most = std::max(most, gain.hi);
       }
@@ -159,19 +123,21 @@ class IsnerChecker final : public ClaimChecker {
   }
 
  private:
-  /// The chest control's turn, its X axis, and their derivatives by the Euler angles x, y, z.
-  struct Posed {
+  static constexpr int kPanels = 32;
+
+  static std::vector<double> depth_of(const solver::SpineSystem& system) {
+    return std::get<std::vector<double>>(system.options().at("depth"));
+  }
+
+  /// The chest control's turn in its own axes, and its derivatives by the Euler angles x, y, z.
+  struct Turned {
     Quaternion turn;
-    std::array<Quaternion, 3> turn_by;
-    Vec chest;
-    std::array<Vec, 3> chest_by;
+    std::array<Quaternion, 3> by;
   };
 
-  static bool pose(const Vec& angle, Posed& p) {
-    Vec s, c, hs, hc;
+  static bool turn(const Vec& angle, Turned& p) {
+    Vec hs, hc;
     for (std::size_t k = 0; k < 3; ++k) {
-      s[k] = sine(angle[k]);
-      c[k] = cosine(angle[k]);
       hs[k] = sine(Interval(0.5) * angle[k]);
       hc[k] = cosine(Interval(0.5) * angle[k]);
     }
@@ -180,23 +146,19 @@ class IsnerChecker final : public ClaimChecker {
       Vec ds = hs, dc = hc;
       ds[k] = Interval(0.5) * hc[k];
       dc[k] = Interval(-0.5) * hs[k];
-      p.turn_by[k] = product(ds, dc);
+      p.by[k] = product(ds, dc);
     }
     if (p.turn[0].hi < 0.0) {  // the same turn, the shorter way
       for (Interval& part : p.turn) part = -part;
-      for (Quaternion& by : p.turn_by)
+      for (Quaternion& by : p.by)
         for (Interval& part : by) part = -part;
     }
-    p.chest = {c[2] * c[1], s[2] * c[1], -s[1]};
-    p.chest_by[0] = {0.0, 0.0, 0.0};
-    p.chest_by[1] = {-(c[2] * s[1]), -(s[2] * s[1]), -c[1]};
-    p.chest_by[2] = {-(s[2] * c[1]), c[2] * c[1], 0.0};
     return p.turn[0].lo > 0.0;  // else there may be two shortest ways
   }
 
   /// Y turned by the t-th part of the chest's turn.
-  static void raise(const Quaternion& q, const std::array<Quaternion, 3>& by, double t, Vec& up,
-                    std::array<Vec, 3>& up_by) {
+  static void raise(const Turned& turned, double t, Vec& up, std::array<Vec, 3>& up_by) {
+    const auto& [q, by] = turned;
     if (t == 1.0) {
       up = y_turned(q);
       for (std::size_t k = 0; k < 3; ++k) up_by[k] = y_turned_slope(q, by[k]);
@@ -216,29 +178,32 @@ class IsnerChecker final : public ClaimChecker {
     }
   }
 
-  std::optional<ChestCurve::Place> place_at(const ChestCurve& curve, double t) const {
-    const ChestCurve::Length& whole = curve.whole();
-    if (!whole.value.is_finite()) return std::nullopt;
-    if (t == 0.0) return ChestCurve::Place{0.0, 0.0};
-    const bool fits = !fixed_ || whole.value.hi <= 1.0, passes = fixed_ && whole.value.lo > 1.0;
-    if (t == 1.0) {
-      if (fits) return ChestCurve::Place{1.0, 0.0};
-      auto place = curve.at({1.0, 1.0, 0.0});
-      if (!place) return place;
-      if (!passes) place->slope = hull(place->slope, 0.0);
-      place->u = {std::min(1.0, place->u.lo), std::min(1.0, place->u.hi)};
-      return place;
+  std::optional<MovingCurve::Place> place_at(const MovingCurve& curve, double t) const {
+    const MovingNumber &whole = curve.length(), rest(Interval(legs_.length()));
+    if (t == 0.0) return curve.start();
+    const bool fits = !fixed_ || whole.value.hi <= rest.value.lo;
+    const bool passes = fixed_ && whole.value.lo > rest.value.hi;
+    if (fits || passes) {
+      if (t == 1.0 && fits) return curve.end();
+      return curve.place_at(Interval(t) * (passes ? rest : whole));
     }
-    ChestCurve::Length used = whole;
-    if (passes) used = {1.0, 1.0, 0.0};
-    if (!fits && !passes) {
-      used = {smaller(whole.value, 1.0), smaller(whole.center, 1.0), hull(whole.slope, 0.0)};
+    MovingNumber used(smaller(whole.value, rest.value), smaller(whole.center, rest.center), {});
+    for (std::size_t j = 0; j < 3; ++j) used.by[j] = hull(whole.by[j], 0.0);
+    auto place = curve.place_at(Interval(t) * used);
+    if (t < 1.0 || !place) return place;
+    // Where the curve is no longer than at rest, its end.
+    const Interval end = curve.end().u.value;
+    for (Interval* u : {&place->u.value, &place->u.center})
+      *u = {std::min(u->lo, end.lo), std::min(u->hi, end.hi)};
+    for (std::size_t j = 0; j < 3; ++j) {
+      place->u.by[j] = hull(place->u.by[j], 0.0);
+      place->slides[j] = hull(place->slides[j], 0.0);
     }
-    const Interval part(t);
-    return curve.at({part * used.value, part * used.center, part * used.slope});
+    return place;
   }
 
-  std::vector<double> fraction_, depth_;
+  std::vector<double> fraction_;
+  HipChestLegs legs_;
   bool fixed_ = true;
   std::array<bool, 3> varies_{};
 };

@@ -324,67 +324,110 @@ void expect_bounds(const ProofQuestion& q, const solver::SpineSystem& system,
 
 TEST(CertificateCheck, NoPoseOutrunsTheIsnerCheckersBounds) {
   for (const char* length : {"fixed", "stretchy"}) {
-    ProofQuestion q = question("isner", "extension=-180:180,side=-90:90,twist=-90:90");
-    q.rig.options["length"] = std::string(length);
-    const auto system = solver::build_system(q.rig, q.chain);
-    expect_bounds(q, *system, *isner_checker(q, *system), 110.0, 0.7, 150);
+    for (const solver::Mapping mapping : {solver::Mapping::chest, solver::Mapping::spread}) {
+      SCOPED_TRACE(length);
+      ProofQuestion q = question("isner", "extension=-180:180,side=-90:90,twist=-90:90");
+      q.rig.options["length"] = std::string(length);
+      q.chain.joint = {{0, 0, 0}, {0, 2, 0.4}, {0.1, 4, -0.2}, {0, 6, 0}};
+      q.mapping = mapping;
+      const auto system = solver::build_system(q.rig, q.chain);
+      expect_bounds(q, *system, *isner_checker(q, *system), 110.0, 0.9, 150);
+    }
   }
 }
 
-TEST(CertificateCheck, NoPoseOutrunsThePlaneCheckersBounds) {
+TEST(CertificateCheck, NoPoseOutrunsTheBoundsOfSpinesOnCurves) {
   using Options = std::map<std::string, solver::OptionValue>;
   const std::vector<double> uneven{0.2, 0.7};
-  const std::string carve = "carve", arc = "arc";
-  const std::pair<const char*, Options> cases[] = {
-      {"spline_ik", {}},
-      {"spline_ik", {{"depth", uneven}}},
-      {"stretchy", {{"form", carve}}},
-      {"stretchy", {}},
-      {"stretchy", {{"depth", uneven}, {"bones", 7.0}}},
-      {"curve", {}},
-      {"curve", {{"bones", 6.0}, {"length", arc}}},
+  const auto word = [](const char* text) { return std::string(text); };
+  const std::vector<glm::dvec3> straight = {{0, 0, 0}, {0, 0.2, 0}, {0, 0.7, 0}, {0, 1, 0}},
+                                bent = {{0, 0, 0}, {0, 1, 0.3}, {0.1, 2, -0.1}, {0, 3, 0.3}},
+                                many = {
+                                    {0, 0, 0}, {0, 1, 0.2}, {0, 2, 0.3}, {0, 3, 0.2}, {0, 4, 0}};
+  struct Case {
+    const char* system;
+    Options options;
+    const std::vector<glm::dvec3>& joint;
+    solver::Mapping mapping;
   };
-  for (const auto& [name, options] : cases) {
-    SCOPED_TRACE(name);
-    ProofQuestion q = question(name, "extension=-170:170,side=-80:80,twist=-90:90");
-    q.rig.options = options;
-    if (q.rig.system == "curve") q.chain.joint = {{0, 0, 0}, {0, 0.2, 0}, {0, 0.7, 0}, {0, 1, 0}};
+  using solver::Mapping;
+  const Case cases[] = {
+      {"spline_ik", {}, bent, Mapping::chest},
+      {"spline_ik", {{"depth", uneven}}, many, Mapping::spread},
+      {"stretchy", {{"form", word("carve")}}, bent, Mapping::chest},
+      {"stretchy", {}, bent, Mapping::chest},
+      {"stretchy", {{"depth", uneven}, {"bones", 7.0}}, many, Mapping::spread},
+      {"curve", {}, straight, Mapping::chest},
+      {"curve", {}, bent, Mapping::chest},
+      {"curve", {{"bones", 6.0}, {"length", word("arc")}}, many, Mapping::spread},
+      {"curve", {{"length", word("null_sum")}}, bent, Mapping::spread},
+      {"curve", {{"length", word("rest")}}, straight, Mapping::spread},
+      {"snake", {{"joints", 30.0}, {"controls", 8.0}}, bent, Mapping::chest},
+      {"snake",
+       {{"joints", 20.0}, {"twist_u", std::vector<double>{0.3, 0.6}}},
+       many,
+       Mapping::spread},
+  };
+  for (const Case& each : cases) {
+    SCOPED_TRACE(std::string(each.system) + (each.mapping == Mapping::spread ? ", spread" : ""));
+    ProofQuestion q = question(each.system, "extension=-170:170,side=-80:80,twist=-90:90");
+    q.rig.options = each.options;
+    q.chain.joint = each.joint;
+    q.mapping = each.mapping;
     const auto system = solver::build_system(q.rig, q.chain);
-    expect_bounds(q, *system, *plane_checker(q, *system), 100.0, 0.9, 150);
+    expect_bounds(q, *system, *claim_checker(q, *system), 80.0, 0.9, 150);
   }
 }
 
-TEST(CertificateCheck, ConfirmsBonesInAPlaneByItsOwnEvaluationAndNamesWhatItDoesNotKnow) {
+TEST(CertificateCheck, ConfirmsSpinesOnCurvesByItsOwnEvaluation) {
   Progress progress(Progress::Style::none);
-  for (const char* system : {"spline_ik", "curve"}) {
-    const Certificate proof = proved(question(system, "extension=10:40,side=-5:15,twist=-20:0"));
-    const CertificateCheck check = check_certificate(proof, "c", progress);
-    EXPECT_EQ(check.certified, shares_of(proof.tree, proof.question.box).certified_boxes);
-    EXPECT_LE(check.gain_bound, proof.tree.gain_bound) << system;
-    Certificate forged = proof;
-    forged.tree.gain_bound = 0.9 * check.gain_bound;
-    EXPECT_NE(refusal([&] { check_certificate(forged, "c", progress); }).find("the check finds"),
-              std::string::npos)
-        << system;
+  for (const char* system : {"spline_ik", "curve", "snake"}) {
+    for (const solver::Mapping mapping : {solver::Mapping::chest, solver::Mapping::spread}) {
+      SCOPED_TRACE(system);
+      ProofQuestion q = question(system, "extension=10:20,side=-4:4,twist=-20:0");
+      q.chain.joint = {{0, 0, 0}, {0, 1, 0.2}, {0, 2, -0.1}, {0, 3, 0}};
+      q.mapping = mapping;
+      if (q.rig.system == "snake") q.rig.options["joints"] = 12.0;
+      const Certificate proof = proved(q);
+      const CertificateCheck check = check_certificate(proof, "c", progress);
+      EXPECT_EQ(check.certified, shares_of(proof.tree, q.box).certified_boxes);
+      EXPECT_LE(check.gain_bound, proof.tree.gain_bound);
+      // A claim that a pose breaks.
+      const auto built = solver::build_system(q.rig, q.chain);
+      Refutation at;
+      at.check = "BB002";
+      at.pose = {18.0, 1.0, -10.0};
+      double most = 0.0;
+      for (at.axis = 0; at.axis < 3; ++at.axis)
+        most = std::max(most, Refuter(q, *built).measure(at));
+      Certificate forged = proof;
+      forged.tree.gain_bound = 0.95 * most;
+      EXPECT_NE(refusal([&] { check_certificate(forged, "c", progress); }).find("the check finds"),
+                std::string::npos);
+    }
   }
-  const auto why = [&](const char* option, const solver::OptionValue& value) {
-    ProofQuestion q = question("stretchy", "envelope");
+}
+
+TEST(CertificateCheck, NamesWhatItDoesNotKnow) {
+  const auto why = [](const char* name, const char* option, const solver::OptionValue& value) {
+    ProofQuestion q = question(name, "envelope");
     q.rig.options[option] = value;
     const auto system = solver::build_system(q.rig, q.chain);
-    return refusal([&] { plane_checker(q, *system); });
+    return refusal([&] { claim_checker(q, *system); });
   };
-  EXPECT_EQ(why("form", std::string("carve")), "");
-  EXPECT_NE(why("twist", std::string("spread")).find("twist"), std::string::npos);
-  EXPECT_NE(why("stretchiness", 0.5).find("stretchiness"), std::string::npos);
-  EXPECT_NE(why("no_squash", true).find("ratio"), std::string::npos);
-  EXPECT_NE(why("lead", 0.5).find("lead"), std::string::npos);
-  EXPECT_EQ(why("bones", 8.0), "");
-  ProofQuestion bent = question("curve", "envelope");
-  bent.chain.joint = {{0, 0, 0}, {0, 1, 0}, {0.1, 2, 0}, {0, 3, 0}};
-  const auto curve = solver::build_system(bent.rig, bent.chain);
-  EXPECT_NE(refusal([&] { plane_checker(bent, *curve); }).find("straight"), std::string::npos);
-  bent.chain.joint = {{0, 0, 0}, {0, 2, 0}, {0, 1, 0}, {0, 3, 0}};
-  EXPECT_NE(refusal([&] { plane_checker(bent, *curve); }).find("straight"), std::string::npos);
+  const auto word = [](const char* text) { return std::string(text); };
+  EXPECT_EQ(why("stretchy", "form", word("carve")), "");
+  EXPECT_EQ(why("stretchy", "bones", 8.0), "");
+  EXPECT_NE(why("stretchy", "twist", word("spread")).find("twist"), std::string::npos);
+  EXPECT_NE(why("stretchy", "stretchiness", 0.5).find("stretchiness"), std::string::npos);
+  EXPECT_NE(why("stretchy", "no_squash", true).find("ratio"), std::string::npos);
+  EXPECT_NE(why("stretchy", "lead", 0.5).find("lead"), std::string::npos);
+  EXPECT_NE(why("curve", "length", word("close")).find("length"), std::string::npos);
+  EXPECT_NE(why("curve", "roll", word("full")).find("roll"), std::string::npos);
+  EXPECT_NE(why("curve", "follow", word("on_curve")).find("follow"), std::string::npos);
+  EXPECT_NE(why("curve", "basis", word("interpolate")).find("basis"), std::string::npos);
+  EXPECT_NE(why("snake", "closest", word("nearest")).find("closest"), std::string::npos);
+  EXPECT_NE(why("snake", "lead", 0.5).find("lead"), std::string::npos);
 }
 
 /// Claims that are false, in certificates whose form is right.
