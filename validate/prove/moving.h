@@ -81,11 +81,6 @@ Moving<Of> operator*(const MovingNumber& f, const Moving<Of>& a) {
   for (std::size_t j = 0; j < 3; ++j) out.by[j] = f.by[j] * a.value + f.value * a.by[j];
   return out;
 }
-inline MovingNumber operator/(const MovingNumber& a, const MovingNumber& b) {
-  MovingNumber out(a.value / b.value, a.center / b.center, {});
-  for (std::size_t j = 0; j < 3; ++j) out.by[j] = (a.by[j] - out.value * b.by[j]) / b.value;
-  return out;
-}
 inline MovingVector cross(const MovingVector& a, const MovingVector& b) {
   MovingVector out(cross(a.value, b.value), cross(a.center, b.center), {});
   for (std::size_t j = 0; j < 3; ++j) out.by[j] = cross(a.by[j], b.value) + cross(a.value, b.by[j]);

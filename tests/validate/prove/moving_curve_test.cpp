@@ -181,6 +181,35 @@ TEST(MovingCurve, EnclosesEveryPoseOfAPart) {
   }
 }
 
+/// With few panels slopes are loose, and hold the true ones still.
+TEST(MovingCurve, EnclosesSlopesOnFewPanels) {
+  constexpr double kStep = 0.01;
+  for (const auto& [extension, side] : kPoses) {
+    const MovingChannels channels(part_of(extension, side, 1e-9));
+    const MovingCurve curve(Body::over(channels), channels.reach, 1);
+    const double rise =
+        (Body::at(extension + kStep, side).length() - Body::at(extension - kStep, side).length()) *
+        0.5 / solver::radians(kStep);
+    const Interval slope = curve.length().by[0];
+    EXPECT_LE(slope.lo, rise + 1e-6) << extension;
+    EXPECT_GE(slope.hi, rise - 1e-6) << extension;
+    EXPECT_GT(slope.width(), 1e-3) << extension;
+  }
+}
+
+/// Behind a hairpin the distance falls again, and the first place at one is not told from others.
+TEST(MovingCurve, WalksNoBoneThatTheCurveTurnsFarUnder) {
+  const auto fixed_step = [](double x, double y) { return MovingVector(Vec{x, y, 0.0}); };
+  const MovingCurve hairpin({fixed_step(0, 1), fixed_step(0, 1), fixed_step(0.3, 0.1),
+                             fixed_step(0, -1), fixed_step(0, -1)},
+                            Reach{}, 16);
+  const glm::dmat3 axes = axes_along({0, 1, 0}, glm::dmat3(1.0));
+  EXPECT_TRUE(hairpin.step(hairpin.start(), Interval(0.8), axes));
+  const auto near_top = hairpin.place_at(Interval(0.45) * hairpin.length());
+  ASSERT_TRUE(near_top);
+  EXPECT_FALSE(hairpin.step(*near_top, Interval(0.5), axes));
+}
+
 TEST(MovingCurve, GoesStraightOnPastItsEnd) {
   const MovingChannels channels(part_of(20, 10, 0.5));
   const MovingCurve curve(Body::over(channels), channels.reach, 32);
