@@ -10,6 +10,7 @@
 
 #include "validate/files/output_folder.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::validate {
@@ -35,34 +36,37 @@ nlohmann::json number_or_null(double value) {
 }
 
 nlohmann::json to_json(const Agreement& a) {
-  return {{"both", a.both},
-          {"geometry_only", a.geometry_only},
-          {"picture_only", a.picture_only},
-          {"neither", a.neither}};
+  return JsonObject<nlohmann::json>()
+      .with("both", a.both)
+      .with("geometry_only", a.geometry_only)
+      .with("picture_only", a.picture_only)
+      .with("neither", a.neither);
 }
 
 nlohmann::json to_json(const Sensitivity& s) {
   nlohmann::json hits = nlohmann::json::array();
   for (const HitRate& hit : s.hits) {
-    hits.push_back({{"size", hit.size},
-                    {"tried", hit.tried},
-                    {"found", hit.found},
-                    {"placed", hit.placed},
-                    {"roc_area", number_or_null(hit.roc_area)}});
+    hits.push_back(JsonObject<nlohmann::json>()
+                       .with("size", hit.size)
+                       .with("tried", hit.tried)
+                       .with("found", hit.found)
+                       .with("placed", hit.placed)
+                       .with("roc_area", number_or_null(hit.roc_area)));
     if (hit.agreement.cases() > 0) hits.back()["agreement"] = to_json(hit.agreement);
   }
-  nlohmann::json out{{"detector", s.detector},
-                     {"code", s.code},
-                     {"body", s.body},
-                     {"unit", s.unit},
-                     {"threshold", number_or_null(s.threshold)},
-                     {"threshold_unit", s.threshold_unit},
-                     {"clean_poses", s.clean},
-                     {"false_alarms", s.false_alarms},
-                     {"target", s.target},
-                     {"smallest_found", number_or_null(s.smallest)},
-                     {"ok", s.ok()},
-                     {"sizes", std::move(hits)}};
+  nlohmann::json out = JsonObject<nlohmann::json>()
+                           .with("detector", s.detector)
+                           .with("code", s.code)
+                           .with("body", s.body)
+                           .with("unit", s.unit)
+                           .with("threshold", number_or_null(s.threshold))
+                           .with("threshold_unit", s.threshold_unit)
+                           .with("clean_poses", s.clean)
+                           .with("false_alarms", s.false_alarms)
+                           .with("target", s.target)
+                           .with("smallest_found", number_or_null(s.smallest))
+                           .with("ok", s.ok())
+                           .with("sizes", std::move(hits));
   if (s.clean_agreement.cases() > 0) out["clean_agreement"] = to_json(s.clean_agreement);
   return out;
 }
@@ -163,13 +167,14 @@ std::string calibration_table(const CalibrationReport& report) {
 std::string calibration_json(const CalibrationReport& report) {
   nlohmann::json rows = nlohmann::json::array();
   for (const Sensitivity& s : report.detectors) rows.push_back(to_json(s));
-  const nlohmann::json out{{"schema", kSchema},
-                           {"date", report.date},
-                           {"seed", report.plan.seed},
-                           {"clean_poses", report.plan.clean_poses},
-                           {"fault_poses", report.plan.fault_poses},
-                           {"ok", report.ok()},
-                           {"detectors", std::move(rows)}};
+  const nlohmann::json out = JsonObject<nlohmann::json>()
+                                 .with("schema", kSchema)
+                                 .with("date", report.date)
+                                 .with("seed", report.plan.seed)
+                                 .with("clean_poses", report.plan.clean_poses)
+                                 .with("fault_poses", report.plan.fault_poses)
+                                 .with("ok", report.ok())
+                                 .with("detectors", std::move(rows));
   return out.dump(2) + "\n";
 }
 

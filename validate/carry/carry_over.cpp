@@ -20,6 +20,7 @@
 #include "validate/sweeps/external_spec.h"
 #include "validate/tasks/side_by_side.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/verdicts/waivers.h"
 
 namespace backbend::validate {
@@ -111,11 +112,15 @@ void flush_folder(const fs::path& folder) {
 }  // namespace
 
 std::string program_inputs() {
-  return content_hash(dumped({{"program", program_hash()}, {"versions", program_versions()}}));
+  return content_hash(dumped(
+      JsonObject<json>().with("program", program_hash()).with("versions", program_versions())));
 }
 
 std::string night_inputs(const Suite& suite, const std::vector<std::string>& options) {
-  json facts = {{"program", program_inputs()}, {"options", options}, {"suite", suite.name}};
+  json facts = JsonObject<json>()
+                   .with("program", program_inputs())
+                   .with("options", options)
+                   .with("suite", suite.name);
   for (const RigPlan& rig : suite.rigs) {
     facts["rigs"].push_back({rig.name, rig_text(rig.spec)});
     if (rig.duty) facts["rigs"].back().push_back(rig_text(rig.duty->twin));
@@ -297,14 +302,15 @@ void CarryOver::keep(const fs::path& folder, const std::string& report_hash) con
     } catch (const ReadError& error) {  // what this run has written is no input of the user's
       throw WriteError(error.what(), EIO);
     }
-    const std::string body = dumped({{"unit", unit},
-                                     {"stamp", noted.stamp},
-                                     {"night", noted.result.night},
-                                     {"report_hash", report_hash},
-                                     {"results", results},
-                                     {"run", run},
-                                     {"files", files},
-                                     {"report", noted.result.text}}) +
+    const std::string body = dumped(JsonObject<json>()
+                                        .with("unit", unit)
+                                        .with("stamp", noted.stamp)
+                                        .with("night", noted.result.night)
+                                        .with("report_hash", report_hash)
+                                        .with("results", results)
+                                        .with("run", run)
+                                        .with("files", files)
+                                        .with("report", noted.result.text)) +
                              "\n";
     const fs::path file = entry_file(unit);
     OutputFolder(file.parent_path())

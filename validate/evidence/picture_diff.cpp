@@ -9,6 +9,7 @@
 #include "validate/files/output_folder.h"
 #include "validate/sweeps/sweep.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/exit_code.h"
 
@@ -51,7 +52,7 @@ nlohmann::json number_or_null(double value) {
 }
 
 nlohmann::json to_json(const PicturePairDifference& pair) {
-  nlohmann::json out{{"name", valid_utf8(pair.name)}};
+  nlohmann::json out = JsonObject<nlohmann::json>().with("name", valid_utf8(pair.name));
   if (!pair.in_a || !pair.in_b) {
     out["verdict"] = "missing";
     out["missing_in"] = pair.in_a ? "b" : "a";
@@ -67,15 +68,17 @@ nlohmann::json to_json(const PicturePairDifference& pair) {
   }
   out["measures"] = nlohmann::json::array();
   for (const PictureMeasure& m : d.measures)
-    out["measures"].push_back({{"name", m.name},
-                               {"unit", m.unit},
-                               {"value", number_or_null(m.value)},
-                               {"limit", number_or_null(m.limit)},
-                               {"verdict", name_of(m.verdict)}});
+    out["measures"].push_back(JsonObject<nlohmann::json>()
+                                  .with("name", m.name)
+                                  .with("unit", m.unit)
+                                  .with("value", number_or_null(m.value))
+                                  .with("limit", number_or_null(m.limit))
+                                  .with("verdict", name_of(m.verdict)));
   if (d.noise)
-    out["noise"] = {{"values", d.noise->values},
-                    {"bound", number_or_null(d.noise->bound)},
-                    {"largest", number_or_null(d.noise->largest)}};
+    out["noise"] = JsonObject<nlohmann::json>()
+                       .with("values", d.noise->values)
+                       .with("bound", number_or_null(d.noise->bound))
+                       .with("largest", number_or_null(d.noise->largest));
   if (std::isfinite(d.picture.largest) && d.picture.x >= 0)
     out["worst_pixel"] = {d.picture.x, d.picture.y};
   return out;
@@ -159,10 +162,11 @@ PictureDiff diff_pictures(const fs::path& a, const fs::path& b, const PictureLim
 std::string picture_diff_json(const PictureDiff& diff) {
   nlohmann::json pairs = nlohmann::json::array();
   for (const PicturePairDifference& pair : diff.pairs) pairs.push_back(to_json(pair));
-  return nlohmann::json{{"schema", "backbend.diff/1"},
-                        {"complete", diff.complete()},
-                        {"exit_code", diff.exit_code()},
-                        {"pictures", std::move(pairs)}}
+  return nlohmann::json(JsonObject<nlohmann::json>()
+                            .with("schema", "backbend.diff/1")
+                            .with("complete", diff.complete())
+                            .with("exit_code", diff.exit_code())
+                            .with("pictures", std::move(pairs)))
              .dump(2) +
          "\n";
 }

@@ -9,6 +9,7 @@
 
 #include "validate/evidence/review.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 
@@ -20,17 +21,24 @@ using Json = nlohmann::json;  // sorted keys
 constexpr int kStillFrames = 48;  // two seconds, as the review clips hold their worst angle
 
 Json rational_time(int frame) {
-  return {{"OTIO_SCHEMA", "RationalTime.1"}, {"rate", kFramesPerSecond}, {"value", frame}};
+  return JsonObject<Json>()
+      .with("OTIO_SCHEMA", "RationalTime.1")
+      .with("rate", kFramesPerSecond)
+      .with("value", frame);
 }
 Json time_range(int first, int frames) {
-  return {{"OTIO_SCHEMA", "TimeRange.1"},
-          {"start_time", rational_time(first)},
-          {"duration", rational_time(frames)}};
+  return JsonObject<Json>()
+      .with("OTIO_SCHEMA", "TimeRange.1")
+      .with("start_time", rational_time(first))
+      .with("duration", rational_time(frames));
 }
 
 /// What every object of a timeline has.
 Json object(const char* schema, const std::string& name) {
-  return {{"OTIO_SCHEMA", schema}, {"name", valid_utf8(name)}, {"metadata", Json::object()}};
+  return JsonObject<Json>()
+      .with("OTIO_SCHEMA", schema)
+      .with("name", valid_utf8(name))
+      .with("metadata", Json::object());
 }
 /// What every clip, gap, track and stack has besides.
 Json item(const char* schema, const std::string& name) {
@@ -90,13 +98,14 @@ Json marker(const Finding& finding, int frame, int frames) {
   json["color"] = marker_color(finding.verdict);
   json["marked_range"] = time_range(frame, frames);
   // Players that do not know a marker's comment show its metadata.
-  json["metadata"]["backbend"] = {{"code", valid_utf8(finding.code)},
-                                  {"control_deg", finding.control_deg},
-                                  {"note", visible(note)},
-                                  {"owner", owner},
-                                  {"pose", valid_utf8(finding.pose)},
-                                  {"reproduce", valid_utf8(finding.reproduce)},
-                                  {"verdict", name_of(finding.verdict)}};
+  json["metadata"]["backbend"] = JsonObject<Json>()
+                                     .with("code", valid_utf8(finding.code))
+                                     .with("control_deg", finding.control_deg)
+                                     .with("note", visible(note))
+                                     .with("owner", owner)
+                                     .with("pose", valid_utf8(finding.pose))
+                                     .with("reproduce", valid_utf8(finding.reproduce))
+                                     .with("verdict", name_of(finding.verdict));
   return json;
 }
 

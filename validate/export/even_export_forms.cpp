@@ -4,6 +4,7 @@
 #include "validate/export/even_export.h"
 #include "validate/export/script_files.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -29,49 +30,55 @@ void add_weights(ordered_json& to, const solver::EvenGraph::Weights& weight) {
 
 ordered_json graph_of(const EvenExport& from) {
   const solver::EvenGraph& graph = from.graph;
-  ordered_json root = {{"schema", "backbend.even_graph/1"},
-                       {"character", from.character},
-                       {"rig", rig_text(from.rig)},
-                       {"length", graph.length},
-                       {"origin", numbers(graph.origin)},
-                       {"left", numbers(from.left)},
-                       {"limit_deg", kLimitDeg},
-                       {"hips", from.hips.name},
-                       {"hips_rest", columns(from.hips.rest)},
-                       {"controls", ordered_json::array()},
-                       {"samples", ordered_json::array()},
-                       {"joints", ordered_json::array()},
-                       {"followers", ordered_json::array()}};
+  ordered_json root = JsonObject<ordered_json>()
+                          .with("schema", "backbend.even_graph/1")
+                          .with("character", from.character)
+                          .with("rig", rig_text(from.rig))
+                          .with("length", graph.length)
+                          .with("origin", numbers(graph.origin))
+                          .with("left", numbers(from.left))
+                          .with("limit_deg", kLimitDeg)
+                          .with("hips", from.hips.name)
+                          .with("hips_rest", columns(from.hips.rest))
+                          .with("controls", ordered_json::array())
+                          .with("samples", ordered_json::array())
+                          .with("joints", ordered_json::array())
+                          .with("followers", ordered_json::array());
   for (std::size_t k = 0; k < 3; ++k) {
     const solver::EvenGraph::Control& control = graph.control[k];
-    root["controls"].push_back({{"name", control.name},
-                                {"at", control.at},
-                                {"place", numbers(control.place)},
-                                {"axes", columns(control.axes)},
-                                {"samples", control.samples},
-                                {"half_size", from.half_size[k]}});
+    root["controls"].push_back(JsonObject<ordered_json>()
+                                   .with("name", control.name)
+                                   .with("at", control.at)
+                                   .with("place", numbers(control.place))
+                                   .with("axes", columns(control.axes))
+                                   .with("samples", control.samples)
+                                   .with("half_size", from.half_size[k]));
   }
   for (const solver::EvenGraph::Sample& sample : graph.sample) {
-    ordered_json entry = {{"at", sample.at}, {"step", numbers(sample.step)}};
+    ordered_json entry =
+        JsonObject<ordered_json>().with("at", sample.at).with("step", numbers(sample.step));
     add_weights(entry, sample.weight);
     root["samples"].push_back(std::move(entry));
   }
   for (const EvenExport::Joint& joint : from.joints) {
     const solver::EvenGraph::Joint& in_graph = graph.joint[joint.in_graph];
-    ordered_json entry = {{"name", joint.name},
-                          {"at", in_graph.at},
-                          {"frame_at", in_graph.frame_at},
-                          {"place", numbers(in_graph.place)},
-                          {"samples", in_graph.samples},
-                          {"rest", columns(joint.rest)}};
+    ordered_json entry = JsonObject<ordered_json>()
+                             .with("name", joint.name)
+                             .with("at", in_graph.at)
+                             .with("frame_at", in_graph.frame_at)
+                             .with("place", numbers(in_graph.place))
+                             .with("samples", in_graph.samples)
+                             .with("rest", columns(joint.rest));
     add_weights(entry, in_graph.weight);
     root["joints"].push_back(std::move(entry));
   }
   for (const EvenExport::Follower& follower : from.followers)
-    root["followers"].push_back({{"name", follower.name}, {"leader", follower.leader}});
-  root["distance"] = {{"poses", from.distance.poses},
-                      {"place_percent", 100.0 * from.distance.place},
-                      {"turn_deg", from.distance.turn_deg}};
+    root["followers"].push_back(
+        JsonObject<ordered_json>().with("name", follower.name).with("leader", follower.leader));
+  root["distance"] = JsonObject<ordered_json>()
+                         .with("poses", from.distance.poses)
+                         .with("place_percent", 100.0 * from.distance.place)
+                         .with("turn_deg", from.distance.turn_deg);
   return root;
 }
 

@@ -1,6 +1,7 @@
 #include <nlohmann/json.hpp>
 
 #include "validate/farm/job.h"
+#include "validate/text/json_object.h"
 #include "validate/text/shell_word.h"
 
 namespace backbend::validate {
@@ -103,27 +104,39 @@ FarmScripts openjd_scripts(const FarmJob& job) {
   const auto script = [&](const std::string& file, const std::vector<std::string>& more) {
     std::vector<std::string> words = {farm_file(job, file)};
     words.insert(words.end(), more.begin(), more.end());
-    return ordered_json{{"actions", {{"onRun", {{"command", "bash"}, {"args", words}}}}}};
+    return ordered_json(JsonObject<ordered_json>().with(
+        "actions",
+        JsonObject<ordered_json>().with(
+            "onRun", JsonObject<ordered_json>().with("command", "bash").with("args", words))));
   };
-  ordered_json shards = {
-      {"name", "Shards"},
-      {"parameterSpace",
-       {{"taskParameterDefinitions",
-         ordered_json::array({{{"name", "Shard"},
-                               {"type", "CHUNK[INT]"},
-                               {"range", "1-" + std::to_string(job.shards)},
-                               {"chunks",
-                                {{"defaultTaskCount", 1},
-                                 {"targetRuntimeSeconds", kChunkSeconds},
-                                 {"rangeConstraint", "CONTIGUOUS"}}}}})}}},
-      {"script", script("shard.sh", {"{{Task.Param.Shard}}/" + std::to_string(job.shards)})}};
-  ordered_json merge = {{"name", "Merge"},
-                        {"dependencies", ordered_json::array({{{"dependsOn", "Shards"}}})},
-                        {"script", script("merge.sh", {})}};
-  const ordered_json job_template = {{"specificationVersion", "jobtemplate-2023-09"},
-                                     {"extensions", ordered_json::array({"TASK_CHUNKING"})},
-                                     {"name", "backbend nightly"},
-                                     {"steps", ordered_json::array({shards, merge})}};
+  ordered_json shards =
+      JsonObject<ordered_json>()
+          .with("name", "Shards")
+          .with("parameterSpace",
+                JsonObject<ordered_json>().with(
+                    "taskParameterDefinitions",
+                    ordered_json::array(
+                        {JsonObject<ordered_json>()
+                             .with("name", "Shard")
+                             .with("type", "CHUNK[INT]")
+                             .with("range", "1-" + std::to_string(job.shards))
+                             .with("chunks", JsonObject<ordered_json>()
+                                                 .with("defaultTaskCount", 1)
+                                                 .with("targetRuntimeSeconds", kChunkSeconds)
+                                                 .with("rangeConstraint", "CONTIGUOUS"))})))
+          .with("script",
+                script("shard.sh", {"{{Task.Param.Shard}}/" + std::to_string(job.shards)}));
+  ordered_json merge =
+      JsonObject<ordered_json>()
+          .with("name", "Merge")
+          .with("dependencies",
+                ordered_json::array({JsonObject<ordered_json>().with("dependsOn", "Shards")}))
+          .with("script", script("merge.sh", {}));
+  const ordered_json job_template = JsonObject<ordered_json>()
+                                        .with("specificationVersion", "jobtemplate-2023-09")
+                                        .with("extensions", ordered_json::array({"TASK_CHUNKING"}))
+                                        .with("name", "backbend nightly")
+                                        .with("steps", ordered_json::array({shards, merge}));
   return {{{"shard.sh", shard_script(job)},
            {"merge.sh", merge_script(job)},
            {"template.json",

@@ -9,6 +9,7 @@
 #include "validate/model/digest.h"
 #include "validate/model/report_json.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/waivers.h"
@@ -90,20 +91,21 @@ json parse_json(std::string_view text, std::string_view name, std::string_view s
 json line_of(const Approval& a) {
   json pictures = json::object();
   for (const auto& [kind, hash] : a.pictures) pictures[kind] = hash;
-  return {{"code", valid_utf8(a.code)},
-          {"character", valid_utf8(a.character)},
-          {"rig", valid_utf8(a.rig)},
-          {"mapping", valid_utf8(a.mapping)},
-          {"sweep", valid_utf8(a.sweep)},
-          {"joint", valid_utf8(a.joint)},
-          {"value", a.value},
-          {"unit", valid_utf8(a.unit)},
-          {"pictures", pictures},
-          {"author", valid_utf8(a.author)},
-          {"reason", valid_utf8(a.reason)},
-          {"date", a.date},
-          {"until", a.until},
-          {"report", a.report}};
+  return JsonObject<json>()
+      .with("code", valid_utf8(a.code))
+      .with("character", valid_utf8(a.character))
+      .with("rig", valid_utf8(a.rig))
+      .with("mapping", valid_utf8(a.mapping))
+      .with("sweep", valid_utf8(a.sweep))
+      .with("joint", valid_utf8(a.joint))
+      .with("value", a.value)
+      .with("unit", valid_utf8(a.unit))
+      .with("pictures", pictures)
+      .with("author", valid_utf8(a.author))
+      .with("reason", valid_utf8(a.reason))
+      .with("date", a.date)
+      .with("until", a.until)
+      .with("report", a.report);
 }
 
 Approval approval_from(const json& line) {

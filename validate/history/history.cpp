@@ -20,6 +20,7 @@
 #include "validate/measure/measure.h"
 #include "validate/model/report_json.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/names.h"
 #include "validate/verdicts/waivers.h"
@@ -202,26 +203,28 @@ std::string night_json(const Night& night) {
     before = &v;
   }
   for (const NightFailure& f : night.failures) {
-    failures.push_back({{"character", valid_utf8(f.character)},
-                        {"rig", valid_utf8(f.rig)},
-                        {"mapping", valid_utf8(f.mapping)},
-                        {"code", valid_utf8(f.code)},
-                        {"pose", valid_utf8(f.pose)},
-                        {"value", number(f.value)}});
+    failures.push_back(JsonObject<json>()
+                           .with("character", valid_utf8(f.character))
+                           .with("rig", valid_utf8(f.rig))
+                           .with("mapping", valid_utf8(f.mapping))
+                           .with("code", valid_utf8(f.code))
+                           .with("pose", valid_utf8(f.pose))
+                           .with("value", number(f.value)));
   }
   json version = json::object();
   for (const auto& [character, hash] : night.version)
     version[valid_utf8(character)] = valid_utf8(hash);
-  json line = {{"schema", kNightSchemaName},
-               {"date", night.date},
-               {"label", valid_utf8(night.label)},
-               {"suite", valid_utf8(night.suite)},
-               {"report", night.report},
-               {"verdict", verdict_word(night.verdict)},
-               {"version", version},
-               {"metrics", metrics},
-               {"values", values},
-               {"failures", failures}};
+  json line = JsonObject<json>()
+                  .with("schema", kNightSchemaName)
+                  .with("date", night.date)
+                  .with("label", valid_utf8(night.label))
+                  .with("suite", valid_utf8(night.suite))
+                  .with("report", night.report)
+                  .with("verdict", verdict_word(night.verdict))
+                  .with("version", version)
+                  .with("metrics", metrics)
+                  .with("values", values)
+                  .with("failures", failures);
   if (!night.results.empty()) line["results"] = night.results;
   return line.dump();
 }

@@ -9,6 +9,7 @@
 #include "validate/model/digest.h"
 #include "validate/sweeps/named_pose.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 
@@ -115,48 +116,53 @@ std::string hunt_json(const HuntResult& result) {
     if (f.vertex >= 0) place["vertex"] = f.vertex;
     json width = json::object();
     for (const auto& [axis, value] : find.width_deg) width[axis] = value;
-    json each = {{"code", f.code},
-                 {"pose", channels_json(find.pose)},
-                 {"controls", controls},
-                 {"value", number(f.value)},
-                 {"limit", number(f.limit)},
-                 {"unit", f.unit},
-                 {"verdict", name_of(f.verdict)},
-                 {"owner", name_of(f.owner)},
-                 {"inside_envelope", f.inside_envelope},
-                 {"place", place},
-                 {"place_text", place_text(f)},
-                 {"width_deg", width},
-                 {"width_ends_at_box", find.ends_at_box},
-                 {"detail", f.detail},
-                 {"artist", f.artist},
-                 {"reproduce", f.reproduce}};
+    json each = JsonObject<json>()
+                    .with("code", f.code)
+                    .with("pose", channels_json(find.pose))
+                    .with("controls", controls)
+                    .with("value", number(f.value))
+                    .with("limit", number(f.limit))
+                    .with("unit", f.unit)
+                    .with("verdict", name_of(f.verdict))
+                    .with("owner", name_of(f.owner))
+                    .with("inside_envelope", f.inside_envelope)
+                    .with("place", place)
+                    .with("place_text", place_text(f))
+                    .with("width_deg", width)
+                    .with("width_ends_at_box", find.ends_at_box)
+                    .with("detail", f.detail)
+                    .with("artist", f.artist)
+                    .with("reproduce", f.reproduce);
     if (!is_rest(find.from)) each["from"] = channels_json(find.from);
     if (!find.picture.empty()) each["picture"] = find.picture;
     finds.push_back(std::move(each));
   }
   json worst = json::array();
   for (const HuntWorst& each : hunt.worst)
-    worst.push_back({{"code", each.code},
-                     {"value", number(each.value)},
-                     {"limit", number(each.limit)},
-                     {"pose", channels_json(each.pose)}});
+    worst.push_back(JsonObject<json>()
+                        .with("code", each.code)
+                        .with("value", number(each.value))
+                        .with("limit", number(each.limit))
+                        .with("pose", channels_json(each.pose)));
   json gap = json::object();
   for (const BoxAxis& axis : hunt.box.axes) gap[axis.name] = hunt.gap * axis.width();
-  const json out = {{"schema", "backbend.hunt/1"},
-                    {"character", result.facts.name},
-                    {"rig", result.rig},
-                    {"mapping", result.mapping},
-                    {"envelope", result.facts.envelope},
-                    {"box", box},
-                    {"box_name", hunt.box.name},
-                    {"seed", result.seed},
-                    {"evaluations", hunt.evaluations},
-                    {"confirmations", hunt.confirmations},
-                    {"findings", finds},
-                    {"worst", worst},
-                    {"largest_gap", {{"half_width_deg", gap}, {"share", hunt.gap_volume}}},
-                    {"notes", hunt.notes}};
+  const json out =
+      JsonObject<json>()
+          .with("schema", "backbend.hunt/1")
+          .with("character", result.facts.name)
+          .with("rig", result.rig)
+          .with("mapping", result.mapping)
+          .with("envelope", result.facts.envelope)
+          .with("box", box)
+          .with("box_name", hunt.box.name)
+          .with("seed", result.seed)
+          .with("evaluations", hunt.evaluations)
+          .with("confirmations", hunt.confirmations)
+          .with("findings", finds)
+          .with("worst", worst)
+          .with("largest_gap",
+                JsonObject<json>().with("half_width_deg", gap).with("share", hunt.gap_volume))
+          .with("notes", hunt.notes);
   return out.dump(1, ' ', false, json::error_handler_t::replace);
 }
 

@@ -6,6 +6,7 @@
 #include "validate/files/hash.h"
 #include "validate/model/web_files.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/names.h"
 
@@ -22,126 +23,156 @@ json list(const std::vector<T>& items, F to_value) {
 }
 
 json value(const Headroom& h) {
-  return {{"channel", h.channel},
-          {"clean_to_deg", h.clean_to_deg},
-          {"tested_to_deg", h.tested_to_deg},
-          {"needs_deg", h.needs_deg},
-          {"headroom_deg", h.headroom_deg()},
-          {"measured", h.measured}};
+  return JsonObject<json>()
+      .with("channel", h.channel)
+      .with("clean_to_deg", h.clean_to_deg)
+      .with("tested_to_deg", h.tested_to_deg)
+      .with("needs_deg", h.needs_deg)
+      .with("headroom_deg", h.headroom_deg())
+      .with("measured", h.measured);
 }
 
 json value(const Corners& c) {
-  return {{"poses", c.poses},   {"clean", c.clean}, {"clean_percent", c.clean_percent()},
-          {"needed", c.needed}, {"worst", c.worst}, {"code", c.code}};
+  return JsonObject<json>()
+      .with("poses", c.poses)
+      .with("clean", c.clean)
+      .with("clean_percent", c.clean_percent())
+      .with("needed", c.needed)
+      .with("worst", c.worst)
+      .with("code", c.code);
 }
 
 json value(const CompoundSearch& s) {
-  return {{"paths", s.paths},
-          {"poses", s.poses},
-          {"with_jumps", s.with_jumps},
-          {"unsure", s.unsure},
-          {"box", s.box}};
+  return JsonObject<json>()
+      .with("paths", s.paths)
+      .with("poses", s.poses)
+      .with("with_jumps", s.with_jumps)
+      .with("unsure", s.unsure)
+      .with("box", s.box);
 }
 
 json value(const HuntedPose& h, const std::vector<SweepSeries>& sweeps) {
   const std::string path = h.sweep < 0 ? "" : sweeps.at(static_cast<std::size_t>(h.sweep)).sweep;
-  return {{"code", h.code},   {"unit", h.unit}, {"pose", h.pose}, {"value", h.value},
-          {"limit", h.limit}, {"over", h.over}, {"sweep", path}};
+  return JsonObject<json>()
+      .with("code", h.code)
+      .with("unit", h.unit)
+      .with("pose", h.pose)
+      .with("value", h.value)
+      .with("limit", h.limit)
+      .with("over", h.over)
+      .with("sweep", path);
 }
 
 json value(const PoseHunt& h, const std::vector<SweepSeries>& sweeps) {
-  return {{"evaluations", h.evaluations},
-          {"seed", h.seed},
-          {"box", h.box},
-          {"gap", h.gap},
-          {"worst", list(h.worst, [&](const auto& w) { return value(w, sweeps); })},
-          {"notes", h.notes}};
+  return JsonObject<json>()
+      .with("evaluations", h.evaluations)
+      .with("seed", h.seed)
+      .with("box", h.box)
+      .with("gap", h.gap)
+      .with("worst", list(h.worst, [&](const auto& w) { return value(w, sweeps); }))
+      .with("notes", h.notes);
 }
 
 json value(const CleanVolume& v) {
   json certified;
   if (v.proved)
-    certified = {
-        {"share", v.certified}, {"no_jump", v.no_jump}, {"refuted", v.refuted}, {"gain", v.gain}};
-  return {{"box", v.box},
-          {"certified", certified},
-          {"not_certified", v.not_proved},
-          {"searched",
-           {{"poses", v.poses},
-            {"clean", v.clean},
-            {"at_least", v.at_least},
-            {"confidence", kVolumeConfidence}}}};
+    certified = JsonObject<json>()
+                    .with("share", v.certified)
+                    .with("no_jump", v.no_jump)
+                    .with("refuted", v.refuted)
+                    .with("gain", v.gain);
+  return JsonObject<json>()
+      .with("box", v.box)
+      .with("certified", certified)
+      .with("not_certified", v.not_proved)
+      .with("searched", JsonObject<json>()
+                            .with("poses", v.poses)
+                            .with("clean", v.clean)
+                            .with("at_least", v.at_least)
+                            .with("confidence", kVolumeConfidence));
 }
 
 json value(const SweepSeries& s) {
-  return {{"sweep", s.sweep},
-          {"channel", s.channel},
-          {"mapping", s.mapping},
-          {"control_deg", s.control_deg},
-          {"metric", s.metric},
-          {"metric_unit", s.metric_unit},
-          {"metric_limit", s.metric_limit},
-          {"frame", s.frame},
-          {"pose_deg", s.pose_deg}};
+  return JsonObject<json>()
+      .with("sweep", s.sweep)
+      .with("channel", s.channel)
+      .with("mapping", s.mapping)
+      .with("control_deg", s.control_deg)
+      .with("metric", s.metric)
+      .with("metric_unit", s.metric_unit)
+      .with("metric_limit", s.metric_limit)
+      .with("frame", s.frame)
+      .with("pose_deg", s.pose_deg);
 }
 
 json value(const Coverage& c) {
-  return {{"code", c.code},
-          {"planned", c.planned},
-          {"measured", c.measured},
-          {"not_measured", c.not_measured},
-          {"not_applicable", c.not_applicable}};
+  return JsonObject<json>()
+      .with("code", c.code)
+      .with("planned", c.planned)
+      .with("measured", c.measured)
+      .with("not_measured", c.not_measured)
+      .with("not_applicable", c.not_applicable);
 }
 
 json value(const RigResult& r) {
-  json out = {{"character", r.character},
-              {"rig", r.rig},
-              {"system", r.system},
-              {"mapping", r.mapping},
-              {"role", role_word(r.role)},
-              {"options", r.options},
-              {"verdict", verdict_word(r.verdict)},
-              {"headroom", list(r.headroom, [](const auto& h) { return value(h); })},
-              {"corners", value(r.corners)},
-              {"search", value(r.search)},
-              {"sweeps", list(r.sweeps, [](const auto& s) { return value(s); })},
-              {"coverage", list(r.coverage, [](const auto& c) { return value(c); })},
-              {"summary", r.summary}};
+  json out = JsonObject<json>()
+                 .with("character", r.character)
+                 .with("rig", r.rig)
+                 .with("system", r.system)
+                 .with("mapping", r.mapping)
+                 .with("role", role_word(r.role))
+                 .with("options", r.options)
+                 .with("verdict", verdict_word(r.verdict))
+                 .with("headroom", list(r.headroom, [](const auto& h) { return value(h); }))
+                 .with("corners", value(r.corners))
+                 .with("search", value(r.search))
+                 .with("sweeps", list(r.sweeps, [](const auto& s) { return value(s); }))
+                 .with("coverage", list(r.coverage, [](const auto& c) { return value(c); }))
+                 .with("summary", r.summary);
   if (r.hunt.evaluations > 0 || !r.hunt.notes.empty()) out["hunt"] = value(r.hunt, r.sweeps);
   if (!r.volume.box.empty()) out["volume"] = value(r.volume);
   if (!r.beside.empty())
     out["beside"] = list(r.beside, [](const RigHeadroom& each) {
-      return json{{"system", each.system},
-                  {"headroom", list(each.headroom, [](const auto& h) { return value(h); })}};
+      return json(
+          JsonObject<json>()
+              .with("system", each.system)
+              .with("headroom", list(each.headroom, [](const auto& h) { return value(h); })));
     });
   return out;
 }
 
 json value(const CharacterFacts& c) {
-  return {{"name", c.name},
-          {"file", c.file},
-          {"hash", c.hash},
-          {"meshes", c.meshes},
-          {"vertices", c.vertices},
-          {"triangles", c.triangles},
-          {"joints", c.joints},
-          {"height", c.height},
-          {"spine_length", c.spine_length},
-          {"spine", c.spine},
-          {"arms", {{"left", c.left_arm}, {"right", c.right_arm}}},
-          {"sure", c.sure},
-          {"kind", c.kind},
-          {"kind_reason", c.kind_reason},
-          {"envelope", c.envelope},
-          {"envelope_reason", c.envelope_reason},
-          {"notes", c.notes}};
+  return JsonObject<json>()
+      .with("name", c.name)
+      .with("file", c.file)
+      .with("hash", c.hash)
+      .with("meshes", c.meshes)
+      .with("vertices", c.vertices)
+      .with("triangles", c.triangles)
+      .with("joints", c.joints)
+      .with("height", c.height)
+      .with("spine_length", c.spine_length)
+      .with("spine", c.spine)
+      .with("arms", JsonObject<json>().with("left", c.left_arm).with("right", c.right_arm))
+      .with("sure", c.sure)
+      .with("kind", c.kind)
+      .with("kind_reason", c.kind_reason)
+      .with("envelope", c.envelope)
+      .with("envelope_reason", c.envelope_reason)
+      .with("notes", c.notes);
 }
 
 json value(const ImageWitness& image) {
   if (!image.measured && image.note.empty()) return "not_measured";
-  return {{"measured", image.measured}, {"visible", image.visible}, {"camera", image.camera},
-          {"metric", image.metric},     {"value", image.value},     {"threshold", image.threshold},
-          {"pixels", image.pixels},     {"note", image.note}};
+  return JsonObject<json>()
+      .with("measured", image.measured)
+      .with("visible", image.visible)
+      .with("camera", image.camera)
+      .with("metric", image.metric)
+      .with("value", image.value)
+      .with("threshold", image.threshold)
+      .with("pixels", image.pixels)
+      .with("note", image.note);
 }
 
 json place(const Finding& f) {
@@ -156,7 +187,11 @@ json place(const Finding& f) {
 }
 
 json value(const FindingPictures& p) {
-  json out = {{"before", p.before}, {"after", p.after}, {"heat", p.heat}, {"other", p.other}};
+  json out = JsonObject<json>()
+                 .with("before", p.before)
+                 .with("after", p.after)
+                 .with("heat", p.heat)
+                 .with("other", p.other);
   if (!p.other_rig.empty()) out["other_rig"] = p.other_rig;
   if (!p.view.empty()) out["view"] = p.view;
   if (!p.heat_of.empty()) out["heat_of"] = p.heat_of;
@@ -165,176 +200,216 @@ json value(const FindingPictures& p) {
 
 json value(const Finding& f) {
   const bool posed = f.at.pose >= 0;
-  json out = {{"code", f.code},
-              {"character", f.character},
-              {"rig", f.rig},
-              {"mapping", f.mapping},
-              {"sweep", f.sweep},
-              {"pose", f.pose},
-              {"pose_index", posed ? json(f.at.pose) : json(nullptr)},
-              {"frame", f.frame ? json(*f.frame) : json(nullptr)},
-              {"time", f.time_s ? json(*f.time_s) : json(nullptr)},
-              {"control_deg", f.control_deg},
-              {"place", place(f)},
-              {"value", f.value},
-              {"limit", f.limit},
-              {"unit", f.unit},
-              {"verdict", verdict_word(f.verdict)},
-              {"owner", owner_word(f.owner)},
-              {"inside_envelope", f.inside_envelope},
-              {"detail", f.detail},
-              {"geometry", f.geometry},
-              {"image", value(f.image)},
-              {"pictures", value(f.pictures)},
-              {"reproduce", f.reproduce}};
+  json out = JsonObject<json>()
+                 .with("code", f.code)
+                 .with("character", f.character)
+                 .with("rig", f.rig)
+                 .with("mapping", f.mapping)
+                 .with("sweep", f.sweep)
+                 .with("pose", f.pose)
+                 .with("pose_index", posed ? json(f.at.pose) : json(nullptr))
+                 .with("frame", f.frame ? json(*f.frame) : json(nullptr))
+                 .with("time", f.time_s ? json(*f.time_s) : json(nullptr))
+                 .with("control_deg", f.control_deg)
+                 .with("place", place(f))
+                 .with("value", f.value)
+                 .with("limit", f.limit)
+                 .with("unit", f.unit)
+                 .with("verdict", verdict_word(f.verdict))
+                 .with("owner", owner_word(f.owner))
+                 .with("inside_envelope", f.inside_envelope)
+                 .with("detail", f.detail)
+                 .with("geometry", f.geometry)
+                 .with("image", value(f.image))
+                 .with("pictures", value(f.pictures))
+                 .with("reproduce", f.reproduce);
   if (!f.cures.empty())
     out["cures"] = list(f.cures, [](const Cure& each) {
-      return json{{"command", each.command}, {"gives", each.gives}};
+      return json(JsonObject<json>().with("command", each.command).with("gives", each.gives));
     });
   if (!f.artist.empty()) out["artist"] = f.artist;
   return out;
 }
 
 json value(const CanaryResult& c) {
-  return {{"rig", c.rig},
-          {"code", c.code},
-          {"joint", c.joint},
-          {"expected_deg", c.expected_deg},
-          {"tolerance_deg", c.tolerance_deg},
-          {"found_deg", c.found_deg},
-          {"found", c.found},
-          {"twin_clean", c.twin_clean},
-          {"ok", c.ok()},
-          {"detail", c.detail}};
+  return JsonObject<json>()
+      .with("rig", c.rig)
+      .with("code", c.code)
+      .with("joint", c.joint)
+      .with("expected_deg", c.expected_deg)
+      .with("tolerance_deg", c.tolerance_deg)
+      .with("found_deg", c.found_deg)
+      .with("found", c.found)
+      .with("twin_clean", c.twin_clean)
+      .with("ok", c.ok())
+      .with("detail", c.detail);
 }
 
 json value(const CalibrationRow& c) {
-  return {{"detector", c.detector},
-          {"code", c.code},
-          {"body", c.body},
-          {"unit", c.unit},
-          {"threshold", c.threshold},
-          {"threshold_unit", c.threshold_unit},
-          {"compared", c.compared},
-          {"alike", c.alike},
-          {"clean_poses", c.clean},
-          {"target", c.target},
-          {"false_alarms", c.false_alarms},
-          {"smallest", c.smallest},
-          {"ok", c.ok}};
+  return JsonObject<json>()
+      .with("detector", c.detector)
+      .with("code", c.code)
+      .with("body", c.body)
+      .with("unit", c.unit)
+      .with("threshold", c.threshold)
+      .with("threshold_unit", c.threshold_unit)
+      .with("compared", c.compared)
+      .with("alike", c.alike)
+      .with("clean_poses", c.clean)
+      .with("target", c.target)
+      .with("false_alarms", c.false_alarms)
+      .with("smallest", c.smallest)
+      .with("ok", c.ok);
 }
 
 json value(const ComparedPose& p) {
-  return {{"sweep", p.sweep},
-          {"pose", p.pose},
-          {"index", p.at.pose},
-          {"control_deg", p.control_deg},
-          {"code", p.code},
-          {"unit", p.unit},
-          {"a", p.a},
-          {"b", p.b},
-          {"limit", p.limit},
-          {"a_path", p.a_path},
-          {"b_path", p.b_path},
-          {"a_command", p.a_command},
-          {"b_command", p.b_command}};
+  return JsonObject<json>()
+      .with("sweep", p.sweep)
+      .with("pose", p.pose)
+      .with("index", p.at.pose)
+      .with("control_deg", p.control_deg)
+      .with("code", p.code)
+      .with("unit", p.unit)
+      .with("a", p.a)
+      .with("b", p.b)
+      .with("limit", p.limit)
+      .with("a_path", p.a_path)
+      .with("b_path", p.b_path)
+      .with("a_command", p.a_command)
+      .with("b_command", p.b_command);
 }
 
 json value(const MetricComparison& m) {
-  return {{"metric", m.metric},     {"code", m.code},
-          {"unit", m.unit},         {"tolerance", m.tolerance},
-          {"a_better", m.a_better}, {"b_better", m.b_better},
-          {"same", m.same},         {"median_gain", m.median_gain}};
+  return JsonObject<json>()
+      .with("metric", m.metric)
+      .with("code", m.code)
+      .with("unit", m.unit)
+      .with("tolerance", m.tolerance)
+      .with("a_better", m.a_better)
+      .with("b_better", m.b_better)
+      .with("same", m.same)
+      .with("median_gain", m.median_gain);
 }
 
 json value(const SweepComparison& s) {
-  return {{"sweep", s.sweep},
-          {"pose_deg", s.pose_deg},
-          {"control_deg", s.control_deg},
-          {"marks", s.marks}};
+  return JsonObject<json>()
+      .with("sweep", s.sweep)
+      .with("pose_deg", s.pose_deg)
+      .with("control_deg", s.control_deg)
+      .with("marks", s.marks);
 }
 
 json value(const Comparison& c) {
-  return {{"a", c.a},
-          {"b", c.b},
-          {"character", c.character},
-          {"mapping", c.mapping},
-          {"matched", c.matched},
-          {"paired", c.paired},
-          {"unpaired", c.unpaired},
-          {"a_better", c.a_better},
-          {"b_better", c.b_better},
-          {"mixed", c.mixed},
-          {"same", c.same},
-          {"a_over", c.a_over},
-          {"b_over", c.b_over},
-          {"ahead", c.ahead},
-          {"sampled", c.sampled},
-          {"metrics", list(c.metrics, [](const auto& m) { return value(m); })},
-          {"worst_of_a", list(c.worst_of_a, [](const auto& p) { return value(p); })},
-          {"worst_of_b", list(c.worst_of_b, [](const auto& p) { return value(p); })},
-          {"sweeps", list(c.sweeps, [](const auto& s) { return value(s); })}};
+  return JsonObject<json>()
+      .with("a", c.a)
+      .with("b", c.b)
+      .with("character", c.character)
+      .with("mapping", c.mapping)
+      .with("matched", c.matched)
+      .with("paired", c.paired)
+      .with("unpaired", c.unpaired)
+      .with("a_better", c.a_better)
+      .with("b_better", c.b_better)
+      .with("mixed", c.mixed)
+      .with("same", c.same)
+      .with("a_over", c.a_over)
+      .with("b_over", c.b_over)
+      .with("ahead", c.ahead)
+      .with("sampled", c.sampled)
+      .with("metrics", list(c.metrics, [](const auto& m) { return value(m); }))
+      .with("worst_of_a", list(c.worst_of_a, [](const auto& p) { return value(p); }))
+      .with("worst_of_b", list(c.worst_of_b, [](const auto& p) { return value(p); }))
+      .with("sweeps", list(c.sweeps, [](const auto& s) { return value(s); }));
 }
 
 json value(const PicturePair& p) {
-  return {{"title", p.title},         {"caption", p.caption}, {"a_path", p.a_path},
-          {"a_label", p.a_label},     {"b_path", p.b_path},   {"b_label", p.b_label},
-          {"heat_path", p.heat_path}, {"finding", p.finding}};
+  return JsonObject<json>()
+      .with("title", p.title)
+      .with("caption", p.caption)
+      .with("a_path", p.a_path)
+      .with("a_label", p.a_label)
+      .with("b_path", p.b_path)
+      .with("b_label", p.b_label)
+      .with("heat_path", p.heat_path)
+      .with("finding", p.finding);
 }
 
-json value(const MediaItem& m) { return {{"kind", m.kind}, {"title", m.title}, {"path", m.path}}; }
+json value(const MediaItem& m) {
+  return JsonObject<json>().with("kind", m.kind).with("title", m.title).with("path", m.path);
+}
 
 json value(const MeshView& m) {
-  json out = {
-      {"title", m.title},         {"pose_path", m.pose_path}, {"triangles_path", m.triangles_path},
-      {"heat", m.heat},           {"unit", m.unit},           {"heat_low", m.heat_low},
-      {"heat_high", m.heat_high}, {"finding", m.finding}};
+  json out = JsonObject<json>()
+                 .with("title", m.title)
+                 .with("pose_path", m.pose_path)
+                 .with("triangles_path", m.triangles_path)
+                 .with("heat", m.heat)
+                 .with("unit", m.unit)
+                 .with("heat_low", m.heat_low)
+                 .with("heat_high", m.heat_high)
+                 .with("finding", m.finding);
   if (!m.view.empty()) out["view"] = m.view;
   if (!m.mark.empty()) out["mark"] = m.mark;
   return out;
 }
 
 json value(const TrendStep& s) {
-  return {{"night", s.night},        {"before", s.before},   {"after", s.after},
-          {"worse", s.worse},        {"version", s.version}, {"last_before", s.last_before},
-          {"recovered", s.recovered}};
+  return JsonObject<json>()
+      .with("night", s.night)
+      .with("before", s.before)
+      .with("after", s.after)
+      .with("worse", s.worse)
+      .with("version", s.version)
+      .with("last_before", s.last_before)
+      .with("recovered", s.recovered);
 }
 
 json value(const Trend& t) {
-  return {
-      {"character", t.character}, {"rig", t.rig},
-      {"mapping", t.mapping},     {"metric", t.metric},
-      {"unit", t.unit},           {"more_is_worse", t.more_is_worse},
-      {"value", t.value},         {"steps", list(t.steps, [](const auto& s) { return value(s); })}};
+  return JsonObject<json>()
+      .with("character", t.character)
+      .with("rig", t.rig)
+      .with("mapping", t.mapping)
+      .with("metric", t.metric)
+      .with("unit", t.unit)
+      .with("more_is_worse", t.more_is_worse)
+      .with("value", t.value)
+      .with("steps", list(t.steps, [](const auto& s) { return value(s); }));
 }
 
 json value(const CheckLegend& c) {
-  return {{"code", c.code},     {"name", c.name},   {"measures", c.measures}, {"unit", c.unit},
-          {"reason", c.reason}, {"limit", c.limit}, {"sense", c.sense}};
+  return JsonObject<json>()
+      .with("code", c.code)
+      .with("name", c.name)
+      .with("measures", c.measures)
+      .with("unit", c.unit)
+      .with("reason", c.reason)
+      .with("limit", c.limit)
+      .with("sense", c.sense);
 }
 
 json value(const Report& r) {
-  json out = {{"schema", kReportSchemaName},
-              {"title", r.title},
-              {"suite", r.suite},
-              {"headline", r.headline},
-              {"reasons", r.reasons},
-              {"verdict", verdict_word(r.verdict)},
-              {"exit_code", r.exit_code},
-              {"provenance", r.provenance},
-              {"characters", list(r.characters, [](const auto& c) { return value(c); })},
-              {"rigs", list(r.rigs, [](const auto& x) { return value(x); })},
-              {"findings", list(r.findings, [](const auto& f) { return value(f); })},
-              {"canaries", list(r.canaries, [](const auto& c) { return value(c); })},
-              {"detectors", r.detectors},
-              {"comparisons", list(r.comparisons, [](const auto& c) { return value(c); })},
-              {"pairs", list(r.pairs, [](const auto& p) { return value(p); })},
-              {"media", list(r.media, [](const auto& m) { return value(m); })},
-              {"meshes", list(r.meshes, [](const auto& m) { return value(m); })},
-              {"checks", list(r.checks, [](const auto& c) { return value(c); })},
-              {"nights", r.nights},
-              {"trends", list(r.trends, [](const auto& t) { return value(t); })},
-              {"next", r.next}};
+  json out = JsonObject<json>()
+                 .with("schema", kReportSchemaName)
+                 .with("title", r.title)
+                 .with("suite", r.suite)
+                 .with("headline", r.headline)
+                 .with("reasons", r.reasons)
+                 .with("verdict", verdict_word(r.verdict))
+                 .with("exit_code", r.exit_code)
+                 .with("provenance", r.provenance)
+                 .with("characters", list(r.characters, [](const auto& c) { return value(c); }))
+                 .with("rigs", list(r.rigs, [](const auto& x) { return value(x); }))
+                 .with("findings", list(r.findings, [](const auto& f) { return value(f); }))
+                 .with("canaries", list(r.canaries, [](const auto& c) { return value(c); }))
+                 .with("detectors", r.detectors)
+                 .with("comparisons", list(r.comparisons, [](const auto& c) { return value(c); }))
+                 .with("pairs", list(r.pairs, [](const auto& p) { return value(p); }))
+                 .with("media", list(r.media, [](const auto& m) { return value(m); }))
+                 .with("meshes", list(r.meshes, [](const auto& m) { return value(m); }))
+                 .with("checks", list(r.checks, [](const auto& c) { return value(c); }))
+                 .with("nights", r.nights)
+                 .with("trends", list(r.trends, [](const auto& t) { return value(t); }))
+                 .with("next", r.next);
   if (r.is_comparison) out["is_comparison"] = true;
   if (!r.calibration.empty())
     out["calibration"] = list(r.calibration, [](const auto& c) { return value(c); });
@@ -398,7 +473,8 @@ std::string report_json(const Report& report) {
 
 std::string comparisons_json(const std::vector<Comparison>& comparisons) {
   Writer writer(true);
-  writer.write({{"comparisons", list(comparisons, [](const auto& c) { return value(c); })}});
+  writer.write(JsonObject<json>().with("comparisons",
+                                       list(comparisons, [](const auto& c) { return value(c); })));
   return writer.take();
 }
 

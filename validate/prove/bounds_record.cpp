@@ -6,6 +6,7 @@
 #include "validate/files/output_folder.h"
 #include "validate/prove/proof_text.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -42,7 +43,10 @@ ordered_json part_json(const MetricProof& part) {
     for (const ClaimState s : b.state) states += kStateLetters[std::size_t(s)];
     boxes.push_back({b.box.low, b.box.high, states});
   }
-  return {{"looked_at", part.looked_at}, {"claims", claims}, {"undecided", boxes}};
+  return JsonObject<ordered_json>()
+      .with("looked_at", part.looked_at)
+      .with("claims", claims)
+      .with("undecided", boxes);
 }
 
 void read_part(const ordered_json& json, MetricProof& part) {
@@ -81,16 +85,18 @@ std::string bounds_question(const MetricQuestion& question, const std::string& r
   for (const glm::dvec3& j : chain.joint) joints.push_back({j.x, j.y, j.z});
   for (const ProofAxis& a : question.box.axis) axes.push_back({a.channel, a.low, a.high});
   for (const MetricClaim& c : question.claim) claims.push_back({c.check->code, c.limit});
-  const ordered_json json = {
-      {"program", BACKBEND_VERSION},
-      {"rig", rig},
-      {"character",
-       character ? hash_text(character->content_hash_high, character->content_hash_low) : ""},
-      {"spine", joints},
-      {"mapping", mapping_name(question.mapping)},
-      {"box", axes},
-      {"bound", claims},
-      {"smallest", question.smallest}};
+  const ordered_json json =
+      JsonObject<ordered_json>()
+          .with("program", BACKBEND_VERSION)
+          .with("rig", rig)
+          .with(
+              "character",
+              character ? hash_text(character->content_hash_high, character->content_hash_low) : "")
+          .with("spine", joints)
+          .with("mapping", mapping_name(question.mapping))
+          .with("box", axes)
+          .with("bound", claims)
+          .with("smallest", question.smallest);
   return json.dump();
 }
 
@@ -98,8 +104,10 @@ void write_bounds_record(const std::filesystem::path& file, const std::string& q
                          const MetricParts& parts) {
   ordered_json rows = ordered_json::array();
   for (const auto& part : parts) rows.push_back(part ? part_json(*part) : ordered_json());
-  ordered_json json = {
-      {"schema", kRecordSchema}, {"question", ordered_json::parse(question_text)}, {"parts", rows}};
+  ordered_json json = JsonObject<ordered_json>()
+                          .with("schema", kRecordSchema)
+                          .with("question", ordered_json::parse(question_text))
+                          .with("parts", rows);
   json["hash"] = content_hash(json.dump());
   const std::filesystem::path folder = file.parent_path();
   OutputFolder(folder.empty() ? "." : folder).write(file.filename(), json.dump() + "\n");

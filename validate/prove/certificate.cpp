@@ -7,6 +7,7 @@
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -22,14 +23,18 @@ ordered_json question_json(const ProofQuestion& q) {
   ordered_json joints = ordered_json::array(), axes = ordered_json::array();
   for (const glm::dvec3& j : q.chain.joint) joints.push_back(vector_json(j));
   for (const ProofAxis& a : q.box.axis) axes.push_back({a.channel, a.low, a.high});
-  return {{"rig", rig_text(q.rig)},
-          {"joints", joints},
-          {"left", vector_json(q.chain.left)},
-          {"mapping", mapping_name(q.mapping)},
-          {"box", {{"name", q.box.name}, {"of_controls", q.box.of_controls}, {"axes", axes}}},
-          {"gain", q.gain},
-          {"smallest", q.smallest},
-          {"boxes", q.boxes}};
+  return JsonObject<ordered_json>()
+      .with("rig", rig_text(q.rig))
+      .with("joints", joints)
+      .with("left", vector_json(q.chain.left))
+      .with("mapping", mapping_name(q.mapping))
+      .with("box", JsonObject<ordered_json>()
+                       .with("name", q.box.name)
+                       .with("of_controls", q.box.of_controls)
+                       .with("axes", axes))
+      .with("gain", q.gain)
+      .with("smallest", q.smallest)
+      .with("boxes", q.boxes);
 }
 
 glm::dvec3 vector_of(const ordered_json& json) {
@@ -138,13 +143,14 @@ std::string certificate_text(const Certificate& certificate) {
       pose.push_back(r.pose[j]);
     refutations.push_back({pose, r.check, r.value, r.joint, r.axis});
   }
-  ordered_json json = {{"schema", kSchema},
-                       {"program", BACKBEND_VERSION},
-                       {"question", question_json(certificate.question)},
-                       {"gain_bound", tree.gain_bound},
-                       {"looked_at", tree.looked_at},
-                       {"tree", boxes},
-                       {"refutations", refutations}};
+  ordered_json json = JsonObject<ordered_json>()
+                          .with("schema", kSchema)
+                          .with("program", BACKBEND_VERSION)
+                          .with("question", question_json(certificate.question))
+                          .with("gain_bound", tree.gain_bound)
+                          .with("looked_at", tree.looked_at)
+                          .with("tree", boxes)
+                          .with("refutations", refutations);
   json["hash"] = content_hash(json.dump());
   return json.dump() + "\n";
 }

@@ -6,6 +6,7 @@
 #include "validate/prove/proof_map.h"
 #include "validate/prove/proof_text.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -79,35 +80,42 @@ std::string metric_proof_json(const MetricQuestion& q, const MetricProof& proof,
   for (std::size_t i = 0; i < q.claim.size(); ++i) {
     const ClaimResult& own = proof.claim[i];
     ordered_json worst;
-    if (own.measured) worst = {{"value", own.worst}, {"pose", pose_json(q.box, own.pose)}};
+    if (own.measured)
+      worst = JsonObject<ordered_json>()
+                  .with("value", own.worst)
+                  .with("pose", pose_json(q.box, own.pose));
     ordered_json bands = ordered_json::array();
     const ProofMap map = map_of(q, proof, i, 60);
     for (const ProofMap::Band& b : map.bands())
-      bands.push_back({{"from", b.low}, {"to", b.high}, {"rows", b.row}});
-    claims.push_back({{"check", q.claim[i].check->code},
-                      {"sense", name_of(q.claim[i].check->sense)},
-                      {"limit", q.claim[i].limit},
-                      {"unit", q.claim[i].check->unit},
-                      {"certified", own.certified},
-                      {"refuted_share", own.refuted},
-                      {"open", own.open},
-                      {"bound", own.certified > 0.0 ? ordered_json(own.bound) : ordered_json()},
-                      {"worst_measured", worst},
-                      {"map",
-                       {{"across", q.box.axis[0].channel},
-                        {"up", q.box.axis[map.up()].channel},
-                        {"bands_of", q.box.axis[map.along()].channel},
-                        {"bands", bands}}}});
+      bands.push_back(
+          JsonObject<ordered_json>().with("from", b.low).with("to", b.high).with("rows", b.row));
+    claims.push_back(
+        JsonObject<ordered_json>()
+            .with("check", q.claim[i].check->code)
+            .with("sense", name_of(q.claim[i].check->sense))
+            .with("limit", q.claim[i].limit)
+            .with("unit", q.claim[i].check->unit)
+            .with("certified", own.certified)
+            .with("refuted_share", own.refuted)
+            .with("open", own.open)
+            .with("bound", own.certified > 0.0 ? ordered_json(own.bound) : ordered_json())
+            .with("worst_measured", worst)
+            .with("map", JsonObject<ordered_json>()
+                             .with("across", q.box.axis[0].channel)
+                             .with("up", q.box.axis[map.up()].channel)
+                             .with("bands_of", q.box.axis[map.along()].channel)
+                             .with("bands", bands)));
   }
-  ordered_json json = {
-      {"schema", "backbend.bounds/1"},
-      {"rig", rig},
-      {"character", q.stage ? ordered_json(q.stage->character().name) : ordered_json()},
-      {"mapping", mapping_name(q.mapping)},
-      {"box", axes},
-      {"smallest", q.smallest},
-      {"boxes", proof.looked_at},
-      {"claims", claims}};
+  ordered_json json =
+      JsonObject<ordered_json>()
+          .with("schema", "backbend.bounds/1")
+          .with("rig", rig)
+          .with("character", q.stage ? ordered_json(q.stage->character().name) : ordered_json())
+          .with("mapping", mapping_name(q.mapping))
+          .with("box", axes)
+          .with("smallest", q.smallest)
+          .with("boxes", proof.looked_at)
+          .with("claims", claims);
   return json.dump(1) + "\n";
 }
 

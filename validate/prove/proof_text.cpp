@@ -6,6 +6,7 @@
 
 #include "validate/prove/proof_map.h"
 #include "validate/sweeps/suite.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -163,12 +164,13 @@ std::string proof_json(const Certificate& proof, const solver::SpineSystem& syst
   const std::vector<Refutation> worst = worst_first(proof.tree);
   for (std::size_t i = 0; i < std::min(kMost, worst.size()); ++i) {
     const Refutation& r = worst[i];
-    refuted.push_back({{"pose", pose_json(q.box, r.pose)},
-                       {"check", r.check},
-                       {"value", r.value},
-                       {"unit", r.check == "BB001" ? "deg" : unit_of(q.box, system, r.axis)},
-                       {"along", q.box.axis[std::size_t(r.axis)].channel},
-                       {"joint", system.joint_names()[r.joint]}});
+    refuted.push_back(JsonObject<ordered_json>()
+                          .with("pose", pose_json(q.box, r.pose))
+                          .with("check", r.check)
+                          .with("value", r.value)
+                          .with("unit", r.check == "BB001" ? "deg" : unit_of(q.box, system, r.axis))
+                          .with("along", q.box.axis[std::size_t(r.axis)].channel)
+                          .with("joint", system.joint_names()[r.joint]));
   }
   const std::vector<SubBox> boxes = open_boxes(proof);
   for (std::size_t i = 0; i < std::min(kMost, boxes.size()); ++i) {
@@ -179,31 +181,34 @@ std::string proof_json(const Certificate& proof, const solver::SpineSystem& syst
   }
   const ProofMap bands = map_of(proof, 60);
   for (const ProofMap::Band& b : bands.bands())
-    map.push_back({{"from", b.low}, {"to", b.high}, {"rows", b.row}});
-  ordered_json json = {
-      {"schema", "backbend.proof/1"},
-      {"rig", rig_text(q.rig)},
-      {"mapping", mapping_name(q.mapping)},
-      {"box", axes},
-      {"claims", {{"no_jump", true}, {"gain_at_most", q.gain}}},
-      {"certified", shares.certified},
-      {"open", shares.open},
-      {"refuted_share", shares.refuted},
-      {"no_jump", shares.no_jump},
-      {"gain_bound",
-       shares.certified_boxes > 0 ? ordered_json(proof.tree.gain_bound) : ordered_json()},
-      {"boxes",
-       {{"certified", shares.certified_boxes},
-        {"refuted", shares.refuted_boxes},
-        {"open", shares.open_boxes},
-        {"looked_at", proof.tree.looked_at}}},
-      {"refuted", refuted},
-      {"open_boxes", open},
-      {"map",
-       {{"across", q.box.axis[0].channel},
-        {"up", q.box.axis[bands.up()].channel},
-        {"bands_of", q.box.axis[bands.along()].channel},
-        {"bands", map}}}};
+    map.push_back(
+        JsonObject<ordered_json>().with("from", b.low).with("to", b.high).with("rows", b.row));
+  ordered_json json =
+      JsonObject<ordered_json>()
+          .with("schema", "backbend.proof/1")
+          .with("rig", rig_text(q.rig))
+          .with("mapping", mapping_name(q.mapping))
+          .with("box", axes)
+          .with("claims",
+                JsonObject<ordered_json>().with("no_jump", true).with("gain_at_most", q.gain))
+          .with("certified", shares.certified)
+          .with("open", shares.open)
+          .with("refuted_share", shares.refuted)
+          .with("no_jump", shares.no_jump)
+          .with("gain_bound",
+                shares.certified_boxes > 0 ? ordered_json(proof.tree.gain_bound) : ordered_json())
+          .with("boxes", JsonObject<ordered_json>()
+                             .with("certified", shares.certified_boxes)
+                             .with("refuted", shares.refuted_boxes)
+                             .with("open", shares.open_boxes)
+                             .with("looked_at", proof.tree.looked_at))
+          .with("refuted", refuted)
+          .with("open_boxes", open)
+          .with("map", JsonObject<ordered_json>()
+                           .with("across", q.box.axis[0].channel)
+                           .with("up", q.box.axis[bands.up()].channel)
+                           .with("bands_of", q.box.axis[bands.along()].channel)
+                           .with("bands", map));
   return json.dump(1) + "\n";
 }
 

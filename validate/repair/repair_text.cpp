@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "skin/character/printable.h"
+#include "validate/text/json_object.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/names.h"
 
@@ -112,38 +113,42 @@ std::string repair_json(const WeightRepair& repair) {
     return std::isfinite(value) ? ordered_json(value) : ordered_json(nullptr);
   };
   for (const RepairedCheck& each : repair.checks)
-    checks.push_back({{"code", each.code},
-                      {"name", each.name},
-                      {"failures_before", each.before},
-                      {"failures_after", each.after},
-                      {"worst_before", number(each.worst_before)},
-                      {"worst_after", number(each.worst_after)}});
+    checks.push_back(JsonObject<ordered_json>()
+                         .with("code", each.code)
+                         .with("name", each.name)
+                         .with("failures_before", each.before)
+                         .with("failures_after", each.after)
+                         .with("worst_before", number(each.worst_before))
+                         .with("worst_after", number(each.worst_after)));
   for (const RepairStep& step : repair.steps)
-    steps.push_back({{"change", step.what},
-                     {"done", step.taken},
-                     {"why_not", step.why_not},
-                     {"costs", step.costs}});
+    steps.push_back(JsonObject<ordered_json>()
+                        .with("change", step.what)
+                        .with("done", step.taken)
+                        .with("why_not", step.why_not)
+                        .with("costs", step.costs));
   for (const Finding* finding : not_cured(repair))
-    rest.push_back({{"code", finding->code},
-                    {"pose", finding->pose},
-                    {"joint", finding->joint},
-                    {"value", number(finding->value)},
-                    {"limit", number(finding->limit)},
-                    {"unit", finding->unit},
-                    {"owner", name_of(finding->owner)},
-                    {"cure", cure_of(*finding)},
-                    {"detail", finding->detail}});
-  const ordered_json root = {{"schema", "backbend.repair/1"},
-                             {"character", repair.character.name},
-                             {"envelope", repair.envelope},
-                             {"poses", repair.poses},
-                             {"checks", checks},
-                             {"steps", steps},
-                             {"vertices", repair.touched.size()},
-                             {"touched", repair.touched_count},
-                             {"largest_change", repair.largest_change},
-                             {"largest_vertex", repair.largest_vertex},
-                             {"not_cured", rest}};
+    rest.push_back(JsonObject<ordered_json>()
+                       .with("code", finding->code)
+                       .with("pose", finding->pose)
+                       .with("joint", finding->joint)
+                       .with("value", number(finding->value))
+                       .with("limit", number(finding->limit))
+                       .with("unit", finding->unit)
+                       .with("owner", name_of(finding->owner))
+                       .with("cure", cure_of(*finding))
+                       .with("detail", finding->detail));
+  const ordered_json root = JsonObject<ordered_json>()
+                                .with("schema", "backbend.repair/1")
+                                .with("character", repair.character.name)
+                                .with("envelope", repair.envelope)
+                                .with("poses", repair.poses)
+                                .with("checks", checks)
+                                .with("steps", steps)
+                                .with("vertices", repair.touched.size())
+                                .with("touched", repair.touched_count)
+                                .with("largest_change", repair.largest_change)
+                                .with("largest_vertex", repair.largest_vertex)
+                                .with("not_cured", rest);
   return root.dump(2, ' ', false, ordered_json::error_handler_t::replace) + "\n";
 }
 

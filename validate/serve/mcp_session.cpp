@@ -5,6 +5,7 @@
 #include "validate/report/base64.h"
 #include "validate/serve/json_rpc.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -21,12 +22,15 @@ constexpr const char* kInstructions =
 json content_of(const ToolResult& result) {
   json content = json::array();
   if (!result.png.empty())
-    content.push_back({{"type", "image"},
-                       {"mimeType", "image/png"},
-                       {"data", base64({reinterpret_cast<const std::uint8_t*>(result.png.data()),
-                                        result.png.size()})}});
+    content.push_back(
+        JsonObject<json>()
+            .with("type", "image")
+            .with("mimeType", "image/png")
+            .with("data", base64({reinterpret_cast<const std::uint8_t*>(result.png.data()),
+                                  result.png.size()})));
   if (!result.text.empty() || content.empty())
-    content.push_back({{"type", "text"}, {"text", valid_utf8(result.text)}});
+    content.push_back(
+        JsonObject<json>().with("type", "text").with("text", valid_utf8(result.text)));
   return content;
 }
 
@@ -76,7 +80,7 @@ McpSession::Step McpSession::answer(const RpcMessage& message) {
   if (message.method == "ping") return result(json::object());
   if (message.method == "initialize") return result(initialize(message.params));
   if (!initialized_) throw RpcError(kInvalidRequest, "the session begins with 'initialize'");
-  if (message.method == "tools/list") return result({{"tools", tools_}});
+  if (message.method == "tools/list") return result(JsonObject<json>().with("tools", tools_));
   if (message.method == "tools/call") return call_tool(message);
   throw RpcError(kNoSuchMethod, "no method '" + visible(message.method) + "'");
 }
@@ -89,11 +93,15 @@ json McpSession::initialize(const json& params) {
   initialized_ = true;
   const auto* const spoken =
       std::ranges::find(kProtocolVersions, asked->get_ref<const std::string&>());
-  return {
-      {"protocolVersion", spoken == std::end(kProtocolVersions) ? kProtocolVersions[0] : *spoken},
-      {"capabilities", {{"tools", json::object()}}},
-      {"serverInfo", {{"name", "backbend"}, {"title", "backbend"}, {"version", version_}}},
-      {"instructions", kInstructions}};
+  return JsonObject<json>()
+      .with("protocolVersion",
+            spoken == std::end(kProtocolVersions) ? kProtocolVersions[0] : *spoken)
+      .with("capabilities", JsonObject<json>().with("tools", json::object()))
+      .with("serverInfo", JsonObject<json>()
+                              .with("name", "backbend")
+                              .with("title", "backbend")
+                              .with("version", version_))
+      .with("instructions", kInstructions);
 }
 
 McpSession::Step McpSession::call_tool(const RpcMessage& message) {
@@ -128,9 +136,10 @@ std::string McpSession::progress(const ToolCall& call, double progress,
                                  const std::string& message) const {
   const auto found = calls_.find(call.id.dump());
   if (call.progress_token.is_null() || found == calls_.end() || found->second) return "";
-  return rpc_notification("notifications/progress", {{"progressToken", call.progress_token},
-                                                     {"progress", progress},
-                                                     {"message", valid_utf8(message)}});
+  return rpc_notification("notifications/progress", JsonObject<json>()
+                                                        .with("progressToken", call.progress_token)
+                                                        .with("progress", progress)
+                                                        .with("message", valid_utf8(message)));
 }
 
 std::string McpSession::finish(const ToolCall& call, const ToolResult& result) {
@@ -139,7 +148,8 @@ std::string McpSession::finish(const ToolCall& call, const ToolResult& result) {
   const bool given_up = found->second;
   calls_.erase(found);
   if (given_up) return "";
-  json answer = {{"content", content_of(result)}, {"isError", result.is_error}};
+  json answer =
+      JsonObject<json>().with("content", content_of(result)).with("isError", result.is_error);
   if (result.structured.is_object()) answer["structuredContent"] = result.structured;
   return rpc_result(call.id, answer);
 }

@@ -1,6 +1,7 @@
 #include "validate/serve/tool_result.h"
 
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -52,9 +53,9 @@ bool is_report(const json& object) {
 ToolResult json_result(std::string_view output, int exit_code) {
   json object = json::parse(output.begin(), output.end(), nullptr, false);
   if (object.is_array())
-    object = {{"list", std::move(object)}};
+    object = JsonObject<json>().with("list", std::move(object));
   else if (!object.is_object())
-    object = {{"text", valid_utf8(output)}};
+    object = JsonObject<json>().with("text", valid_utf8(output));
   else if (is_report(object))
     shorten_report(object);
   object["exit_code"] = exit_code;

@@ -7,6 +7,7 @@
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/suite.h"
 #include "validate/text/escape.h"
+#include "validate/text/json_object.h"
 
 namespace backbend::validate {
 namespace {
@@ -141,8 +142,9 @@ std::vector<Tool> made_tools() {
 }
 
 json schema_of(const ToolArgument& argument) {
-  json schema = {{"description", argument.description},
-                 {"type", argument.kind == ArgumentKind::number ? "integer" : "string"}};
+  json schema = JsonObject<json>()
+                    .with("description", argument.description)
+                    .with("type", argument.kind == ArgumentKind::number ? "integer" : "string");
   if (argument.kind == ArgumentKind::choice) schema["enum"] = argument.choices;
   if (argument.kind == ArgumentKind::number) {
     schema["minimum"] = argument.low;
@@ -280,18 +282,22 @@ json tool_description(const Tool& tool, bool may_write) {
     properties[std::string(each.name)] = schema_of(each);
     if (each.required) required.push_back(each.name);
   }
-  json schema = {{"type", "object"}, {"properties", properties}, {"additionalProperties", false}};
+  json schema = JsonObject<json>()
+                    .with("type", "object")
+                    .with("properties", properties)
+                    .with("additionalProperties", false);
   if (!required.empty()) schema["required"] = required;
-  return {{"name", tool.name},
-          {"title", tool.title},
-          {"description", tool.description},
-          {"inputSchema", schema},
-          {"annotations",
-           {{"title", tool.title},
-            {"readOnlyHint", !(may_write && writes(tool))},
-            {"destructiveHint", false},
-            {"idempotentHint", !(may_write && writes(tool))},
-            {"openWorldHint", false}}}};
+  return JsonObject<json>()
+      .with("name", tool.name)
+      .with("title", tool.title)
+      .with("description", tool.description)
+      .with("inputSchema", schema)
+      .with("annotations", JsonObject<json>()
+                               .with("title", tool.title)
+                               .with("readOnlyHint", !(may_write && writes(tool)))
+                               .with("destructiveHint", false)
+                               .with("idempotentHint", !(may_write && writes(tool)))
+                               .with("openWorldHint", false));
 }
 
 std::vector<std::string> words_of(const Tool& tool, const json& arguments, const FileAccess& files,

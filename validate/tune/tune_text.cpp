@@ -6,6 +6,7 @@
 
 #include "validate/text/escape.h"
 #include "validate/text/joined.h"
+#include "validate/text/json_object.h"
 #include "validate/verdicts/checks.h"
 
 namespace backbend::validate {
@@ -55,22 +56,25 @@ json choice_json(const TuneChoice& choice, const TuneResult& result) {
   json options = json::object(), channels = json::object(), directions = json::object();
   for (const auto& [key, value] : choice.options) options[key] = value;
   for (const Headroom& each : choice.channels)
-    channels[each.channel] = {{"clean_to_deg", each.clean_to_deg}, {"needs_deg", each.needs_deg}};
+    channels[each.channel] = JsonObject<json>()
+                                 .with("clean_to_deg", each.clean_to_deg)
+                                 .with("needs_deg", each.needs_deg);
   for (std::size_t d = 0; d < choice.gauge.clean.size(); ++d)
     directions[result.directions[d].name] = choice.gauge.clean[d];
-  return {{"rig", rig_text(choice.spec)},
-          {"options", options},
-          {"headroom", choice.gauge.headroom},
-          {"least", choice.gauge.least},
-          {"least_direction", result.directions[choice.gauge.worst].name},
-          {"least_code", choice.gauge.code},
-          {"directions", directions},
-          {"change_percent", choice.gauge.change},
-          {"change_most_percent", choice.gauge.change_most},
-          {"failures", choice.failures},
-          {"new_failures", choice.made},
-          {"channels", channels},
-          {"corners_clean_percent", choice.corners.clean_percent()}};
+  return JsonObject<json>()
+      .with("rig", rig_text(choice.spec))
+      .with("options", options)
+      .with("headroom", choice.gauge.headroom)
+      .with("least", choice.gauge.least)
+      .with("least_direction", result.directions[choice.gauge.worst].name)
+      .with("least_code", choice.gauge.code)
+      .with("directions", directions)
+      .with("change_percent", choice.gauge.change)
+      .with("change_most_percent", choice.gauge.change_most)
+      .with("failures", choice.failures)
+      .with("new_failures", choice.made)
+      .with("channels", channels)
+      .with("corners_clean_percent", choice.corners.clean_percent());
 }
 
 }  // namespace
@@ -123,16 +127,18 @@ std::string tune_text(const TuneResult& result, bool planned) {
 std::string tune_json(const TuneResult& result, bool planned) {
   json varied = json::array(), choices = json::array();
   for (const OptionAxis& axis : result.varied)
-    varied.push_back({{"option", axis.name()}, {"range", axis.range_text()}});
+    varied.push_back(
+        JsonObject<json>().with("option", axis.name()).with("range", axis.range_text()));
   for (const TuneChoice& choice : result.choices) choices.push_back(choice_json(choice, result));
-  json out = {{"schema", "backbend.tune/1"},
-              {"character", visible(result.facts.name)},
-              {"rig", result.rig},
-              {"mapping", result.mapping},
-              {"envelope", result.envelope.name},
-              {"varied", varied},
-              {"idle", result.idle},
-              {"given", choice_json(result.given, result)}};
+  json out = JsonObject<json>()
+                 .with("schema", "backbend.tune/1")
+                 .with("character", visible(result.facts.name))
+                 .with("rig", result.rig)
+                 .with("mapping", result.mapping)
+                 .with("envelope", result.envelope.name)
+                 .with("varied", varied)
+                 .with("idle", result.idle)
+                 .with("given", choice_json(result.given, result));
   if (planned) {
     out["minutes"] = result.minutes;
   } else {

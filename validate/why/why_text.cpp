@@ -10,6 +10,7 @@
 #include "validate/sweeps/sweep.h"
 #include "validate/text/escape.h"
 #include "validate/text/joined.h"
+#include "validate/text/json_object.h"
 #include "validate/text/number_text.h"
 #include "validate/verdicts/checks.h"
 #include "validate/verdicts/exit_code.h"
@@ -103,15 +104,17 @@ std::string why_text(const WhyResult& result) {
 }
 
 std::string why_json(const WhyResult& result) {
-  json out = {{"schema", "backbend.why/1"},
-              {"versions", result.versions},
-              {"rig", result.rig},
-              {"notes", result.notes}};
+  json out = JsonObject<json>()
+                 .with("schema", "backbend.why/1")
+                 .with("versions", result.versions)
+                 .with("rig", result.rig)
+                 .with("notes", result.notes);
   if (result.first_bad) {
-    out["first_bad"] = {{"version", result.versions[result.first_bad->bad]},
-                        {"last_good", result.versions[result.first_bad->good]},
-                        {"measurements", result.first_bad->steps},
-                        {"skipped", result.first_bad->skipped}};
+    out["first_bad"] = JsonObject<json>()
+                           .with("version", result.versions[result.first_bad->bad])
+                           .with("last_good", result.versions[result.first_bad->good])
+                           .with("measurements", result.first_bad->steps)
+                           .with("skipped", result.first_bad->skipped);
   }
   json findings = json::array();
   IngredientSet all = 0;
@@ -129,16 +132,17 @@ std::string why_json(const WhyResult& result) {
     for (const WhyFinding& why : pair.findings) {
       all |= why.ingredients;
       const Finding& f = why.finding;
-      json each = {{"code", f.code},
-                   {"sweep", f.sweep},
-                   {"pose", f.pose},
-                   {"value", f.value},
-                   {"limit", f.limit},
-                   {"unit", f.unit},
-                   {"place", place_text(f)},
-                   {"was", why.was ? json(*why.was) : json()},
-                   {"without", why.without ? json(*why.without) : json()},
-                   {"ingredients", names_json(why.ingredients)}};
+      json each = JsonObject<json>()
+                      .with("code", f.code)
+                      .with("sweep", f.sweep)
+                      .with("pose", f.pose)
+                      .with("value", f.value)
+                      .with("limit", f.limit)
+                      .with("unit", f.unit)
+                      .with("place", place_text(f))
+                      .with("was", why.was ? json(*why.was) : json())
+                      .with("without", why.without ? json(*why.without) : json())
+                      .with("ingredients", names_json(why.ingredients));
       if (why.ingredients & bit(Ingredient::weights)) {
         each["joints"] = why.joints;
         each["vertices"] = why.vertices;
