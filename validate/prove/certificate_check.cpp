@@ -76,11 +76,11 @@ CertificateCheck check_certificate(const Certificate& certificate, const std::st
   const double asked = std::min(q.gain, certificate.tree.gain_bound * (1.0 + 1e-12));
   std::vector<double> bound(leaf.size(), 0.0);
   progress.start("boxes", leaf.size());
-  constexpr std::size_t kChunk = 1024;
+  constexpr std::size_t kChunk = 128;
   for (std::size_t first = 0; first < leaf.size(); first += kChunk) {
-    poll_interrupt();
     const std::size_t last = std::min(first + kChunk, leaf.size());
     oneapi::tbb::parallel_for(first, last, [&](std::size_t i) {
+      poll_interrupt();  // a box may take seconds
       const Leaf& own = leaf[i];
       const BoxState state = own.node.state;
       if (state == BoxState::certified) bound[i] = bound_of(*checker, own.box, asked, 0);

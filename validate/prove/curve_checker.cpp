@@ -52,7 +52,7 @@ class CurveChecker final : public ClaimChecker {
     std::optional<MovingCurve::Place> from = curve.start();
     double most = 0.0;
     for (int k = 1; k <= bones_; ++k) {
-      const auto to = share_of(curve, k, bones_);
+      const auto to = curve.share(k, bones_);
       if (!to) return kInfinite;
       const glm::dvec3 about = axes * middle_of(missed.center) + curve.way_about(*from, *to);
       const glm::dmat3 own = axes_along(about, axes);
@@ -77,12 +77,6 @@ class CurveChecker final : public ClaimChecker {
         channels.reach, 32);
   }
 
-  static std::optional<MovingCurve::Place> share_of(const MovingCurve& curve, int part, int parts) {
-    if (part == 0) return curve.start();
-    if (part == parts) return curve.end();
-    return curve.place_at(Interval(part) / Interval(parts) * curve.length());
-  }
-
   std::optional<MovingNumber> bone_of(const MovingCurve& curve) const {
     const Interval share = Interval(1.0) / Interval(bones_);
     if (rule_ == "arc") return share * curve.length();
@@ -91,7 +85,7 @@ class CurveChecker final : public ClaimChecker {
     const MovingNumber gap = Interval(1.0) / Interval(kNulls) * curve.length();
     MovingNumber sum;
     for (int i = 1; i <= gaps; ++i) {
-      const auto from = share_of(curve, i - 1, kNulls), to = share_of(curve, i, kNulls);
+      const auto from = curve.share(i - 1, kNulls), to = curve.share(i, kNulls);
       if (!from || !to) return std::nullopt;
       sum = sum + size(curve.way(*from, *to, gap, spine_.axes(0)));
     }

@@ -39,7 +39,7 @@ class HipChestChecker final : public ClaimChecker {
   double gain_over(const SubBox& part) const override {
     constexpr double kInfinite = std::numeric_limits<double>::infinity();
     const MovingChannels channels(part);
-    const MovingCurve curve(legs_.over(channels), channels.reach, 64);
+    const MovingCurve curve(legs_.over(channels), channels.reach, 32);
     if (!curve.length().value.is_finite()) return kInfinite;
     // The solver's bones at rest are as long as each other but for rounding.
     const Interval share = Interval(1.0 - 1e-12, 1.0 + 1e-12) / Interval(bones_);
@@ -49,16 +49,14 @@ class HipChestChecker final : public ClaimChecker {
     std::optional<MovingCurve::Place> from = curve.start();
     double most = 0.0;
     for (int k = 1; k <= bones_; ++k) {
-      const auto to = lie_ == Lie::steps
-                          ? curve.step(*from, bone, axes_along(curve.velocity_about(*from), axes))
-                      : k == bones_
-                          ? curve.end()
-                          : curve.place_at(Interval(k) / Interval(bones_) * curve.length());
+      const bool steps = lie_ == Lie::steps;
+      const auto to = steps ? curve.step(*from, bone, axes_along(curve.velocity_about(*from), axes))
+                            : curve.share(k, bones_);
       if (!to) return kInfinite;
       axes = axes_along(curve.way_about(*from, *to), axes);
-      if (!frame.go(axes, lie_ == Lie::steps ? curve.way(*from, *to, axes)
-                                             : curve.way(*from, *to, bone, axes)))
-        return kInfinite;
+      const MovingVector way =
+          steps ? curve.way(*from, *to, axes) : curve.way(*from, *to, bone, axes);
+      if (!frame.go(axes, way)) return kInfinite;
       most = std::max(most, frame.fastest(varies_));
       from = to;
     }

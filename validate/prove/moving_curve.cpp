@@ -183,6 +183,12 @@ std::optional<MovingCurve::Place> MovingCurve::place_at(const MovingNumber& leng
   return std::nullopt;
 }
 
+std::optional<MovingCurve::Place> MovingCurve::share(int part, int parts) const {
+  if (part == 0) return start();
+  if (part == parts) return end();
+  return place_at(Interval(part) / Interval(parts) * length_);
+}
+
 /// Whether two velocities of a stretch may be a right angle apart.
 bool MovingCurve::turns_far(const Interval& u) const {
   constexpr int kParts = 8;

@@ -30,6 +30,8 @@ class MovingCurve {
   Place end() const { return {MovingNumber(solver::Interval(end_)), {}}; }
   /// The place at a length from the start; nothing where it could not be enclosed.
   std::optional<Place> place_at(const MovingNumber& length) const;
+  /// The place that `part` of `parts` equal parts of the length come to.
+  std::optional<Place> share(int part, int parts) const;
   /// The first place behind another that is a bone's length away from it; nothing where it could
   /// not be enclosed. `axes`: the first about along the bone.
   std::optional<Place> step(const Place& from, const MovingNumber& bone,

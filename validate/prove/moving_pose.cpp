@@ -34,7 +34,7 @@ std::array<bool, 3> varying_channels(const ProofBox& box) {
 glm::dmat3 axes_of(const glm::dvec3& bone, const glm::dvec3& left) {
   const glm::dvec3 x = glm::normalize(bone), across = left - glm::dot(left, x) * x;
   if (!(glm::length(across) > 1e-5 * glm::length(left)))
-    throw ProofError("the checker knows spines only that no bone of which points to the left");
+    throw ProofError("the checker does not know spines with a bone that points to the left");
   const glm::dvec3 z = glm::normalize(across);
   return {x, glm::cross(z, x), z};
 }

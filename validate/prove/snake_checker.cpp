@@ -41,8 +41,7 @@ class SnakeChecker final : public ClaimChecker {
     const glm::dmat3 axes(1.0);
     std::optional from = curve.start();
     for (int k = 1; k < joints; ++k) {
-      const Interval share = Interval(k) / Interval(joints - 1);
-      const auto to = k + 1 == joints ? curve.end() : curve.place_at(share * curve.length());
+      const auto to = curve.share(k, joints - 1);
       if (!to) throw ProofError("snake: the checker cannot enclose the joints at rest");
       bone_.push_back(size(curve.way(*from, *to, axes)).center);
       from = to;

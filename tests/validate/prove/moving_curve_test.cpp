@@ -69,7 +69,7 @@ Laid laid(const SubBox& part, int panels = 128) {
   MovingCurve::Place from = curve.start(), joint = curve.start();
   const glm::dmat3 axes(1.0);
   for (int k = 1; k <= 5; ++k) {
-    const auto to = k == 5 ? curve.end() : curve.place_at(Interval(k) / Interval(5) * out.length);
+    const auto to = curve.share(k, 5);
     const auto next =
         curve.step(joint, Interval(kBone), axes_along(curve.velocity_about(joint), axes));
     if (!to || !next) return {};
