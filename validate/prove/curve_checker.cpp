@@ -17,7 +17,6 @@ namespace backbend::validate {
 namespace {
 
 using solver::Interval;
-using Rule = std::string;
 
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
 constexpr int kNulls = 9;  // gaps between the length nulls
@@ -93,7 +92,7 @@ class CurveChecker final : public ClaimChecker {
   }
 
   int bones_;
-  Rule rule_;
+  std::string rule_;
   MovingSpine spine_;
   Interval rest_length_;
   std::array<bool, 3> varies_{};
