@@ -26,8 +26,8 @@ inline solver::Interval size_squared(const Vec& a) {
   return square(a[0]) + square(a[1]) + square(a[2]);
 }
 inline solver::Interval size(const Vec& a) { return square_root(size_squared(a)); }
-/// Of length 1. Along the first axis as the other two leave it, too: where the vector is nearly
-/// along that, so is its uncertainty, which its length does not have any more.
+/// Of length 1, for a vector nearly along the first axis: how much of it lies along that axis is
+/// taken from the other two, too, because only its length is uncertain there.
 inline Vec unit(const Vec& v) {
   Vec out = solver::Interval(1.0) / size(v) * v;
   if (v[0].lo > 0.0) {
@@ -44,8 +44,8 @@ inline Vec hull(const Vec& a, const Vec& b) {
 /// How far each channel goes from its middle over the part, radians.
 using Reach = std::array<solver::Interval, 3>;
 
-/// Something over all poses of a part, at its middle, and its derivatives by the three channels
-/// over all poses.
+/// A number or a vector: its value over all poses of a part and at the part's middle, and its
+/// derivatives by the three channels over all poses.
 template <class Of>
 struct Moving {
   Of value{}, center{};
@@ -92,8 +92,8 @@ inline MovingNumber size(const MovingVector& v) {
   return out;
 }
 
-/// The values as the middle and the derivatives have them (the mean value theorem), too: where a
-/// value comes from many steps, that is sharper.
+/// Narrows the value to what the middle and the derivatives allow (the mean value theorem). After
+/// many steps that is closer than the value itself.
 inline void sharpen(MovingNumber& a, const Reach& reach) {
   const solver::Interval moved = a.by[0] * reach[0] + a.by[1] * reach[1] + a.by[2] * reach[2];
   a.value = common(a.value, a.center + moved);

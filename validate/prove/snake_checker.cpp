@@ -48,7 +48,7 @@ class SnakeChecker final : public ClaimChecker {
     }
   }
 
-  /// A wide twist makes bounds hardly larger: it matters where joints slide between its keys.
+  /// Bounds hardly depend on the twist: it counts only where joints slide between its keys.
   std::array<bool, kProofAxes> idle() const override { return {false, false, true}; }
 
   double gain_over(const SubBox& part) const override {
@@ -98,7 +98,7 @@ class SnakeChecker final : public ClaimChecker {
     return MovingCurve(step, channels.reach, panels);
   }
 
-  /// What a joint's frame has of the twist, and how fast that changes as the joint slides, too.
+  /// The twist of a joint's frame, and how fast it changes, also because the joint slides.
   MovingNumber twist_at(const MovingCurve& curve, const MovingCurve::Place& joint,
                         const MovingNumber& twist) const {
     const Interval end = curve.end().u.value;
