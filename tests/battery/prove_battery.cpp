@@ -8,17 +8,17 @@
 // --seed S            [1]
 //
 // Each pair lies in one certified box, 1e-6 to 1e-2 radians apart. Exit code 1 where one turns a
-// joint by more than the gain that was proved allows.
+// joint by more than the gain that was proved allows, 2 for a certificate that cannot be read.
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <mutex>
 #include <random>
 
+#include "solver/math/rotation.h"
 #include "solver/rig/crowd.h"
 #include "tests/battery/battery_options.h"
 #include "validate/prove/certificate.h"
@@ -28,7 +28,7 @@ namespace {
 
 using namespace validate;
 
-/// The certified box that holds a pose; none: its box is not certified.
+/// The box of the tree that holds a pose, and whether it is certified.
 bool certified_box(const Certificate& proof, const std::array<double, kProofAxes>& pose,
                    SubBox& box) {
   const ProofTree& tree = proof.tree;
@@ -53,13 +53,14 @@ struct Outcome {
 
 class Tries {
  public:
+  static constexpr std::size_t kBlock = 512;  // pairs
+
   explicit Tries(const Certificate& proof)
       : proof_(proof),
         system_(solver::build_system(proof.question.rig, proof.question.chain)),
         controls_(proof.question.box, *system_, proof.question.mapping) {}
 
   Outcome block(std::uint64_t seed, std::uint64_t number) const {
-    constexpr std::size_t kPairs = 512;
     std::seed_seq words{seed, seed >> 32, number, number >> 32};
     std::mt19937_64 random(words);
     std::uniform_real_distribution<double> uniform(0.0, 1.0);
@@ -71,8 +72,8 @@ class Tries {
     };
     std::vector<Pair> pair;
     const std::size_t channels = system_->channels().size();
-    std::vector<double> value(channels * 2 * kPairs);
-    while (pair.size() < kPairs) {
+    std::vector<double> value(channels * 2 * kBlock);
+    while (pair.size() < kBlock) {
       Pair next{};
       for (std::size_t j = 0; j < whole.axis.size(); ++j)
         next.pose[j] = whole.axis[j].low + uniform(random) * whole.axis[j].width();
@@ -82,22 +83,22 @@ class Tries {
       if (!certified_box(proof_, next.pose, box)) continue;
       next.apart = std::pow(10.0, -6.0 + 4.0 * uniform(random));
       std::array<double, kProofAxes> other = next.pose;
-      const double degrees = next.apart * 180.0 / 3.14159265358979323846;
+      const double degrees = solver::degrees(next.apart);
       const bool up = other[next.axis] + degrees <= box.high[next.axis];
       other[next.axis] += up ? degrees : -degrees;
       if (other[next.axis] < box.low[next.axis]) continue;
       const std::vector<double> first = controls_.at(next.pose), second = controls_.at(other);
       for (std::size_t c = 0; c < channels; ++c) {
-        value[c * 2 * kPairs + 2 * pair.size()] = first[c];
-        value[c * 2 * kPairs + 2 * pair.size() + 1] = second[c];
+        value[c * 2 * kBlock + 2 * pair.size()] = first[c];
+        value[c * 2 * kBlock + 2 * pair.size() + 1] = second[c];
       }
       pair.push_back(next);
     }
     solver::CrowdPose posed;
-    solver::solve_crowd(*system_, {value, 2 * kPairs}, posed);
+    solver::solve_crowd(*system_, {value, 2 * kBlock}, posed);
     Outcome out;
-    out.pairs = kPairs;
-    for (std::size_t i = 0; i < kPairs; ++i) {
+    out.pairs = kBlock;
+    for (std::size_t i = 0; i < kBlock; ++i) {
       double most = 0.0;
       for (std::size_t joint = 0; joint < posed.joint_count(); ++joint) {
         double less = 0.0, more = 0.0;
@@ -109,7 +110,7 @@ class Tries {
         }
         most = std::max(most, 4.0 * std::asin(0.5 * std::sqrt(std::min(less, more))));
       }
-      // The solver's own rounding, 1e-12, is no part of a proof.
+      // A proof does not cover the solver's rounding, 1e-12.
       const double gain = std::max(0.0, most - 1e-11) / pair[i].apart;
       const double ratio = gain / proof_.tree.gain_bound;
       out.nearest = std::max(out.nearest, ratio);
@@ -121,8 +122,6 @@ class Tries {
     }
     return out;
   }
-
-  static constexpr std::uint64_t kBlock = 512;
 
  private:
   const Certificate& proof_;
@@ -149,6 +148,10 @@ int run(int argc, char** argv) {
   bool broken = false;
   for (const std::string& file : files) {
     const Certificate proof = read_certificate(file);
+    const auto& axes = proof.question.box.axis;
+    if (proof.question.box.of_controls ||
+        std::none_of(axes.begin(), axes.end(), [](const ProofAxis& a) { return a.varies(); }))
+      options.usage(file + ": its box is not of body channels, or one pose");
     if (shares_of(proof.tree, proof.question.box).certified <= 0.0)
       options.usage(file + ": nothing is certified");
     const Tries tries(proof);
@@ -161,7 +164,7 @@ int run(int argc, char** argv) {
       const std::lock_guard lock(adding);
       sum.pairs += own.pairs;
       sum.nearest = std::max(sum.nearest, own.nearest);
-      if (sum.broken.empty()) sum.broken = own.broken;
+      sum.broken = std::max(sum.broken, own.broken);  // the same for any order of blocks
     });
     const double seconds =
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -180,4 +183,11 @@ int run(int argc, char** argv) {
 }  // namespace
 }  // namespace backbend::battery
 
-int main(int argc, char** argv) { return backbend::battery::run(argc, argv); }
+int main(int argc, char** argv) {
+  try {
+    return backbend::battery::run(argc, argv);
+  } catch (const std::exception& error) {  // a certificate that cannot be read
+    std::fprintf(stderr, "prove_battery: %s\n", error.what());
+    return 2;
+  }
+}

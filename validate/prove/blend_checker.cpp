@@ -19,12 +19,10 @@ using solver::Interval;
 class BlendChecker final : public ClaimChecker {
  public:
   BlendChecker(const ProofQuestion& q, const solver::SpineSystem& system) {
-    const auto refuse = [](const char* why) {
-      throw ProofError(std::string("matrix_blend: the checker knows ") + why);
-    };
-    if (q.box.of_controls) refuse("body channels only, not the rig's own controls");
+    check_body_channels(q);
     const auto& options = system.options();
-    if (std::get<std::string>(options.at("style")) != "rigify") refuse("style = \"rigify\" only");
+    if (std::get<std::string>(options.at("style")) != "rigify")
+      checker_knows(q, "style = \"rigify\" only");
     const double bones = std::get<double>(options.at("bones"));
     const double pivot = std::get<double>(options.at("pivot_pos"));
     has_pivot_ = pivot > 0.0;

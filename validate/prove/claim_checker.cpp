@@ -55,6 +55,15 @@ std::map<std::string, Interval> whole_shares(const ProofQuestion& q,
 
 }  // namespace
 
+void checker_knows(const ProofQuestion& question, const std::string& what) {
+  throw ProofError(question.rig.system + ": the checker knows " + what);
+}
+
+void check_body_channels(const ProofQuestion& question) {
+  if (question.box.of_controls)
+    checker_knows(question, "body channels only, not the rig's own controls");
+}
+
 std::unique_ptr<ClaimChecker> sum_checker(const ProofQuestion& q,
                                           const solver::SpineSystem& system) {
   const auto refuse = [&](const char* why) { throw ProofError(q.rig.system + ": " + why); };

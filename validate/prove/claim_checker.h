@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <memory>
+#include <string>
 
 #include "validate/prove/proof_box.h"
 
@@ -20,6 +21,11 @@ class ClaimChecker {
 };
 
 struct ProofQuestion;
+
+/// Throws ProofError: the rig's checker knows `what` only.
+[[noreturn]] void checker_knows(const ProofQuestion& question, const std::string& what);
+/// Throws ProofError for a box of the rig's own controls.
+void check_body_channels(const ProofQuestion& question);
 
 /// Throws ProofError where no checker knows the system with its options.
 std::unique_ptr<ClaimChecker> claim_checker(const ProofQuestion& question,

@@ -29,8 +29,8 @@ class CurveChecker final : public ClaimChecker {
   CurveChecker(const ProofQuestion& q, const solver::SpineSystem& system)
       : bones_(static_cast<int>(std::get<double>(system.options().at("bones")))),
         rule_(std::get<std::string>(system.options().at("length"))),
-        spine_(q) {
-    varies_ = varying_channels(q.box);
+        spine_(q),
+        varies_(varying_channels(q.box)) {
     if (rule_ == "rest") rest_length_ = curve_over(MovingChannels(SubBox{})).length().center;
   }
 
@@ -94,8 +94,8 @@ class CurveChecker final : public ClaimChecker {
   int bones_;
   std::string rule_;
   MovingSpine spine_;
+  std::array<bool, 3> varies_;
   Interval rest_length_;
-  std::array<bool, 3> varies_{};
 };
 
 }  // namespace
@@ -103,16 +103,13 @@ class CurveChecker final : public ClaimChecker {
 std::unique_ptr<ClaimChecker> curve_checker(const ProofQuestion& q,
                                             const solver::SpineSystem& system) {
   const auto& options = system.options();
-  const auto refuse = [](const std::string& why) {
-    throw ProofError("curve: the checker knows " + why);
-  };
   const auto word = [&](const char* key) { return std::get<std::string>(options.at(key)); };
-  if (q.box.of_controls) refuse("body channels only, not the rig's own controls");
-  if (word("basis") != "bspline") refuse("basis = \"bspline\" only");
-  if (word("follow") != "chase") refuse("follow = \"chase\" only");
-  if (word("roll") != "top") refuse("roll = \"top\" only");
+  check_body_channels(q);
+  if (word("basis") != "bspline") checker_knows(q, "basis = \"bspline\" only");
+  if (word("follow") != "chase") checker_knows(q, "follow = \"chase\" only");
+  if (word("roll") != "top") checker_knows(q, "roll = \"top\" only");
   if (word("length") == "close")
-    refuse("length = \"nulls\", \"rest\", \"null_sum\" and \"arc\" only");
+    checker_knows(q, "length = \"nulls\", \"rest\", \"null_sum\" and \"arc\" only");
   return std::make_unique<CurveChecker>(q, system);
 }
 

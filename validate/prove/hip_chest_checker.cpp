@@ -29,9 +29,7 @@ enum class Lie {
 class HipChestChecker final : public ClaimChecker {
  public:
   HipChestChecker(const ProofQuestion& q, const std::vector<double>& depth, int bones, Lie lie)
-      : legs_(q, depth), bones_(bones), lie_(lie) {
-    varies_ = varying_channels(q.box);
-  }
+      : legs_(q, depth), bones_(bones), lie_(lie), varies_(varying_channels(q.box)) {}
 
   /// The chest's twist leaves its handle where it is, and under spread moves the chest.
   std::array<bool, kProofAxes> idle() const override { return {false, false, !legs_.spread()}; }
@@ -67,7 +65,7 @@ class HipChestChecker final : public ClaimChecker {
   HipChestLegs legs_;
   int bones_;
   Lie lie_;
-  std::array<bool, 3> varies_{};
+  std::array<bool, 3> varies_;
 };
 
 }  // namespace
@@ -75,23 +73,21 @@ class HipChestChecker final : public ClaimChecker {
 std::unique_ptr<ClaimChecker> hip_chest_checker(const ProofQuestion& q,
                                                 const solver::SpineSystem& system) {
   const auto& options = system.options();
-  const auto refuse = [&](const std::string& why) {
-    throw ProofError(q.rig.system + ": the checker knows " + why);
-  };
   const auto word = [&](const char* key) { return std::get<std::string>(options.at(key)); };
   const auto number = [&](const char* key) { return std::get<double>(options.at(key)); };
-  if (q.box.of_controls) refuse("body channels only, not the rig's own controls");
+  check_body_channels(q);
   Lie lie = Lie::shares;
   if (q.rig.system == "stretchy") {
     // Stretched with its curve, a chain takes all of it; the curve is never so long that max_ratio
     // holds it back.
-    if (!q.chain.curve.empty()) refuse("chains drawn by joints only");
-    if (word("form") == "carve" && word("carve") != "span") refuse("carve = \"span\" only");
-    if (word("twist") != "none") refuse("twist = \"none\" only");
+    if (!q.chain.curve.empty()) checker_knows(q, "chains drawn by joints only");
+    if (word("form") == "carve" && word("carve") != "span")
+      checker_knows(q, "carve = \"span\" only");
+    if (word("twist") != "none") checker_knows(q, "twist = \"none\" only");
     if (number("stretchiness") != 1.0 || number("max_ratio") < 50.0 ||
         std::get<bool>(options.at("no_squash")))
-      refuse("stretchiness = 1 without bounds of the ratio only");
-    if (number("lead") != 0.0) refuse("lead = 0 only");
+      checker_knows(q, "stretchiness = 1 without bounds of the ratio only");
+    if (number("lead") != 0.0) checker_knows(q, "lead = 0 only");
     if (word("form") == "bones") lie = Lie::steps;
   }
   return std::make_unique<HipChestChecker>(q, std::get<std::vector<double>>(options.at("depth")),

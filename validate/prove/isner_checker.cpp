@@ -69,12 +69,9 @@ class IsnerChecker final : public ClaimChecker {
       : fraction_(system.arc_fraction()), legs_(q, depth_of(system)) {
     const auto& options = system.options();
     const auto word = [&](const char* key) { return std::get<std::string>(options.at(key)); };
-    const auto refuse = [](const std::string& why) {
-      throw ProofError("isner: the checker knows " + why);
-    };
-    if (q.box.of_controls) refuse("body channels only, not the rig's own controls");
-    if (word("aim") != "project") refuse("aim = \"project\" only");
-    if (word("slerp") != "shortest") refuse("slerp = \"shortest\" only");
+    check_body_channels(q);
+    if (word("aim") != "project") checker_knows(q, "aim = \"project\" only");
+    if (word("slerp") != "shortest") checker_knows(q, "slerp = \"shortest\" only");
     fixed_ = word("length") == "fixed";
     varies_ = varying_channels(q.box);
   }
@@ -181,25 +178,13 @@ class IsnerChecker final : public ClaimChecker {
   std::optional<MovingCurve::Place> place_at(const MovingCurve& curve, double t) const {
     const MovingNumber &whole = curve.length(), rest(Interval(legs_.length()));
     if (t == 0.0) return curve.start();
-    const bool fits = !fixed_ || whole.value.hi <= rest.value.lo;
-    const bool passes = fixed_ && whole.value.lo > rest.value.hi;
-    if (fits || passes) {
-      if (t == 1.0 && fits) return curve.end();
-      return curve.place_at(Interval(t) * (passes ? rest : whole));
-    }
+    if (!fixed_ || whole.value.hi <= rest.value.lo)
+      return t == 1.0 ? curve.end() : curve.place_at(Interval(t) * whole);
+    if (whole.value.lo > rest.value.hi) return curve.place_at(Interval(t) * rest);
+    // Either may be the shorter.
     MovingNumber used(smaller(whole.value, rest.value), smaller(whole.center, rest.center), {});
     for (std::size_t j = 0; j < 3; ++j) used.by[j] = hull(whole.by[j], 0.0);
-    auto place = curve.place_at(Interval(t) * used);
-    if (t < 1.0 || !place) return place;
-    // Where the curve is no longer than at rest, its end.
-    const Interval end = curve.end().u.value;
-    for (Interval* u : {&place->u.value, &place->u.center})
-      *u = {std::min(u->lo, end.lo), std::min(u->hi, end.hi)};
-    for (std::size_t j = 0; j < 3; ++j) {
-      place->u.by[j] = hull(place->u.by[j], 0.0);
-      place->slides[j] = hull(place->slides[j], 0.0);
-    }
-    return place;
+    return curve.place_at(Interval(t) * used);
   }
 
   std::vector<double> fraction_;

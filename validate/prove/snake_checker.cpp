@@ -135,12 +135,10 @@ class SnakeChecker final : public ClaimChecker {
 std::unique_ptr<ClaimChecker> snake_checker(const ProofQuestion& q,
                                             const solver::SpineSystem& system) {
   const auto& options = system.options();
-  const auto refuse = [](const std::string& why) {
-    throw ProofError("snake: the checker knows " + why);
-  };
-  if (q.box.of_controls) refuse("body channels only, not the rig's own controls");
-  if (std::get<std::string>(options.at("closest")) != "walk") refuse("closest = \"walk\" only");
-  if (std::get<double>(options.at("lead")) != 0.0) refuse("lead = 0 only");
+  check_body_channels(q);
+  if (std::get<std::string>(options.at("closest")) != "walk")
+    checker_knows(q, "closest = \"walk\" only");
+  if (std::get<double>(options.at("lead")) != 0.0) checker_knows(q, "lead = 0 only");
   return std::make_unique<SnakeChecker>(q, system);
 }
 
