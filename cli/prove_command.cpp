@@ -243,7 +243,7 @@ void add_prove(const Registry& registry) {
   add_anatomy_options(command, options->hints);
   CLI::Option* bound = command->add_option(
       "--bound", options->bounds,
-      "prove instead that a check's limit holds over the box: BB020, BB021, BB041, "
+      "prove instead that a check's limit holds over the box: BB010, BB020, BB021, BB041, "
       "BB047; with a character BB030 (cross-sections), BB033 (inverted triangles); "
       "CODE=LIMIT sets another limit; may be repeated");
   for (const char* other : {"--check", "--gain", "--boxes"})

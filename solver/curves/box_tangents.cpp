@@ -19,6 +19,10 @@ void set_slope(BoxVector& v, std::size_t j, const IntervalVector& slope) {
   v.z.slope[j] = slope.z;
 }
 
+IntervalVector common(const IntervalVector& a, const IntervalVector& b) {
+  return {common(a.x, b.x), common(a.y, b.y), common(a.z, b.z)};
+}
+
 BoxVector narrowed(const BoxVector& v) { return {narrowed(v.x), narrowed(v.y), narrowed(v.z)}; }
 
 using Pieces = std::vector<std::array<BoxVector, 4>>;
@@ -108,8 +112,10 @@ void BoxTangents::add_panels(const Legs& legs, const BoxArc& arc, double number,
     p.tangent = p.at_share = unit(all);
     p.speed = speed.value;
     const IntervalVector along = p.tangent.value();
-    const IntervalVector turned = across(along, hull(change(from), change(to)).value());
-    p.bend = Interval(1.0) / (p.speed * p.speed) * turned;
+    const BoxVector turn = hull(change(from), change(to));
+    const BoxVector turned = turn - dot(p.tangent, turn) * p.tangent;
+    p.bend = common((turned / square(speed)).value(),
+                    Interval(1.0) / (p.speed * p.speed) * across(along, turn.value()));
     p.piece = Interval(number) + Interval(from, to);
     const BoxReal begin = before + arc.until(i), end = before + arc.until(i + 1);
     const BoxReal rest = arc.after(i + 1) + after;
@@ -125,8 +131,8 @@ void BoxTangents::add_panels(const Legs& legs, const BoxArc& arc, double number,
     }
     p.at_share = narrowed(p.at_share);
     for (std::size_t j = 0; j < kBoxVariables; ++j) {
-      const IntervalVector turn = p.tangent.slope(j) - p.arc_slope[j] * p.bend;
-      most_turn_[j] = std::max(most_turn_[j], solver::length(turn).hi);
+      const IntervalVector moved = p.tangent.slope(j) - p.arc_slope[j] * p.bend;
+      most_turn_[j] = std::max(most_turn_[j], solver::length(moved).hi);
     }
     const Interval bend = solver::length(p.bend);
     finite_ = finite_ && p.tangent.is_finite() && bend.is_finite() && p.share.is_finite();
@@ -181,15 +187,38 @@ BoxStep BoxTangents::mean_between(double from, double to) const {
   return {narrowed(mean), lengthening};
 }
 
-IntervalVector BoxTangents::bend_over(const Interval& arc) const {
-  IntervalVector all;
+std::array<bool, kBoxVariables> BoxTangents::still() const {
+  constexpr double kNothing = 1e-100;  // roundings of 0 are below it
+  std::array<bool, kBoxVariables> still{};
+  for (std::size_t j = 0; j < still.size(); ++j)
+    still[j] = most_turn_[j] < kNothing && length_.slope[j].most() < kNothing;
+  return still;
+}
+
+template <class Of>
+IntervalVector BoxTangents::panels_over(const Interval& arc, const Of& of) const {
+  IntervalVector all{Interval::entire(), Interval::entire(), Interval::entire()};
   bool first = true;
   for (const Panel& p : panel_) {
     if (p.arc.hi < arc.lo || p.arc.lo > arc.hi) continue;
-    all = first ? p.bend : hull(all, p.bend);
+    all = first ? of(p) : hull(all, of(p));
     first = false;
   }
-  return arc.hi > length_.value.lo && !first ? hull(all, IntervalVector()) : all;
+  return all;
+}
+
+IntervalVector BoxTangents::tangent_over(const Interval& arc) const {
+  const IntervalVector past_end = end_.value();
+  if (arc.lo > length_.value.hi) return past_end;
+  const IntervalVector all = panels_over(arc, [](const Panel& p) { return p.tangent.value(); });
+  return arc.hi > length_.value.lo ? hull(all, past_end) : all;
+}
+
+IntervalVector BoxTangents::bend_over(const Interval& arc) const {
+  const IntervalVector past_end;
+  if (arc.lo > length_.value.hi) return past_end;
+  const IntervalVector all = panels_over(arc, [](const Panel& p) { return p.bend; });
+  return arc.hi > length_.value.lo ? hull(all, past_end) : all;
 }
 
 std::optional<BoxTangents::Joint> BoxTangents::walked(const Joint& from, double bone) const {
@@ -232,6 +261,10 @@ BoxTangents::Place BoxTangents::at(const Joint& joint) const {
   }
   if (arc.hi > length_.value.lo) join(end_, BoxReal(panel_.back().piece.hi));
   return place;
+}
+
+BoxTangents bezier_tangents(const std::array<BoxVector, 4>& cv, int panels) {
+  return BoxTangents({{cv[1] - cv[0], cv[2] - cv[1], cv[3] - cv[2]}}, panels);
 }
 
 std::vector<BoxTangents::Legs> bspline_legs(const std::vector<BoxVector>& step) {

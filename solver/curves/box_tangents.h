@@ -26,10 +26,19 @@ class BoxTangents {
 
   bool is_finite() const { return finite_; }
   const BoxReal& length() const { return length_; }
+  /// Variables that turn no tangent: the curve keeps its shape.
+  std::array<bool, kBoxVariables> still() const;
 
   /// The mean of the tangent over the arc between two shares of the length, 0 to 1: the chord
   /// between them over its arc's length.
   BoxStep mean_between(double from, double to) const;
+
+  /// The tangent, and d tangent / d arc length, at any pose and anywhere between two arc lengths,
+  /// past the end included. Need is_finite().
+  IntervalVector tangent_over(const Interval& arc) const;
+  IntervalVector bend_over(const Interval& arc) const;
+  /// The most that the curve bends anywhere, radians per length.
+  double most_bend() const { return most_bend_; }
 
   /// A joint of a chain that is walked along the curve and its straight continuation past the end.
   struct Joint {
@@ -62,8 +71,9 @@ class BoxTangents {
   void add_panels(const Legs& legs, const BoxArc& arc, double number, const BoxReal& before,
                   const BoxReal& after);
 
-  /// d tangent / d arc length anywhere between two arc lengths; 0 past the end.
-  IntervalVector bend_over(const Interval& arc) const;
+  /// What holds on all panels that have a part of an arc.
+  template <class Of>
+  IntervalVector panels_over(const Interval& arc, const Of& of) const;
 
   std::vector<Panel> panel_;
   BoxReal length_;
@@ -74,6 +84,9 @@ class BoxTangents {
   BoxRates most_turn_{};           // of the tangent at a fixed arc length, anywhere
   bool finite_ = true;
 };
+
+/// The tangents of one cubic Bezier.
+BoxTangents bezier_tangents(const std::array<BoxVector, 4>& cv, int panels = 192);
 
 /// The legs of the pieces of a clamped uniform cubic B-spline of four or more CVs, as
 /// Curve::bspline() has them, from the steps between its CVs.

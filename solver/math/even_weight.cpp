@@ -69,6 +69,15 @@ double EvenWeight::slope(double s) const {
   return c[1] + x * (2.0 * c[2] + x * (3.0 * c[3] + x * 4.0 * c[4]));
 }
 
+double EvenWeight::peak_slope(double from, double to) const {
+  // Between knots the slope rises, falls or stays. What it jumps by at one is rounding.
+  double peak = std::max(slope(from), slope(to));
+  for (const Piece& p : piece_) {
+    if (p.from > from && p.from < to) peak = std::max(peak, slope(p.from));
+  }
+  return std::min(peak, peak_);
+}
+
 std::vector<double> EvenWeight::knots() const {
   std::vector<double> knot;
   for (const Piece& p : piece_) knot.push_back(p.from);

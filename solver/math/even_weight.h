@@ -24,6 +24,8 @@ class EvenWeight {
   double operator()(double s) const;
   double slope(double s) const;
   double peak_slope() const { return peak_; }
+  /// The largest slope on a stretch.
+  double peak_slope(double from, double to) const;
   /// Where W passes from one polynomial (of degree four at most) to the next, 0 and 1 included.
   std::vector<double> knots() const;
 

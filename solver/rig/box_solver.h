@@ -10,6 +10,8 @@
 
 namespace backbend::solver {
 
+struct BoxCourse;  // solver/curves/box_course.h
+
 /// A body pose of BodyPose over a box; `back` is extension less flexion, radians.
 struct BodyBox {
   BoxReal back, side, twist;
@@ -79,6 +81,13 @@ class BoxSolver {
   }
   /// The rig for one value per channel, of a body pose's box. Needs !why_no_places().
   virtual void place_box(std::span<const BoxReal>, BoxPlaces&) const {}
+
+  /// Why it is not known how the chain lies on intended_curve(); empty: it is.
+  virtual std::string why_no_course() const {
+    return "how its chain lies on its curve is not enclosed over boxes yet";
+  }
+  /// The chain on the curve of intended_curve(). Needs !why_no_course().
+  virtual void course_over(const BodyBox&, Mapping, BoxCourse&) const {}
 
  protected:
   ~BoxSolver() = default;

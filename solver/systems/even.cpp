@@ -88,6 +88,13 @@ class Even final : public FormulaSystem, public BoxSolver {
     places.ends_on_chest = places.arms_follow_chest = true;
   }
 
+  std::string why_no_course() const override { return why_no_places(); }
+
+  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+    const std::vector<BoxReal> control = controls_for(body, mapping);
+    course = shape_.course(std::span(control).subspan(kUpper, kUpperChannels));
+  }
+
   std::string_view why_without(BodyChannel channel) const override {
     if (channel == BodyChannel::hip) return kNoHipControl;
     if (stretchiness_ == 0.0) return "with stretchiness 0 the spine keeps its length";

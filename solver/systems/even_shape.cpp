@@ -58,6 +58,13 @@ BoxVector turned_by_euler(BoxVector v, const Angle& angle) {
   return v;
 }
 
+constexpr double kRounding = 1e-12;
+
+/// The angle between two unit vectors, rounded upward; 0 only for the same.
+double most_corner(const dvec3& a, const dvec3& b) {
+  return a == b ? 0.0 : angle_between(a, b) + kRounding;
+}
+
 std::size_t segment_at(const std::vector<double>& corner, double s) {
   std::size_t i = 1;
   while (i + 1 < corner.size() && s > corner[i]) ++i;
@@ -244,6 +251,53 @@ void EvenShape::shifts(std::span<const BoxReal> upper, std::span<BoxVector> shif
     if (panel.ends_bone) shift[++joint] = middle_axes_ * total;
     row += kRows * n;
   }
+}
+
+double EvenShape::most_bend(const Panel& panel, std::span<const BoxReal> upper) const {
+  // A channel turns the tangent as fast as it turns, times the sine between the two: its X turns
+  // what lies along X by nothing.
+  const auto angle = [&](int ch) { return Interval(upper[std::size_t(ch)].value.most()); };
+  const auto off_x = [](const dvec3& v) {
+    const double sine = std::hypot(v.y, v.z);
+    return Interval(v.x > 0.0 ? std::asin(std::min(1.0, sine)) : kPi) + Interval(0.0, kRounding);
+  };
+  const Interval in_top = off_x(panel.in_top);
+  Interval in_middle = off_x(panel.in_middle) + Interval(2.0) * in_top;
+  for (const int ch : {4, 5}) in_middle += Interval(weights_.of(ch)(panel.to)) * angle(ch);
+  Interval bend(0.0);
+  for (int ch = 0; ch < kUpperChannels; ++ch) {
+    const double slope = weights_.of(ch).peak_slope(panel.from, panel.to);
+    Interval turn = Interval(slope) * Interval(1.0 + kRounding) * angle(ch);
+    if (ch % 3 == 0) turn = turn * Interval(std::min(1.0, (ch < 3 ? in_middle : in_top).hi));
+    bend += turn;
+  }
+  return bend.hi;
+}
+
+BoxCourse EvenShape::course(std::span<const BoxReal> upper) const {
+  assert(share_end_.size() == 1 && upper.size() == kUpperChannels);
+  BoxCourse course;
+  BoxCourse::Stretch next;
+  double inside = 0.0;  // sum of the corners between its joints
+  for (std::size_t i = 0; i < panel_.size(); ++i) {
+    const Panel& panel = panel_[i];
+    next.bend = std::max(next.bend, most_bend(panel, upper));
+    next.arc = next.arc + (Interval(panel.to) - Interval(panel.from));
+    const bool last = i + 1 == panel_.size();
+    const double corner = last ? 0.0 : most_corner(panel.in_middle, panel_[i + 1].in_middle);
+    next.corner += corner;
+    if (!panel.ends_bone) {
+      inside += corner;
+      continue;
+    }
+    course.stretch.push_back(inside == 0.0
+                                 ? stretch_along(next.arc, next.bend, next.corner)
+                                 : stretch_over_corners(next.arc, next.bend, next.corner));
+    next = {};
+    next.corner = corner;
+    inside = 0.0;
+  }
+  return course;
 }
 
 EvenShape::Moments EvenShape::moments(std::span<const AngleShare> share) const {

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "solver/curves/box_course.h"
 #include "solver/math/box_number.h"
 #include "solver/math/even_weight.h"
 #include "solver/systems/even_places.h"
@@ -83,6 +84,9 @@ class EvenShape {
   /// `shift` holds bones + 1.
   void shifts(std::span<const BoxReal> upper, std::span<BoxVector> shift) const;
 
+  /// How the joints lie on the spine over such a box, in units of its length.
+  BoxCourse course(std::span<const BoxReal> upper) const;
+
   /// The chest's shift without a field, and the integrals of each bump times the posed tangent,
   /// both as lengths.
   struct Moments {
@@ -115,6 +119,8 @@ class EvenShape {
   static constexpr int kRows = 7;
 
   void cut_panels(std::span<const glm::dvec3> drawn, const std::vector<double>& corner);
+  /// The most that the posed spine bends on a panel, radians per length of the spine.
+  double most_bend(const Panel& panel, std::span<const BoxReal> upper) const;
   void place_frames();
   void place_panel_middles();
   void tabulate(int rule);

@@ -6,6 +6,7 @@
 #include <optional>
 #include <type_traits>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/curve.h"
 #include "solver/math/bezier.h"
 #include "solver/math/box_arc.h"
@@ -138,6 +139,15 @@ class Isner final : public FormulaSystem, public BoxSolver {
     places.chest = {e.chest, chest_, e.chest_at};
     places.arms = {places.turn.back(), rest_.position.back(), places.position.back()};
     places.ends_on_chest = places.arms_follow_chest = false;
+  }
+
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+    const BoxTangents curve = bezier_tangents(points(ends<BoxMath>(controls_for(body, mapping))));
+    const Interval length = curve.length().value;
+    course = course_at_shares(
+        curve, length_ == Length::fixed ? smaller(length, rest_length_) : length, arc_fraction_);
   }
 
   /// The Bezier over the used length: what lies past it carries no vertebra.

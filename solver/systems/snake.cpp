@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/box_tangents.h"
 #include "solver/curves/path_frames.h"
 #include "solver/curves/walk.h"
@@ -125,12 +126,17 @@ class Snake final : public FormulaSystem, public BoxSolver {
   /// From the steps that the pose bends: summed up to details and taken apart again, each would be
   /// as wide as all before it.
   void solve_body_box(const BodyBox& body, Mapping mapping, BoxPose& pose) const override {
-    std::vector<BoxVector> step;
-    for (int i = 1; i < controls_; ++i) step.push_back(bent_step(body, mapping, i));
     std::vector<BoxReal> twist;
     for (const double u : key_u_) twist.push_back(BoxReal(share(u, mapping)) * body.twist);
-    turn_over(step, twist, pose);
+    turn_over(bent_steps(body, mapping), twist, pose);
     pose.only_rolls = moved_alone(std::array{body.twist, body.back, body.side}, 0);
+  }
+
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+    const std::vector<BoxVector> step = bent_steps(body, mapping);
+    course = walked_course(BoxTangents(bspline_legs(step), panels_for(step)), rest_bone_);
   }
 
   std::string_view why_without(BodyChannel) const override {
@@ -201,6 +207,12 @@ class Snake final : public FormulaSystem, public BoxSolver {
     const glm::dmat3& frame = rest_place_[i].frame;
     const BoxTurn bend = from_euler_xyz(-(w * body.back), w * body.side, BoxReal(0.0));
     return frame * (bend * (glm::transpose(frame) * BoxVector(rest_step(i))));
+  }
+
+  std::vector<BoxVector> bent_steps(const BodyBox& body, Mapping mapping) const {
+    std::vector<BoxVector> step;
+    for (int i = 1; i < controls_; ++i) step.push_back(bent_step(body, mapping, i));
+    return step;
   }
 
   /// The interpolated() twist at a place `u` over a box, 0 to 1. Of use for its slopes.

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/walk.h"
 #include "solver/math/bezier.h"
 #include "solver/math/box_arc.h"
@@ -76,6 +77,13 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
     places.arms = {places.turn.back(), rest_chest, places.position.back()};
     places.ends_on_chest = true;
     places.arms_follow_chest = false;
+  }
+
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+    const BoxTangents curve = bezier_tangents(hip_chest_.ends(controls_for(body, mapping)).cv);
+    course = course_at_shares(curve, curve.length().value, arc_fraction_);
   }
 
   /// The part of the curve that the chain takes, straight on where it is longer.

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/box_walk.h"
 #include "solver/curves/curve.h"
 #include "solver/curves/walk.h"
@@ -148,6 +149,18 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
     return {};
   }
 
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+    const std::vector<BoxReal> control = controls_for(body, mapping);
+    const BoxTangents curve = bezier_tangents(hip_chest_->ends(control).cv);
+    const Taken taken = taken_over(control, curve.length());
+    course = form_ == Form::bones
+                 ? walked_course(curve, rest_bone_, taken.shortened.value)
+                 : course_at_shares(curve, taken.whole ? curve.length().value : taken.used.value,
+                                    arc_fraction_);
+  }
+
   /// The part of the curve that the chain takes.
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {
@@ -171,6 +184,37 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
   }
 
  private:
+  /// How much of its curve the chain takes, over a box of poses.
+  struct Taken {
+    BoxReal shortened;  // of bone lengths
+    BoxReal used;       // length of curve, of a carved chain
+    bool whole;         // all of it, whatever its length
+  };
+  Taken taken_over(std::span<const BoxReal> c, const BoxReal& length) const {
+    const auto within = [](const BoxReal& x, double low, double high) {
+      return x.value.lo >= low && x.value.hi <= high;
+    };
+    // A control past its range is clamped, which is not enclosed; nor are lead and slide.
+    const bool ordinary = within(c[kStretchiness], 0.0, 1.0) && c[kLead].value.is_zero() &&
+                          within(c[kCompression], 0.0, kMostCompression) &&
+                          c[kSlide].value.is_zero();
+    const BoxReal rest(rest_length_);
+    BoxReal ratio = ((length - rest) * c[kStretchiness] + rest) / rest;
+    ratio = smaller(ratio, max_ratio_);
+    if (no_squash_) ratio = -smaller(-ratio, -1.0);
+    const BoxReal shortened =
+        ordinary ? ratio * (BoxReal(1.0) - c[kCompression]) : BoxReal::undefined();
+    // Stretched as its curve is, the chain takes all of it, whatever its length.
+    const BoxReal& own = c[kStretchiness];
+    const bool whole = ordinary && form_ == Form::carve && carve_ == Carve::span &&
+                       within(own, 1.0, 1.0) && c[kCompression].value.is_zero() &&
+                       length.value.hi <= max_ratio_ * rest_length_ &&
+                       (!no_squash_ || length.value.lo >= rest_length_);
+    const BoxReal used = carve_ == Carve::span ? smaller(shortened * rest, length)
+                                               : smaller(shortened, 1.0) * length;
+    return {shortened, used, whole};
+  }
+
   struct LaidBox {
     HipChest::BoxEnds ends;
     BoxVector tip;
@@ -182,38 +226,18 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
     const HipChest::BoxEnds ends = hip_chest_->ends(c);
     const BoxArc arc(ends.cv, 256);
     const BoxWalk walk(ends.cv);
-    const auto within = [](const BoxReal& x, double low, double high) {
-      return x.value.lo >= low && x.value.hi <= high;
-    };
-    // A control past its range is clamped, which is not enclosed; nor are lead and slide.
-    const bool ordinary = within(c[kStretchiness], 0.0, 1.0) && c[kLead].value.is_zero() &&
-                          within(c[kCompression], 0.0, kMostCompression) &&
-                          c[kSlide].value.is_zero();
-    const BoxReal rest(rest_length_);
-    BoxReal ratio = ((arc.length() - rest) * c[kStretchiness] + rest) / rest;
-    ratio = smaller(ratio, max_ratio_);
-    if (no_squash_) ratio = -smaller(-ratio, -1.0);
-    const BoxReal shortened =
-        ordinary ? ratio * (BoxReal(1.0) - c[kCompression]) : BoxReal::undefined();
-    // Stretched as its curve is, the chain takes all of it, whatever its length.
-    const BoxReal& own = c[kStretchiness];
-    const bool whole = ordinary && form_ == Form::carve && carve_ == Carve::span &&
-                       within(own, 1.0, 1.0) && c[kCompression].value.is_zero() &&
-                       arc.length().value.hi <= max_ratio_ * rest_length_ &&
-                       (!no_squash_ || arc.length().value.lo >= rest_length_);
-    const BoxReal used = carve_ == Carve::span ? smaller(shortened * rest, arc.length())
-                                               : smaller(shortened, 1.0) * arc.length();
+    const Taken taken = taken_over(c, arc.length());
     const BoxReal twist = c[3] - c[0];
     Frame frame(ends.hip_turn, hip_chest_->rest_direction());
     BoxReal from(0.0);
     for (int k = 0; k < bones_; ++k) {
       BoxReal to;
       if (form_ == Form::bones) {
-        to = walk.step(from, shortened * rest_bone_[k]);
-      } else if (whole) {
+        to = walk.step(from, taken.shortened * rest_bone_[k]);
+      } else if (taken.whole) {
         to = k + 1 == bones_ ? BoxReal(1.0) : arc.parameter_at_share((k + 1.0) / bones_);
       } else {
-        to = smaller(arc.parameter_at(BoxReal((k + 1.0) / bones_) * used), 1.0);
+        to = smaller(arc.parameter_at(BoxReal((k + 1.0) / bones_) * taken.used), 1.0);
       }
       const BoxVector bone = walk.chord(from, to);
       frame.go(unit(bone));

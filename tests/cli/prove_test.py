@@ -107,11 +107,16 @@ class Bounds(CommandTest):
         self.assertIn("x refuted", told.stdout)
         self.assertIn("BB041 end gap, at most 30 % of spine\n  certified  100 %", told.stdout)
 
+    def test_kinks_of_a_chain_on_its_curve_are_bounded_over_the_whole_envelope(self):
+        told = self.assert_runs("prove", "isner", "--bound", "BB010")
+        self.assertRegex(told.stdout, r"BB010 chain kink, at most 2 deg\n  certified  100 % of the box: at most [01]\.")
+
     def test_what_has_no_bound_is_refused_by_name(self):
-        for bound, names in (("BB010", ["BB010", "BB030"]), ("BB030", ["BB030", "--character"]),
+        for bound, names in (("BB011", ["BB011", "BB030"]), ("BB030", ["BB030", "--character"]),
                              ("BB047=-1", ["BB047=-1"]), ("BB047=x", ["BB047=x"]), ("BB047=", ["BB047="])):
             self.assert_refused("prove", "even", "--bound", bound, code=BAD_INPUT, names=names)
         self.assert_refused("prove", "even:reach=0.5", "--bound", "BB047", code=BAD_INPUT, names=["reach"])
+        self.assert_refused("prove", "neck", "--bound", "BB010", code=BAD_INPUT, names=["neck", "curve"])
         self.assert_refused("prove", "even", "--bound", "BB047", "--box", "top.rz=0:10", code=BAD_INPUT,
                             names=["body channels"])
         self.assert_refused("prove", "even", "--bound", "BB047", "--resume", code=USAGE, names=["-o"])

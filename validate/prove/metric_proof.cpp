@@ -13,13 +13,16 @@
 #include "validate/measure/metric_table.h"
 #include "validate/metrics/surface/body_metrics.h"
 #include "validate/prove/chain_bounds.h"
+#include "validate/prove/kink_bounds.h"
 #include "validate/prove/proof.h"
 #include "validate/prove/surface_bounds.h"
 
 namespace backbend::validate {
 namespace {
 
-constexpr std::string_view kProvable[] = {"BB020", "BB021", "BB030", "BB033", "BB041", "BB047"};
+constexpr std::string_view kProvable[] = {"BB010", "BB020", "BB021", "BB030",
+                                          "BB033", "BB041", "BB047"};
+constexpr std::string_view kKink = "BB010";  // of which the chain's course is asked, not its places
 constexpr std::size_t kParts = 256;
 constexpr std::size_t kTwist = 2;  // axis of a box of body channels
 
@@ -45,6 +48,13 @@ void take_worst(const MetricClaim& claim, double value, const std::array<double,
   into.pose = pose;
 }
 
+bool asks_kink(const MetricQuestion& q) {
+  return std::ranges::any_of(q.claim, [](const MetricClaim& c) { return c.check->code == kKink; });
+}
+bool asks_places(const MetricQuestion& q) {
+  return std::ranges::any_of(q.claim, [](const MetricClaim& c) { return c.check->code != kKink; });
+}
+
 /// What is left to prove of a box on the way down to its parts.
 struct Left {
   std::vector<bool> open;                         // of each claim
@@ -59,7 +69,9 @@ class Search {
       : q_(question),
         solver_(box_solver_of(*question.system)),
         controls_(question.box, *question.system, question.mapping),
-        at_rest_(rig_at_rest(*question.system)) {
+        at_rest_(rig_at_rest(*question.system)),
+        rest_excess_(rest_excess(question.system->rest(), at_rest_.curve)),
+        of_places_(asks_places(question)) {
     if (!q_.stage) return;
     body_.emplace(q_.stage->character(), q_.stage->anatomy(), q_.stage->driver());
     surface_.emplace(*q_.stage, *body_);
@@ -81,9 +93,9 @@ class Search {
     if (interrupt_pending()) return;
     ++out.looked_at;
     const double share = share_of(part, q_.box);
-    bound(part, share, left, out);
+    const Idle idle = bound(part, share, left, out);
     if (std::none_of(left.open.begin(), left.open.end(), [](bool open) { return open; })) return;
-    const int axis = widest_axis(part, q_.smallest);
+    const int axis = widest_axis(part, q_.smallest, idle);
     if (axis < 0) {
       measure(part, share, left, out);
       return;
@@ -94,16 +106,21 @@ class Search {
   }
 
  private:
-  /// Certifies what can be, and takes it out of what is left.
-  void bound(const SubBox& part, double share, Left& left, MetricProof& out) const {
+  using Idle = std::array<bool, kProofAxes>;
+
+  /// Certifies what can be, and takes it out of what is left. Returns the axes along which no
+  /// smaller part would tell more of it.
+  Idle bound(const SubBox& part, double share, Left& left, MetricProof& out) const {
     const std::vector<solver::BoxReal> control =
         controls_over(q_.box, *q_.system, solver_, q_.mapping, part);
     solver::BoxPlaces places;
-    solver_.place_box(control, places);
+    if (of_places_) solver_.place_box(control, places);
     std::optional<RelativeMotions> motions;
-    if (surface_)
+    if (surface_ && of_places_)
       motions.emplace(q_.stage->driver().motions_over(*q_.system, places), surface_->pairs());
     double inverted = -1.0;  // the same for all claims about it
+    Idle still{};            // of the chain's course
+    bool only_course = true;
     for (std::size_t i = 0; i < q_.claim.size(); ++i) {
       if (!left.open[i]) continue;
       const MetricClaim& claim = q_.claim[i];
@@ -118,14 +135,23 @@ class Search {
             surface_->keep_small(*motions, claim.limit, left.slice[i]);
         left.least[i] = std::min(left.least[i], area.taken_out);
         bound = std::min(left.least[i], area.left_in);
+      } else if (code == kKink) {
+        solver::BoxCourse course;
+        solver_.course_over(body_over(q_.box, part), q_.mapping, course);
+        bound = most_kink(course, rest_excess_, at_rest_.curve.size(), claim.limit);
+        still = course.still;
       } else {
         bound = most_of_chain(code, *q_.system, places);
       }
-      if (!holds(claim, bound)) continue;
+      if (!holds(claim, bound)) {
+        only_course = only_course && code == kKink;
+        continue;
+      }
       left.open[i] = false;
       out.claim[i].certified += share;
       out.claim[i].bound = worse(claim, out.claim[i].bound, bound);
     }
+    return only_course ? still : Idle{};
   }
 
   /// Measures the pose in the middle of a smallest box.
@@ -170,17 +196,38 @@ class Search {
   const solver::BoxSolver& solver_;
   PoseOfBox controls_;
   RigAtRest at_rest_;
+  std::vector<double> rest_excess_;
+  bool of_places_;
   std::optional<BodyMetrics> body_;
   std::optional<SurfaceBounds> surface_;
 };
 
+/// Axes along which no part will have to be split, as the box's middle shows. Of use for the order
+/// of work only: nothing is proved by it.
+std::array<bool, kProofAxes> idle_axes(const MetricQuestion& q) {
+  const solver::BoxSolver& solver = box_solver_of(*q.system);
+  if (asks_places(q) || !solver.why_no_course().empty()) return {};
+  constexpr double kShare = 1e-4;
+  SubBox middle = whole_of(q.box);
+  for (std::size_t j = 0; j < middle.low.size(); ++j) {
+    const double at = 0.5 * (middle.low[j] + middle.high[j]);
+    const double reach = kShare * (middle.high[j] - middle.low[j]);
+    middle.low[j] = at - reach;
+    middle.high[j] = at + reach;
+  }
+  solver::BoxCourse course;
+  solver.course_over(body_over(q.box, middle), q.mapping, course);
+  return course.still;
+}
+
 /// The box in equal parts, to be looked at side by side.
-std::vector<SubBox> parts_of(const ProofBox& box, double smallest) {
-  std::vector<SubBox> part{whole_of(box)};
+std::vector<SubBox> parts_of(const MetricQuestion& q) {
+  const std::array<bool, kProofAxes> idle = idle_axes(q);
+  std::vector<SubBox> part{whole_of(q.box)};
   while (part.size() < kParts) {
     std::vector<SubBox> finer;
     for (const SubBox& p : part) {
-      const int axis = widest_axis(p, smallest);
+      const int axis = widest_axis(p, q.smallest, idle);
       if (axis < 0) return part;
       const auto half = halves(p, axis);
       finer.insert(finer.end(), half.begin(), half.end());
@@ -233,21 +280,23 @@ MetricClaim read_claim(const std::string& text) {
 }
 
 MetricParts parts_not_looked_at(const MetricQuestion& question) {
-  return MetricParts(parts_of(question.box, question.smallest).size());
+  return MetricParts(parts_of(question).size());
 }
 
 MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Progress& progress) {
   const solver::BoxSolver& solver = box_solver_of(*question.system);
   if (question.box.of_controls)
     throw ProofError("limits of checks are proved over body channels, not over a rig's controls");
-  if (const std::string why = solver.why_no_places(); !why.empty())
-    throw ProofError(std::string(question.system->name()) + ": " + why);
+  for (const std::string& why : {asks_places(question) ? solver.why_no_places() : std::string(),
+                                 asks_kink(question) ? solver.why_no_course() : std::string()}) {
+    if (!why.empty()) throw ProofError(std::string(question.system->name()) + ": " + why);
+  }
   for (const MetricClaim& claim : question.claim) {
     if (claim.check->subject == Subject::mesh && !question.stage)
       throw ProofError(std::string(claim.check->code) + " is about a mesh: name a --character");
   }
   const Search search(question);
-  const std::vector<SubBox> part = parts_of(question.box, question.smallest);
+  const std::vector<SubBox> part = parts_of(question);
   assert(parts.size() == part.size());
   progress.start("parts of the box", part.size());
   oneapi::tbb::parallel_for(std::size_t{0}, part.size(), [&](std::size_t i) {

@@ -19,8 +19,8 @@ struct MetricClaim {
   double limit = 0.0;
 };
 
-/// `BB030`, or with a limit of its own `BB030=0.8`: of the chain BB020, BB021, BB041 and BB047, of
-/// the mesh BB030 and BB033. Throws ProofError.
+/// `BB030`, or with a limit of its own `BB030=0.8`: of the chain BB010, BB020, BB021, BB041 and
+/// BB047, of the mesh BB030 and BB033. Throws ProofError.
 MetricClaim read_claim(const std::string& text);
 
 struct MetricQuestion {

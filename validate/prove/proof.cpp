@@ -148,16 +148,12 @@ std::array<bool, kProofAxes> PartGain::idle() const {
   return still;
 }
 
-namespace {
-
 solver::BodyBox body_over(const ProofBox& whole, const SubBox& part) {
   const auto own = [&](std::size_t j) {
     return variable_of(whole.axis[j], int(j), part.low[j], part.high[j], true);
   };
   return {own(0), own(1), own(2)};
 }
-
-}  // namespace
 
 std::vector<BoxReal> controls_over(const ProofBox& whole, const solver::SpineSystem& system,
                                    const solver::BoxSolver& solver, solver::Mapping mapping,

@@ -91,6 +91,8 @@ const solver::BoxSolver& box_solver_of(const solver::SpineSystem& system);
 void check_controls(const ProofBox& box, const solver::SpineSystem& system,
                     const solver::BoxSolver& solver);
 
+/// The body poses of a part of a box of body channels.
+solver::BodyBox body_over(const ProofBox& whole, const SubBox& part);
 /// The rig's controls over a part of a box: exact, or one variable for each axis that varies.
 std::vector<solver::BoxReal> controls_over(const ProofBox& whole, const solver::SpineSystem& system,
                                            const solver::BoxSolver& solver, solver::Mapping mapping,

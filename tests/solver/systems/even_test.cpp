@@ -92,6 +92,21 @@ TEST(EvenWeight, SlopeIsTheWeightsDerivative) {
   }
 }
 
+TEST(EvenWeight, ThePeakOfAStretchIsTheLargestSlopeOnIt) {
+  const double bumpy[] = {1.0, 3.0, 0.5, 2.0};
+  for (const EvenWeight& w : {EvenWeight::trapezoid(0.2, 1.0), EvenWeight::from_density(bumpy)}) {
+    for (double from = 0.0; from < 1.0; from += 0.083) {
+      const double to = std::min(1.0, from + 0.21);
+      double most = 0.0;
+      for (int i = 0; i <= 1000; ++i)
+        most = std::max(most, w.slope(from + (to - from) * i / 1000.0));
+      EXPECT_GE(w.peak_slope(from, to), most * (1.0 - 1e-12)) << from;
+      EXPECT_NEAR(w.peak_slope(from, to), most, 0.01 * w.peak_slope()) << from;
+    }
+    EXPECT_DOUBLE_EQ(w.peak_slope(0.0, 1.0), w.peak_slope());
+  }
+}
+
 TEST(Even, AFrameTurnsByExactlyItsWeightTimesTheChannel) {  // theorem 1, as an equality
   const auto even = build("even");
   std::mt19937 rng(1);

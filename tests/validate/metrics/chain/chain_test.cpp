@@ -170,6 +170,16 @@ TEST(MeasureChain, TwistInProportionToBonesOfAnyLengthIsEven) {
   EXPECT_NEAR(c.measure().uneven_twist, 1.0, 1e-9);
 }
 
+TEST(RestExcess, IsWhatTheRestTurnsBeyondItsCurve) {
+  Chain c = circular(6, 0.9);
+  for (const double excess : rest_excess(c.pose, c.intended)) EXPECT_NEAR(excess, 0.0, 0.1);
+  bend_above(c.pose, 3, kX * 0.1);
+  const std::vector<double> excess = rest_excess(c.pose, c.intended);
+  ASSERT_EQ(excess.size(), 7u);
+  EXPECT_GT(excess[3], 4.0);
+  EXPECT_LT(excess[1], 1.0);
+}
+
 TEST(MeasureChain, OneJointRolledAgainstItsNeighboursIsFoundAndSizedUnderAnySmoothTwist) {
   for (int bones : {5, 6, 7, 10, 24})
     for (double twist : {0.0, 0.8, 1.6})

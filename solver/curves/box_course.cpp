@@ -1,0 +1,81 @@
+#include "solver/curves/box_course.h"
+
+#include <limits>
+#include <utility>
+
+namespace backbend::solver {
+namespace {
+
+constexpr double kUnknown = std::numeric_limits<double>::infinity();
+constexpr double kMostTurn = 2.0;  // of a stretch, radians: Schur's circle is less than half a turn
+
+/// Half of what an arc turns at the most; none where it may turn too far.
+Interval half_turn(const Interval& length, double bend) {
+  return Interval(0.5) * Interval(bend) * Interval(length.hi);
+}
+
+/// The most that the curve bends between two places, radians per unit.
+double most_bend(const BoxTangents& curve, const Interval& place, const Interval& unit) {
+  if (!curve.is_finite() || !unit.is_finite()) return kUnknown;
+  const Interval bend =
+      place.is_finite() ? length(curve.bend_over(place * unit)) : Interval(curve.most_bend());
+  const Interval own = bend * unit;
+  return own.is_finite() ? own.hi : kUnknown;
+}
+
+}  // namespace
+
+BoxCourse::Stretch stretch_along(const Interval& arc, double bend, double corner) {
+  const Interval half = half_turn(arc, bend);
+  if (!(half.hi < 0.5 * kMostTurn) || !(arc.lo > 0.0)) return {arc, arc, kUnknown, corner};
+  // sin(h) / h is at least 1 - h^2 / 6.
+  const double least = (arc * (Interval(1.0) - square(half) / Interval(6.0))).lo;
+  return {{least, arc.hi}, arc, bend, corner};
+}
+
+BoxCourse::Stretch stretch_over_corners(const Interval& arc, double bend, double corner) {
+  const Interval half = half_turn(arc, bend) + Interval(0.5) * Interval(corner);
+  if (!(half.hi < 0.5 * kMostTurn) || !(arc.lo > 0.0)) return {arc, arc, kUnknown, corner};
+  return {{(arc * cosine(half)).lo, arc.hi}, arc, bend, corner};
+}
+
+BoxCourse::Stretch stretch_under(const Interval& bone, double bend) {
+  const Interval half = half_turn(bone, bend);
+  const double most_sine = sine(Interval(0.5 * kMostTurn)).lo;
+  if (!(half.hi < most_sine) || !(bone.lo > 0.0)) return {bone, bone, kUnknown, 0.0};
+  // asin(x) / x rises; near 0 the quotient would lose its digits.
+  const Interval x(std::max(half.hi, 1e-3));
+  const double most = (Interval(bone.hi) * (arc_sine(x) / x)).hi;
+  return {bone, {bone.lo, most}, bend, 0.0};
+}
+
+BoxCourse walked_course(BoxTangents curve, std::span<const double> bone, const Interval& scale) {
+  BoxCourse course;
+  course.unit = scale;
+  Interval at(0.0);
+  for (const double own : bone) {
+    BoxCourse::Stretch next = stretch_under(own, most_bend(curve, Interval::entire(), scale));
+    if (next.bend < kUnknown)
+      next = stretch_under(own, most_bend(curve, hull(at, at + next.arc), scale));
+    at = at + next.arc;
+    course.stretch.push_back(next);
+  }
+  course.still = curve.still();
+  course.curve = std::move(curve);
+  return course;
+}
+
+BoxCourse course_at_shares(BoxTangents curve, const Interval& used, std::span<const double> share) {
+  BoxCourse course;
+  course.unit = used;
+  course.before = share.front();
+  for (std::size_t k = 1; k < share.size(); ++k) {
+    const Interval from(share[k - 1]), to(share[k]);
+    course.stretch.push_back(stretch_along(to - from, most_bend(curve, hull(from, to), used)));
+  }
+  course.still = curve.still();
+  course.curve = std::move(curve);
+  return course;
+}
+
+}  // namespace backbend::solver

@@ -1,0 +1,50 @@
+#pragma once
+#include <array>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "solver/curves/box_tangents.h"
+#include "solver/math/interval.h"
+
+namespace backbend::solver {
+
+/// How a chain lies on the curve that it is meant to follow, at every pose of a box: its joints
+/// stand on the curve, in order. Lengths are in any one unit, which may change with the pose.
+struct BoxCourse {
+  /// Between two neighbouring joints.
+  struct Stretch {
+    Interval bone;        // length of the bone
+    Interval arc;         // length of the curve
+    double bend = 0.0;    // the most that the curve bends, radians per unit; infinite: unknown
+    double corner = 0.0;  // sum of the curve's corners, those at both ends included, radians
+  };
+  std::vector<Stretch> stretch;  // first bone first
+  double before = 0.0;           // the curve's length before the first joint
+
+  // Where more is known than the bends: the curve itself, and the unit in lengths of the curve.
+  std::optional<BoxTangents> curve;
+  Interval unit = 1.0;
+
+  /// Variables that change nothing of it.
+  std::array<bool, kBoxVariables> still{};
+};
+
+/// The stretch of a curve that is `arc` long and bends by no more than `bend` radians per unit: its
+/// chord is no shorter than that of a circle (Schur's theorem). It has corners at its ends only.
+BoxCourse::Stretch stretch_along(const Interval& arc, double bend, double corner = 0.0);
+/// The same with corners anywhere: each part of it is at most half of its turning away from one
+/// direction.
+BoxCourse::Stretch stretch_over_corners(const Interval& arc, double bend, double corner);
+/// A stretch without corners of which the length of the bone is known.
+BoxCourse::Stretch stretch_under(const Interval& bone, double bend);
+
+/// A chain whose bones, `scale` times as long as these, are walked along a curve from its start,
+/// and straight on past its end. In units of `scale`.
+BoxCourse walked_course(BoxTangents curve, std::span<const double> bone,
+                        const Interval& scale = 1.0);
+/// A chain whose joints stand at these shares of the first `used` of a curve's length, in units of
+/// that.
+BoxCourse course_at_shares(BoxTangents curve, const Interval& used, std::span<const double> share);
+
+}  // namespace backbend::solver

@@ -1,0 +1,183 @@
+#include "validate/prove/kink_bounds.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <map>
+#include <random>
+#include <string>
+
+#include "solver/math/rotation.h"
+#include "solver/rig/box_solver.h"
+#include "tests/validate/prove/uniform.h"
+#include "validate/metrics/chain/chain.h"
+#include "validate/metrics/surface/body_metrics.h"
+#include "validate/prove/proof.h"
+
+namespace backbend::validate {
+namespace {
+
+using solver::BoxCourse;
+using testing::uniform;
+
+struct Rig {
+  const char* system;
+  std::map<std::string, solver::OptionValue> options;
+  std::vector<glm::dvec3> joint;
+  solver::Mapping mapping = solver::Mapping::chest;
+  double widest = 4.0;  // degrees: boxes over which bounds are asked for
+
+  std::unique_ptr<solver::SpineSystem> build() const {
+    solver::SystemSpec spec;
+    spec.system = system;
+    spec.options = options;
+    solver::RestChain chain;
+    chain.joint = joint;
+    chain.left = {1, 0, 0};
+    return solver::build_system(spec, chain);
+  }
+};
+
+// Corners of the second one stand at every third of nine bones, of the third one inside bones.
+const std::vector<glm::dvec3> kStraight = {{0, 0, 0}, {0, 0.4, 0}, {0, 0.7, 0}, {0, 1, 0}},
+                              kThirds = {{0, 0, 0}, {0, 1, 0}, {0, 1.996, 0.09}, {0, 2.996, 0.09}},
+                              kBent = {{0, 0, 0}, {0, 1, 0.2}, {0.1, 2, -0.1}, {0, 3, 0.2}};
+
+std::vector<Rig> rigs() {
+  const auto word = [](const char* text) { return std::string(text); };
+  const std::vector<double> uneven{0.2, 0.7};
+  using solver::Mapping;
+  return {{"even", {}, kStraight, Mapping::chest},
+          {"even", {{"bones", 7.0}}, kStraight, Mapping::spread},
+          {"even", {{"bones", 9.0}}, kThirds, Mapping::chest},
+          {"even", {{"bones", 8.0}}, kThirds, Mapping::spread},
+          {"isner", {}, kStraight, Mapping::chest},
+          {"isner", {{"length", word("stretchy")}}, kBent, Mapping::spread},
+          {"isner", {{"placement", word("inclusive")}, {"vertebrae", 9.0}}, kBent, Mapping::chest},
+          {"spline_ik", {}, kStraight, Mapping::chest},
+          {"spline_ik", {{"depth", uneven}, {"bones", 6.0}}, kBent, Mapping::spread},
+          {"stretchy", {}, kStraight, Mapping::chest},
+          {"stretchy", {{"stretchiness", 0.0}, {"bones", 8.0}}, kBent, Mapping::spread},
+          {"stretchy", {{"form", word("carve")}}, kBent, Mapping::chest},
+          {"stretchy",
+           {{"form", word("carve")}, {"stretchiness", 0.5}, {"bones", 9.0}},
+           kStraight,
+           Mapping::spread},
+          {"snake", {{"joints", 12.0}}, kBent, Mapping::chest},
+          {"snake", {{"joints", 25.0}, {"controls", 7.0}}, kBent, Mapping::spread}};
+}
+
+/// BACKBEND_PROOF_POSES=100000 runs the battery of docs/batteries.md.
+TEST(KinkBounds, NoPoseOfABoxHasALargerKinkThanItsBound) {
+  const char* asked = std::getenv("BACKBEND_PROOF_POSES");
+  const std::size_t boxes = asked ? std::size_t(std::atol(asked)) / 3 / rigs().size() : 60;
+  std::mt19937 random(23);
+  for (const Rig& rig : rigs()) {
+    SCOPED_TRACE(std::string(rig.system) + std::to_string(rig.options.size()) +
+                 (rig.mapping == solver::Mapping::spread ? ", spread" : ""));
+    const auto system = rig.build();
+    const RigAtRest rest = rig_at_rest(*system);
+    const std::vector<double> excess = rest_excess(system->rest(), rest.curve);
+    const solver::BoxSolver& solver = box_solver_of(*system);
+    const ProofBox whole = read_box("envelope", *find_envelope("human"), *system);
+    const PoseOfBox controls(whole, *system, rig.mapping);
+    std::size_t bounded = 0, told = 0, lengths = 0;
+    for (std::size_t i = 0; i < boxes; ++i) {
+      SubBox part;
+      const double width = i % 3 == 0 ? 0.1 : i % 3 == 1 ? 1.0 : rig.widest;
+      for (std::size_t j = 0; j < part.low.size(); ++j) {
+        part.low[j] = 60.0 * uniform(random);
+        part.high[j] = part.low[j] + width;
+      }
+      BoxCourse course;
+      solver.course_over(body_over(whole, part), rig.mapping, course);
+      const double most = most_kink(course, excess, rest.curve.size());
+      bounded += std::isfinite(most);
+      for (int sample = 0; sample < 3; ++sample) {
+        std::array<double, kProofAxes> pose{};
+        for (std::size_t j = 0; j < pose.size(); ++j)
+          pose[j] = part.low[j] + width * (0.5 + 0.5 * uniform(random));
+        const std::vector<double> control = controls.at(pose);
+        const solver::SpinePose spine = system->solve(control);
+        const auto intended = system->intended_curve(control, rest.curve.size());
+        const ChainMeasures measured = measure_chain({spine, system->rest(), intended, rest.curve});
+        EXPECT_LE(measured.kink_deg, most + 1e-6);
+        told += most < 10.0 * measured.kink_deg + 0.5;
+        // Where the unit is the same at every pose, bones are as long as they are said to be.
+        if (course.unit.lo < course.unit.hi || course.unit.lo != 1.0) continue;
+        const double unit = std::string(rig.system) == "even" ? chain_length(rig.joint) : 1.0;
+        for (std::size_t k = 0; k < course.stretch.size(); ++k) {
+          const double bone = glm::distance(spine.position[k], spine.position[k + 1]) / unit;
+          EXPECT_GE(bone, course.stretch[k].bone.lo - 1e-9);
+          EXPECT_LE(bone, course.stretch[k].bone.hi + 1e-9);
+          ++lengths;
+        }
+      }
+    }
+    EXPECT_GT(bounded, boxes / 2);
+    EXPECT_GT(told, boxes / 2);  // bounds that say something
+    const bool of_fixed_unit =
+        std::string(rig.system) == "even" || std::string(rig.system) == "snake";
+    EXPECT_GE(lengths, of_fixed_unit ? 9 * boxes : 0);
+  }
+}
+
+BoxCourse arcs(std::vector<double> length, double bend) {
+  BoxCourse course;
+  for (const double arc : length) course.stretch.push_back(solver::stretch_along(arc, bend));
+  return course;
+}
+
+TEST(KinkBounds, EqualArcsOfABentCurveLeaveLittleRoomForAKink) {
+  // Arcs of 1 that turn by up to 6 degrees: a bone is shorter than its arc by 5 in 10,000 at most.
+  const BoxCourse gentle = arcs({1, 1, 1, 1}, solver::radians(6.0));
+  EXPECT_NEAR(gentle.stretch[0].bone.lo, 1.0 - std::pow(solver::radians(3.0), 2) / 6.0, 1e-9);
+  const double most = most_kink(gentle, std::vector<double>(5, 0.0), 257);
+  EXPECT_GT(most, 0.001);
+  EXPECT_LT(most, 0.1);
+  // What the rest pose has counts in full, and a sharper curve leaves more room.
+  EXPECT_NEAR(most_kink(gentle, std::vector<double>(5, 0.5), 257), most + 0.5, 1e-6);
+  EXPECT_GT(most_kink(arcs({1, 1, 1, 1}, solver::radians(30.0)), std::vector<double>(5, 0.0), 257),
+            20.0 * most);
+  // With fewer points the check sees a rougher curve.
+  EXPECT_GT(most_kink(gentle, std::vector<double>(5, 0.0), 17), 2.0 * most);
+}
+
+TEST(KinkBounds, ACornerInsideABoneCostsMoreThanOneAtItsEnd) {
+  const double corner = solver::radians(10.0);
+  const std::vector<double> none(5, 0.0);
+  BoxCourse at_end = arcs({1, 1, 1, 1}, 0.01), inside = at_end;
+  at_end.stretch[1] = solver::stretch_along(1.0, 0.01, corner);
+  inside.stretch[1] = solver::stretch_over_corners(1.0, 0.01, corner);
+  EXPECT_NEAR(inside.stretch[1].bone.lo, std::cos(0.5 * (corner + 0.01)), 1e-9);
+  const double smooth = most_kink(arcs({1, 1, 1, 1}, 0.01), none, 257);
+  EXPECT_LT(smooth, most_kink(at_end, none, 257));
+  EXPECT_LT(most_kink(at_end, none, 257), most_kink(inside, none, 257));
+}
+
+TEST(KinkBounds, WhatMayTurnTooFarHasNoBound) {
+  const std::vector<double> none(5, 0.0);
+  EXPECT_TRUE(std::isinf(most_kink(arcs({1, 1, 1, 1}, 2.5), none, 257)));
+  EXPECT_TRUE(std::isinf(most_kink(arcs({1, 0.001, 1, 1}, 0.6), none, 257)));
+  BoxCourse unknown = arcs({1, 1, 1, 1}, 0.1);
+  unknown.stretch[2].bend = std::numeric_limits<double>::infinity();
+  EXPECT_TRUE(std::isinf(most_kink(unknown, none, 257)));
+  EXPECT_TRUE(std::isinf(solver::stretch_under(1.0, 2.0).bend));
+}
+
+TEST(KinkBounds, TheArcOverABoneIsNoLongerThanOnACircle) {
+  for (const double turn : {1e-6, 0.1, 1.0}) {
+    const double bone = 2.0 * std::sin(0.5 * turn) / turn;  // of an arc of 1 that turns so
+    const BoxCourse::Stretch under = solver::stretch_under(bone, turn);
+    EXPECT_NEAR(under.arc.hi, 1.0, 1e-6);
+    EXPECT_GE(under.arc.hi, 1.0 - 1e-15);
+    EXPECT_EQ(under.arc.lo, bone);
+    const BoxCourse::Stretch along = solver::stretch_along(1.0, turn);
+    EXPECT_LE(along.bone.lo, bone);
+    EXPECT_NEAR(along.bone.lo, bone, 1e-3);
+  }
+}
+
+}  // namespace
+}  // namespace backbend::validate
