@@ -27,7 +27,8 @@ double most_bend(const BoxTangents& curve, const Interval& place, const Interval
 
 BoxCourse::Stretch stretch_along(const Interval& arc, double bend, double corner) {
   const Interval half = half_turn(arc, bend);
-  if (!(half.hi < 0.5 * kMostTurn) || !(arc.lo > 0.0)) return {arc, arc, kUnknown, corner};
+  if (!(half.hi < 0.5 * kMostTurn) || !(arc.lo > 0.0))
+    return {{0.0, arc.hi}, arc, kUnknown, corner};
   // sin(h) / h is at least 1 - h^2 / 6.
   const double least = (arc * (Interval(1.0) - square(half) / Interval(6.0))).lo;
   return {{least, arc.hi}, arc, bend, corner};
@@ -35,14 +36,15 @@ BoxCourse::Stretch stretch_along(const Interval& arc, double bend, double corner
 
 BoxCourse::Stretch stretch_over_corners(const Interval& arc, double bend, double corner) {
   const Interval half = half_turn(arc, bend) + Interval(0.5) * Interval(corner);
-  if (!(half.hi < 0.5 * kMostTurn) || !(arc.lo > 0.0)) return {arc, arc, kUnknown, corner};
+  if (!(half.hi < 0.5 * kMostTurn) || !(arc.lo > 0.0))
+    return {{0.0, arc.hi}, arc, kUnknown, corner};
   return {{(arc * cosine(half)).lo, arc.hi}, arc, bend, corner};
 }
 
 BoxCourse::Stretch stretch_under(const Interval& bone, double bend) {
   const Interval half = half_turn(bone, bend);
   const double most_sine = sine(Interval(0.5 * kMostTurn)).lo;
-  if (!(half.hi < most_sine) || !(bone.lo > 0.0)) return {bone, bone, kUnknown, 0.0};
+  if (!(half.hi < most_sine) || !(bone.lo > 0.0)) return {bone, Interval::entire(), kUnknown, 0.0};
   // asin(x) / x rises; near 0 the quotient would lose its digits.
   const Interval x(std::max(half.hi, 1e-3));
   const double most = (Interval(bone.hi) * (arc_sine(x) / x)).hi;
