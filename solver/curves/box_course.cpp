@@ -9,7 +9,7 @@ namespace {
 constexpr double kUnknown = std::numeric_limits<double>::infinity();
 constexpr double kMostTurn = 2.0;  // of a stretch, radians: Schur's circle is less than half a turn
 
-/// Half of what an arc turns at the most; none where it may turn too far.
+/// Half of what an arc of this length turns at the most.
 Interval half_turn(const Interval& length, double bend) {
   return Interval(0.5) * Interval(bend) * Interval(length.hi);
 }
@@ -73,7 +73,9 @@ BoxCourse course_at_shares(BoxTangents curve, const Interval& used, std::span<co
   course.before = share.front();
   for (std::size_t k = 1; k < share.size(); ++k) {
     const Interval from(share[k - 1]), to(share[k]);
-    course.stretch.push_back(stretch_along(to - from, most_bend(curve, hull(from, to), used)));
+    // The check's straight piece at the first joint may begin before it.
+    const Interval place = hull(k == 1 ? Interval(0.0) : from, to);
+    course.stretch.push_back(stretch_along(to - from, most_bend(curve, place, used)));
   }
   course.still = curve.still();
   course.curve = std::move(curve);

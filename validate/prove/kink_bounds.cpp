@@ -38,12 +38,6 @@ std::vector<Interval> share_differences(const Stretches& stretch) {
   return difference;
 }
 
-double sum_of_arcs(const Stretches& stretch) {
-  double sum = 0.0;
-  for (const auto& s : stretch) sum += s.arc.hi;
-  return sum;
-}
-
 /// A rotation vector moves as fast as the two directions between which it turns, times this.
 double angle_over_sine(double angle) { return angle > 1e-3 ? angle / std::sin(angle) : 1.001; }
 
@@ -52,16 +46,17 @@ double kink_by_bends(const solver::BoxCourse& course, std::span<const double> re
                      std::size_t points) {
   const Stretches& stretch = course.stretch;
   const std::size_t bones = stretch.size();
-  double bend = 0.0, corner = 0.0, corners = 0.0;
+  double arcs = 0.0, bend = 0.0, corner = 0.0, corners = 0.0;
   for (const auto& s : stretch) {
     if (!(std::isfinite(s.bend) && s.bone.lo > 0.0 && s.arc.lo > 0.0)) return kNoBound;
+    arcs += s.arc.hi;
     bend = std::max(bend, s.bend);
     corner = std::max(corner, s.corner);
     corners += s.corner;
   }
   // The check sees the curve as straight pieces. Each cuts off at most bend step^2 / 8, and of a
   // corner a quarter of itself; they are shorter than the curve by what they turn.
-  const double arcs = sum_of_arcs(stretch), whole = course.before + arcs;
+  const double whole = course.before + arcs;
   const double step = whole / static_cast<double>(points - 1);
   const double cut_off = step * (bend * step / 8.0 + corner / 4.0);
   const double shorter =
