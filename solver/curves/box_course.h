@@ -30,13 +30,14 @@ struct BoxCourse {
   std::array<bool, kBoxVariables> still{};
 };
 
-/// The stretch of a curve that is `arc` long and bends by no more than `bend` radians per unit: its
-/// chord is no shorter than that of a circle (Schur's theorem). It has corners at its ends only.
+/// A stretch of a curve with length `arc` that bends by at most `bend` radians per unit and has
+/// corners only at its ends. Its chord is at least as long as that of a circular arc of the same
+/// length and bend (Schur's theorem).
 BoxCourse::Stretch stretch_along(const Interval& arc, double bend, double corner = 0.0);
-/// The same with corners anywhere: each part of it is at most half of its turning away from one
-/// direction.
+/// The same with corners anywhere: no tangent of it is further than half of its whole turning from
+/// the direction in the middle.
 BoxCourse::Stretch stretch_over_corners(const Interval& arc, double bend, double corner);
-/// A stretch without corners of which the length of the bone is known.
+/// A stretch without corners whose bone has a known length.
 BoxCourse::Stretch stretch_under(const Interval& bone, double bend);
 
 /// A chain whose bones, `scale` times as long as these, are walked along a curve from its start,

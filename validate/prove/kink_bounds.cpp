@@ -26,14 +26,17 @@ std::vector<Interval> share_differences(const Stretches& stretch) {
                     (Interval(before.hi) / (Interval(before.hi) + Interval(after.lo))).hi);
   };
   const std::size_t bones = stretch.size();
-  std::vector<Interval> difference(bones + 1, Interval(0.0));
+  std::vector<Interval> bone_after(bones + 1, 0.0), arc_after(bones + 1, 0.0);
+  for (std::size_t k = bones; k-- > 0;) {
+    bone_after[k] = stretch[k].bone + bone_after[k + 1];
+    arc_after[k] = stretch[k].arc + arc_after[k + 1];
+  }
+  std::vector<Interval> difference(bones + 1, 0.0);
+  Interval bone, arc;  // before the joint
   for (std::size_t j = 1; j < bones; ++j) {
-    std::array<Interval, 2> bone, arc;  // before the joint and after it
-    for (std::size_t k = 0; k < bones; ++k) {
-      bone[k < j ? 0 : 1] += stretch[k].bone;
-      arc[k < j ? 0 : 1] += stretch[k].arc;
-    }
-    difference[j] = share(bone[0], bone[1]) - share(arc[0], arc[1]);
+    bone += stretch[j - 1].bone;
+    arc += stretch[j - 1].arc;
+    difference[j] = share(bone, bone_after[j]) - share(arc, arc_after[j]);
   }
   return difference;
 }

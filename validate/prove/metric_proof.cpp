@@ -111,10 +111,9 @@ class Search {
   /// Certifies what can be, and takes it out of what is left. Returns the axes along which no
   /// smaller part would tell more of it.
   Idle bound(const SubBox& part, double share, Left& left, MetricProof& out) const {
-    const std::vector<solver::BoxReal> control =
-        controls_over(q_.box, *q_.system, solver_, q_.mapping, part);
     solver::BoxPlaces places;
-    if (of_places_) solver_.place_box(control, places);
+    if (of_places_)
+      solver_.place_box(controls_over(q_.box, *q_.system, solver_, q_.mapping, part), places);
     std::optional<RelativeMotions> motions;
     if (surface_ && of_places_)
       motions.emplace(q_.stage->driver().motions_over(*q_.system, places), surface_->pairs());
