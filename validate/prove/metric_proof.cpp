@@ -161,7 +161,7 @@ class Search {
     UndecidedBox box{part, std::vector<ClaimState>(q_.claim.size(), ClaimState::certified)};
     solver::SpinePose spine;
     BodyMeasures measured;
-    if (q_.stage) {
+    if (q_.stage && of_places_) {  // a kink needs no skin
       PosedCharacter posed = q_.stage->pose(*q_.system, control);
       measured = body_->measure(at_rest_, control, posed.spine, posed.mesh,
                                 solver::radians(pose[kTwist]), false, Crossing::left_out);
