@@ -104,8 +104,7 @@ class SecondOpinions {
       posed = stage_.pose(system, std::move(spine), method);
     } else {
       posed.spine = std::move(spine);
-      posed.world_from_node = stage_.driver().drive(system, posed.spine);
-      posed.mesh = skin::skin(character, posed.world_from_node, method);
+      posed.mesh = skin::skin(character, stage_.driver().drive(system, posed.spine), method);
     }
     measure_pose(body_, rig_at_rest(system), posed, record, crossing);
     return record;

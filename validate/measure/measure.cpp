@@ -239,7 +239,8 @@ void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedChar
                                   : skin::PosedMesh{};
   const BodyMeasures measures =
       body.measure(rig, record.control, posed.spine, posed.blended ? own : posed.mesh,
-                   glm::radians(record.body.twist), record.body.stretch != 0.0, crossing);
+                   glm::radians(record.body.twist), record.body.stretch != 0.0, crossing,
+                   posed.blended ? std::span<const glm::dmat4>{} : posed.world_from_node);
   record_chain(*rig.system, posed.spine, measures.chain, record);
   record_mesh({body, measures}, record);
   record.bounds = render::bounds_of(posed.mesh.position);

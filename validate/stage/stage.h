@@ -22,6 +22,7 @@ namespace backbend::validate {
 /// A spine pose and the body that it gives, world space.
 struct PosedCharacter {
   solver::SpinePose spine;
+  // Empty where the mesh is not blended from nodes with the character's own weights.
   std::vector<glm::dmat4> world_from_node;
   skin::PosedMesh mesh;
   // Where the mesh is the points of a studio's own rig: linear blending of the same joints; null

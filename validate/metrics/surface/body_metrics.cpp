@@ -55,48 +55,6 @@ double last_slice(const std::vector<double>& fraction, const skin::Anatomy& anat
   return std::max(kLastSlice, std::min(kLastSlice * fraction[anatomy.neck_index], 1.0 + bone));
 }
 
-/// The rigid motion that each vertex goes with whatever the pose, numbered; -1 where several blend.
-/// Nodes that the driver moves alike in one pose without any symmetry, it moves alike in all.
-std::vector<int> rigid_groups(const skin::Character& character, const skin::SpineDriver& driver) {
-  const auto system = solver::build_system({"even", {}}, driver.rest_chain());
-  solver::SpinePose pose =
-      system->solve(system->controls_for({0.41, 0.0, 0.23, 0.37}, solver::Mapping::spread));
-  // Other rigs let the hips go another way.
-  const glm::dvec3 stray(0.11, -0.07, 0.05);
-  pose.hip.turn = rotation(stray) * pose.hip.turn;
-  pose.hip.posed_origin += stray;
-  const std::vector<glm::dmat4> world = driver.drive(*system, pose);
-  std::vector<glm::dmat4> motion;  // distinct ones, from rest
-  std::vector<int> of_joint;
-  for (const skin::SkinJoint& joint : character.joints) {
-    const auto node = static_cast<std::size_t>(joint.node);
-    const glm::dmat4 here = world[node] * glm::inverse(character.nodes[node].world_from_node);
-    const auto same = std::ranges::find_if(motion, [&](const glm::dmat4& other) {
-      double off = 0.0;
-      for (int c = 0; c < 4; ++c)
-        for (int r = 0; r < 4; ++r) off = std::max(off, std::abs(here[c][r] - other[c][r]));
-      return off < 1e-6;
-    });
-    of_joint.push_back(static_cast<int>(same - motion.begin()));
-    if (same == motion.end()) motion.push_back(here);
-  }
-  std::vector<int> out;
-  for (const skin::Influences& influences : character.influences) {
-    int group = -1;
-    for (int k = 0; k < skin::kMaxInfluences; ++k) {
-      if (!(influences.weight[k] > 0.0f)) continue;
-      const int here = of_joint[influences.joint[k]];
-      if (group >= 0 && here != group) {
-        group = -1;
-        break;
-      }
-      group = here;
-    }
-    out.push_back(group);
-  }
-  return out;
-}
-
 }  // namespace
 
 RigAtRest rig_at_rest(const solver::SpineSystem& system) {
@@ -112,7 +70,7 @@ double asked_length(const RigAtRest& rig, std::span<const glm::dvec3> intended, 
 
 BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& anatomy,
                          const skin::SpineDriver& driver)
-    : height_(anatomy.height) {
+    : height_(anatomy.height), parts_(character, driver) {
   const skin::PosedMesh rest = skin::rest_mesh(character);
   rest_position_.assign(rest.position.begin(), rest.position.end());
   const std::vector<std::uint8_t> torso = torso_mask(character, anatomy, rest_position_);
@@ -136,9 +94,8 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                        last_slice(spine_fraction_, anatomy));
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
-  mesh_ = prepare_mesh(mesh, line, coordinate, slices_);
-  crossing_.emplace(rest_position_, character.triangles, character.place,
-                    rigid_groups(character, driver));
+  mesh_ = prepare_mesh(mesh, line, coordinate, slices_, parts_.of_vertex());
+  crossing_.emplace(rest_position_, character.triangles, character.place, parts_.of_vertex());
   has_arms_ = driver.arms_follow_chest();
   if (has_arms_) arm_ = arm_vertices(character, anatomy);
 }
@@ -172,7 +129,8 @@ BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec
 
 BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> control,
                                   const solver::SpinePose& pose, const skin::PosedMesh& mesh,
-                                  double twist, bool stretches, Crossing crossing) const {
+                                  double twist, bool stretches, Crossing crossing,
+                                  std::span<const glm::dmat4> world_from_node) const {
   BodyMeasures out;
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
   out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist),
@@ -184,12 +142,16 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
     return out;
   }
   const BendIntent asked = intent(rig, curve, pose, twist, stretches);
-  out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, asked, 1.0 / rig.bones);
+  const bool hold = !world_from_node.empty() && parts_.hold(world_from_node);
+  out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, asked, 1.0 / rig.bones,
+                             hold ? Parts::rigid : Parts::unknown);
   if (out.surface.not_finite > 0) return out;
   out.slice_pose = pose_slices(slices_, mesh.position);
   out.slices = measure_slices(slices_, rest_slices_, out.slice_pose, asked, window_);
   if (crossing == Crossing::measured) {
-    const SelfIntersection::Measures found = self_intersection(mesh.position);
+    // Under rigs of ours parts move as one, whatever the weights and the blending.
+    const SelfIntersection::Measures found = self_intersection(
+        mesh.position, hold || pose.body == nullptr ? Parts::rigid : Parts::unknown);
     out.crossing = found.area;
     out.crossing_vertex = found.vertex;
   }
@@ -199,6 +161,14 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
     out.arm_drift_vertex = drift.vertex;
   }
   return out;
+}
+
+SelfIntersection::Measures BodyMetrics::self_intersection(std::span<const glm::vec3> position,
+                                                          Parts parts) const {
+  if (parts == Parts::rigid) return crossing_->measure(position);
+  std::call_once(loose_->made,
+                 [&] { loose_->crossing.emplace(crossing_->without_groups(rest_position_)); });
+  return loose_->crossing->measure(position);
 }
 
 std::vector<float> BodyMetrics::strain_heat(const RigAtRest& rig, std::span<const double> control,

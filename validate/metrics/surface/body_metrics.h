@@ -1,4 +1,6 @@
 #pragma once
+#include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -9,6 +11,7 @@
 #include "solver/rig/spine_system.h"
 #include "validate/metrics/chain/chain.h"
 #include "validate/metrics/surface/mesh.h"
+#include "validate/metrics/surface/rigid_parts.h"
 #include "validate/metrics/surface/self_intersection.h"
 #include "validate/metrics/surface/slice_metrics.h"
 
@@ -63,16 +66,19 @@ class BodyMetrics {
 
   /// Measures one pose. `pose` is the solved chain for `control`, `mesh` the character skinned with
   /// it; `twist` (radians) is what the body pose asks for between hips and chest, `stretches`
-  /// whether it asks for another length. Where the chain is not finite, or a vertex is not, the
-  /// rest stays unmeasured (NaN, and the counts say so).
+  /// whether it asks for another length. `world_from_node`: the nodes that the mesh is blended from
+  /// with the character's own weights, which saves work where parts move as one body; empty where
+  /// it is another. Where the chain is not finite, or a vertex is not, the rest stays unmeasured
+  /// (NaN, and the counts say so).
   BodyMeasures measure(const RigAtRest& rig, std::span<const double> control,
                        const solver::SpinePose& pose, const skin::PosedMesh& mesh, double twist,
-                       bool stretches = false, Crossing crossing = Crossing::measured) const;
+                       bool stretches = false, Crossing crossing = Crossing::measured,
+                       std::span<const glm::dmat4> world_from_node = {}) const;
 
-  /// The part of measure() that costs most, alone.
-  SelfIntersection::Measures self_intersection(std::span<const glm::vec3> position) const {
-    return crossing_->measure(position);
-  }
+  /// A part of measure() that costs much, alone. With Parts::unknown triangles of one part are
+  /// tried against each other, too: a studio's own rig may bring an arm into the head.
+  SelfIntersection::Measures self_intersection(std::span<const glm::vec3> position,
+                                               Parts parts = Parts::rigid) const;
   /// Values per vertex for heat maps of the same pose.
   std::vector<float> strain_heat(const RigAtRest& rig, std::span<const double> control,
                                  const solver::SpinePose& pose, const skin::PosedMesh& mesh,
@@ -111,7 +117,13 @@ class BodyMetrics {
   SpineSlices slices_;
   SlicePose rest_slices_;
   MeshRest mesh_;
+  RigidParts parts_;
   std::optional<SelfIntersection> crossing_;
+  struct Loose {  // the same without parts: made where a pose asks for it
+    std::once_flag made;
+    std::optional<SelfIntersection> crossing;
+  };
+  std::unique_ptr<Loose> loose_ = std::make_unique<Loose>();
 };
 
 /// How much worse a rig's mesh is than the ideal bend's in the same pose. Above 0: worse.

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
+#include <glm/gtc/quaternion.hpp>
 #include <limits>
 
 #include "validate/metrics/math/nan.h"
@@ -57,9 +58,9 @@ void copy_three(std::span<const glm::vec3> from, std::size_t i, float* to) {
   }
 }
 
-void unfold(const MeshRest& rest, std::span<const glm::vec3> position,
+void unfold(const MeshRest& rest, std::size_t corners, std::span<const glm::vec3> position,
             std::span<const glm::vec3> normal, std::vector<Corner>& out) {
-  out.resize(rest.vertex.size());
+  out.resize(corners);
   constexpr std::size_t kAhead = 24;  // vertices lie apart: asked for before they are needed
   for (std::size_t c = 0; c < out.size(); ++c) {
     const std::uint32_t soon = rest.vertex[std::min(c + kAhead, out.size() - 1)];
@@ -267,17 +268,32 @@ int first_vertex(const MeshRest& rest, std::uint32_t slot) {
   return static_cast<int>(rest.vertex[rest.block[slot / kLanes].corner[0][slot % kLanes]]);
 }
 
-/// One pass over the triangles: all but the folds of their edges, for which it leaves the faces'
-/// unit normals behind.
-void measure_triangles(const MeshRest& rest, const IdealStrain& ideal, Scratch& s,
-                       MeshMeasures& out) {
+/// What a piece that moved as one adds to the volume about `middle`: its own about its tip, and
+/// tip against the vector area that its rim spans.
+double volume_of(const MeshRest::Piece& piece, const MeshRest& rest,
+                 const std::vector<Corner>& corner) {
+  const auto at = [&](std::uint32_t c) {
+    const float* p = corner[c].position;
+    return glm::dvec3(p[0], p[1], p[2]);
+  };
+  const glm::dvec3 tip = at(piece.tip);
+  glm::dvec3 twice_area(0.0);
+  for (std::size_t i = piece.first_rim; i < piece.first_rim + piece.rim_count; ++i)
+    twice_area += glm::cross(at(rest.rim[i].a) - tip, at(rest.rim[i].b) - tip);
+  return piece.volume + glm::dot(tip - rest.middle, twice_area) / 6.0;
+}
+
+/// One pass over the first triangles: all but the folds of their edges, for which it leaves the
+/// faces' unit normals behind.
+void measure_triangles(const MeshRest& rest, std::size_t blocks, const IdealStrain& ideal,
+                       Scratch& s, MeshMeasures& out) {
   const bool closed = rest.open_reason.empty();
-  s.unit_normal.resize(rest.block.size() * kLanes);
+  s.unit_normal.resize(blocks * kLanes);
   VolumeSum volume(rest.middle);
   AreaDistribution distribution;
   Largest stretch{1.0f}, strain{0.0f};
   Inverted inverted;
-  for (std::uint32_t b = 0; b < rest.block.size(); ++b) {
+  for (std::uint32_t b = 0; b < blocks; ++b) {
     const MeshRest::Block& block = rest.block[b];
     const std::uint32_t slot = b * kLanes;
     const BlockCorners corners = corners_of(block, s.corner);
@@ -314,19 +330,28 @@ void measure_triangles(const MeshRest& rest, const IdealStrain& ideal, Scratch& 
   out.inverted = inverted.count;
   out.inverted_area = rest.area > 0.0 ? inverted.area / rest.area : kNan;
   if (inverted.count > 0) out.inverted_vertex = first_vertex(rest, inverted.slot);
-  out.volume_change = closed ? volume.volume() / rest.volume - 1.0 : kNan;
+  if (!closed) {
+    out.volume_change = kNan;
+    return;
+  }
+  double whole = volume.volume();
+  if (blocks < rest.block.size())
+    for (const MeshRest::Piece& piece : rest.piece) whole += volume_of(piece, rest, s.corner);
+  out.volume_change = whole / rest.volume - 1.0;
 }
 
 /// The largest change of the angle between two triangles.
 class LargestFold {
  public:
-  LargestFold(const MeshRest& rest, const Scratch& s) : rest_(rest), s_(s) {}
+  /// Among the first blocks of edges.
+  LargestFold(const MeshRest& rest, std::size_t edges, const Scratch& s)
+      : rest_(rest), edges_(edges), s_(s) {}
 
   void measure() {
     // A few first: what cannot be as large as the largest of them need not be measured.
     constexpr std::size_t kEvery = 61;
-    for (std::size_t b = 0; b < rest_.edge.size(); b += kEvery) offer(b, 0);
-    for (std::size_t b = 0; b < rest_.edge.size(); ++b) {
+    for (std::size_t b = 0; b < edges_; b += kEvery) offer(b, 0);
+    for (std::size_t b = 0; b < edges_; ++b) {
       int lanes = may_be_largest(rest_.edge[b]);
       if (lanes != 0) lanes &= nearly_largest(b);
       for (; lanes != 0; lanes &= lanes - 1)
@@ -403,6 +428,7 @@ class LargestFold {
   }
 
   const MeshRest& rest_;
+  std::size_t edges_;
   const Scratch& s_;
   float cosine_ = 1.0f, sine_ = 0.0f;  // of the largest change
   std::int64_t number_ = -1;
@@ -412,8 +438,8 @@ class LargestFold {
 }  // namespace
 
 MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> position,
-                          std::span<const glm::vec3> normal, const BendIntent& intent,
-                          double bone) {
+                          std::span<const glm::vec3> normal, const BendIntent& intent, double bone,
+                          Parts parts) {
   assert(position.size() == rest.vertex_count && normal.size() == rest.vertex_count);
   assert(intent.bend.size() == rest.slice_count);
   MeshMeasures out;
@@ -423,9 +449,11 @@ MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> posit
     return out;
   }
   Scratch& s = scratch;
-  unfold(rest, position, normal, s.corner);
-  measure_triangles(rest, IdealStrain(rest, intent, bone), s, out);
-  LargestFold folds(rest, s);
+  const bool rigid = parts == Parts::rigid;
+  unfold(rest, rigid ? rest.bending_corners : rest.vertex.size(), position, normal, s.corner);
+  measure_triangles(rest, rigid ? rest.bending_blocks : rest.block.size(),
+                    IdealStrain(rest, intent, bone), s, out);
+  LargestFold folds(rest, rigid ? rest.bending_edges : rest.edge.size(), s);
   folds.measure();
   out.dihedral_deg = degrees(folds.angle());
   out.dihedral_vertex = folds.vertex();
@@ -436,7 +464,7 @@ std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> p
                               const BendIntent& intent, double bone) {
   const IdealStrain ideal(rest, intent, bone);
   Scratch& s = scratch;
-  unfold(rest, position, position, s.corner);
+  unfold(rest, rest.bending_corners, position, position, s.corner);
   std::vector<float> map(rest.vertex_count, 0.0f);
   for (std::size_t b = 0; b < rest.torso.size(); ++b) {
     const MeshRest::Block& block = rest.block[b];
@@ -459,11 +487,12 @@ PartDrift part_drift(std::span<const glm::vec3> rest_position, std::span<const s
                      const solver::RigidMotion& moved, const solver::RigidMotion& carrier) {
   assert(part.size() == rest_position.size());
   PartDrift out;
+  const glm::dmat3 turn = glm::mat3_cast(carrier.turn) - glm::mat3_cast(moved.turn);
+  const glm::dvec3 shift = carrier.apply(glm::dvec3(0.0)) - moved.apply(glm::dvec3(0.0));
   double largest = 0.0;  // squared
   for (std::size_t v = 0; v < part.size(); ++v) {
     if (!part[v]) continue;
-    const glm::dvec3 at(rest_position[v]);
-    const glm::dvec3 off = carrier.apply(at) - moved.apply(at);
+    const glm::dvec3 off = turn * glm::dvec3(rest_position[v]) + shift;
     const double square = glm::dot(off, off);
     if (!(square <= largest)) {  // NaN is kept
       largest = square;

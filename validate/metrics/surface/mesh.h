@@ -17,6 +17,10 @@ namespace backbend::validate {
 /// come first, slice by slice. A block that is not full repeats its last triangle. A slot is a
 /// block's number times eight plus the lane. Corners are the vertices in the
 /// order in which the blocks come to them, so that neighbours lie side by side.
+///
+/// Triangles inside of a part that moves as one rigid body come last, as do edges between two
+/// triangles of one part: only the part's place changes, and with it what the part adds to the
+/// volume.
 struct MeshRest {
   static constexpr std::uint32_t kLanes = 8;
   struct Block {
@@ -45,6 +49,20 @@ struct MeshRest {
   std::vector<EdgeBlock> edge;        // the last may repeat its last edge
   std::vector<EdgeEnds> end;          // of every lane of every edge block
   std::vector<std::uint32_t> vertex;  // of each corner
+  /// The triangles of one part that are left out where parts are rigid, in a closed mesh.
+  struct Piece {
+    double volume;          // of the tetrahedra over them with their tip in `tip`
+    std::uint32_t tip;      // a corner of them
+    std::size_t first_rim;  // its rim: the edges to the other triangles of its part
+    std::size_t rim_count;
+  };
+  struct RimEdge {
+    std::uint32_t a, b;  // corners, as the piece's triangle runs
+  };
+  std::vector<Piece> piece;
+  std::vector<RimEdge> rim;
+  // How many there are first that change where parts are rigid.
+  std::size_t bending_blocks = 0, bending_edges = 0, bending_corners = 0;
   double area = 0.0, torso_area = 0.0, volume = 0.0;
   glm::dvec3 middle{0.0};
   std::string open_reason;     // empty: closed, and its volume has a meaning
@@ -55,10 +73,15 @@ struct MeshRest {
   double slice_spacing = 0.0;  // arc fraction
 };
 
-/// `coordinate` per place, from spine_coordinate(); `slices` of the same mesh, one or more.
-/// Triangles without area are left out.
+/// `coordinate` per place, from spine_coordinate(); `slices` of the same mesh, one or more; `part`
+/// per vertex, from RigidParts: empty where nothing is known of them. Triangles without area are
+/// left out.
 MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
-                      std::span<const float> coordinate, const SpineSlices& slices);
+                      std::span<const float> coordinate, const SpineSlices& slices,
+                      std::span<const int> part = {});
+
+/// Whether each part of RigidParts moved as one rigid body in a pose.
+enum class Parts { rigid, unknown };
 
 /// Everything that is measured on the surface of one pose. NaN: not measured or without meaning.
 struct MeshMeasures {
@@ -90,10 +113,13 @@ struct MeshMeasures {
 /// the largest is that of one triangle, and grows as a mesh is refined. Only for triangles of the
 /// torso between hips and chest. `intent` is for the slices that the mesh was prepared with;
 /// `bone`: arc fraction of one bone. Of equal places the first in the character's order is named.
+/// Where parts are rigid, the same is measured in less time, but for what rounding makes of
+/// triangles that only moved.
 ///
 /// Memory of the size of the posed mesh is kept for the calling thread's next pose.
 MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> position,
-                          std::span<const glm::vec3> normal, const BendIntent& intent, double bone);
+                          std::span<const glm::vec3> normal, const BendIntent& intent, double bone,
+                          Parts parts = Parts::unknown);
 
 /// Strain amplification of every vertex, for heat maps: the largest of its triangles.
 std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> position,

@@ -16,7 +16,9 @@ struct Triangle {
   glm::vec3 offset;
   glm::vec3 face;  // twice its area, along its normal
   std::uint32_t slice;
+  int part;  // that all its corners belong to; -1: none
   bool upright, on_spine;
+  bool bends;  // or stands beside what bends
 };
 
 /// Edges with the triangle they belong to, sorted so that the two sides of one stand together.
@@ -48,6 +50,7 @@ struct Edge {
   std::uint32_t first, second;
   MeshRest::EdgeEnds end;
   Fold fold;
+  bool bends;  // not between two triangles of one part
 };
 
 /// The edges between two triangles; sets why the mesh is open, if it is.
@@ -74,7 +77,8 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangle, const RestMesh
                   {vertex_of_place[half[i].forward ? half[i].low : half[i].high],
                    vertex_of_place[half[i].forward ? half[i].high : half[i].low],
                    static_cast<std::uint32_t>(out.size())},
-                  {}};
+                  {},
+                  true};
         edge.fold = fold(triangle[edge.first].face, triangle[edge.second].face,
                          mesh.position[edge.end.b] - mesh.position[edge.end.a]);
         out.push_back(edge);
@@ -91,12 +95,24 @@ std::vector<Edge> edges_of(const std::vector<Triangle>& triangle, const RestMesh
   return out;
 }
 
-/// Into blocks: those on the spine slice by slice, then the others. Returns the slot of each.
+/// Tells apart what bends. The triangles of an edge that bends are measured with it.
+void find_bending(std::vector<Triangle>& triangle, std::vector<Edge>& edge) {
+  for (Triangle& t : triangle) t.bends = t.on_spine || t.part < 0;
+  for (Edge& e : edge) {
+    Triangle &first = triangle[e.first], &second = triangle[e.second];
+    e.bends = first.part < 0 || first.part != second.part;
+    if (e.bends) first.bends = second.bends = true;
+  }
+}
+
+/// Into blocks: those on the spine slice by slice, then others, those that do not bend last.
+/// Returns the slot of each.
 std::vector<std::uint32_t> fill_blocks(const std::vector<Triangle>& triangle, MeshRest& rest) {
   std::vector<std::uint32_t> order;
   for (std::uint32_t t = 0; t < triangle.size(); ++t) order.push_back(t);
   const auto group = [&](std::uint32_t t) {
-    return triangle[t].on_spine ? triangle[t].slice : static_cast<std::uint32_t>(rest.slice_count);
+    const auto beyond = static_cast<std::uint32_t>(rest.slice_count);
+    return triangle[t].on_spine ? triangle[t].slice : triangle[t].bends ? beyond : beyond + 1;
   };
   std::ranges::stable_sort(order, {}, group);
 
@@ -128,20 +144,13 @@ std::vector<std::uint32_t> fill_blocks(const std::vector<Triangle>& triangle, Me
     }
     rest.block.push_back(block);
     if (here < rest.slice_count) rest.torso.push_back(torso);
+    if (here <= rest.slice_count) rest.bending_blocks = rest.block.size();
     i += count;
   }
   return slot;
 }
 
-void fill_edges(std::vector<Edge> edge, const std::vector<std::uint32_t>& slot, MeshRest& rest) {
-  for (Edge& e : edge) {
-    e.first = slot[e.first];
-    e.second = slot[e.second];
-  }
-  // Beside each other where their triangles are; the figures do not depend on it.
-  std::ranges::sort(edge, [](const Edge& a, const Edge& b) {
-    return std::tie(a.first, a.second, a.end.number) < std::tie(b.first, b.second, b.end.number);
-  });
+void append_edges(std::span<const Edge> edge, MeshRest& rest) {
   constexpr std::size_t kLanes = MeshRest::kLanes;
   for (std::size_t i = 0; i < edge.size(); i += kLanes) {
     MeshRest::EdgeBlock block{};
@@ -157,6 +166,62 @@ void fill_edges(std::vector<Edge> edge, const std::vector<std::uint32_t>& slot, 
   }
 }
 
+void fill_edges(std::vector<Edge> edge, const std::vector<std::uint32_t>& slot, MeshRest& rest) {
+  for (Edge& e : edge) {
+    e.first = slot[e.first];
+    e.second = slot[e.second];
+  }
+  // Beside each other where their triangles are; the figures do not depend on it.
+  std::ranges::sort(edge, [](const Edge& a, const Edge& b) {
+    return std::tie(a.first, a.second, a.end.number) < std::tie(b.first, b.second, b.end.number);
+  });
+  const auto bending = std::ranges::stable_partition(edge, &Edge::bends);
+  const auto still = static_cast<std::size_t>(bending.size());
+  const std::span all(edge);
+  append_edges(all.first(all.size() - still), rest);
+  rest.bending_edges = rest.edge.size();
+  append_edges(all.last(still), rest);
+}
+
+/// What is left out where parts are rigid, part by part.
+void find_pieces(const std::vector<Triangle>& triangle, const std::vector<Edge>& edge,
+                 const RestMesh& mesh, MeshRest& rest) {
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t t = 0; t < triangle.size(); ++t)
+    if (!triangle[t].bends) order.push_back(t);
+  std::ranges::stable_sort(order, {}, [&](std::uint32_t t) { return triangle[t].part; });
+  std::vector<std::size_t> piece_of_part;
+  for (const std::uint32_t t : order) {
+    const glm::uvec3& corner = triangle[t].vertex;
+    const auto part = static_cast<std::size_t>(triangle[t].part);
+    if (part >= piece_of_part.size()) {
+      piece_of_part.resize(part + 1);
+      piece_of_part[part] = rest.piece.size();
+      rest.piece.push_back({0.0, corner.x, 0, 0});
+    }
+    MeshRest::Piece& piece = rest.piece.back();
+    const glm::dvec3 tip(mesh.position[piece.tip]);
+    const auto from_tip = [&](int k) { return glm::dvec3(mesh.position[corner[k]]) - tip; };
+    piece.volume += glm::dot(from_tip(0), glm::cross(from_tip(1), from_tip(2))) / 6.0;
+  }
+  std::vector<std::vector<MeshRest::RimEdge>> rim(rest.piece.size());
+  for (const Edge& e : edge) {
+    if (triangle[e.first].bends == triangle[e.second].bends) continue;
+    const Triangle& own = triangle[triangle[e.first].bends ? e.second : e.first];
+    for (int k = 0; k < 3; ++k) {  // its own vertices: others may stand at their places, too
+      const std::uint32_t a = own.vertex[k], b = own.vertex[(k + 1) % 3];
+      if (std::minmax(mesh.place[a], mesh.place[b]) ==
+          std::minmax(mesh.place[e.end.a], mesh.place[e.end.b]))
+        rim[piece_of_part[static_cast<std::size_t>(own.part)]].push_back({a, b});
+    }
+  }
+  for (std::size_t i = 0; i < rim.size(); ++i) {
+    rest.piece[i].first_rim = rest.rim.size();
+    rest.piece[i].rim_count = rim[i].size();
+    rest.rim.insert(rest.rim.end(), rim[i].begin(), rim[i].end());
+  }
+}
+
 /// Numbers the corners of blocks and edges, which were vertices until now.
 void number_corners(MeshRest& rest) {
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
@@ -168,13 +233,25 @@ void number_corners(MeshRest& rest) {
     }
     vertex = corner[vertex];
   };
-  for (MeshRest::Block& block : rest.block)
-    for (std::uint32_t lane = 0; lane < MeshRest::kLanes; ++lane)
-      for (auto& lanes : block.corner) renumber(lanes[lane]);
-  for (MeshRest::EdgeEnds& end : rest.end) {
-    renumber(end.a);
-    renumber(end.b);
-  }
+  const auto renumber_blocks = [&](std::span<MeshRest::Block> blocks) {
+    for (MeshRest::Block& block : blocks)
+      for (std::uint32_t lane = 0; lane < MeshRest::kLanes; ++lane)
+        for (auto& lanes : block.corner) renumber(lanes[lane]);
+  };
+  const auto renumber_ends = [&](auto edges) {
+    for (auto& edge : edges) {
+      renumber(edge.a);
+      renumber(edge.b);
+    }
+  };
+  const std::size_t ends = rest.bending_edges * MeshRest::kLanes;
+  renumber_blocks(std::span(rest.block).first(rest.bending_blocks));
+  renumber_ends(std::span(rest.end).first(ends));
+  renumber_ends(std::span(rest.rim));
+  for (MeshRest::Piece& piece : rest.piece) renumber(piece.tip);
+  rest.bending_corners = rest.vertex.size();
+  renumber_blocks(std::span(rest.block).subspan(rest.bending_blocks));
+  renumber_ends(std::span(rest.end).subspan(ends));
 }
 
 double rest_volume(const MeshRest& rest, std::span<const glm::vec3> position) {
@@ -196,7 +273,8 @@ double rest_volume(const MeshRest& rest, std::span<const glm::vec3> position) {
 }  // namespace
 
 MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
-                      std::span<const float> coordinate, const SpineSlices& slices) {
+                      std::span<const float> coordinate, const SpineSlices& slices,
+                      std::span<const int> part) {
   assert(!slices.slice.empty());
   MeshRest rest;
   rest.vertex_count = mesh.position.size();
@@ -233,6 +311,9 @@ MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
     t.inverse[1] = static_cast<float>(-b / (a * c));
     t.inverse[2] = static_cast<float>(1.0 / c);
     t.area = static_cast<float>(0.5 * double_area);
+    t.part = part.empty() || part[corner.x] != part[corner.y] || part[corner.y] != part[corner.z]
+                 ? -1
+                 : part[corner.x];
     t.face = glm::cross(mesh.position[corner.y] - mesh.position[corner.x],
                         mesh.position[corner.z] - mesh.position[corner.x]);
     t.upright =
@@ -251,8 +332,11 @@ MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
     triangle.push_back(t);
   }
   rest.triangles = triangle.size();
-  const std::vector<Edge> edge = edges_of(triangle, mesh, rest.open_reason);
-  fill_edges(edge, fill_blocks(triangle, rest), rest);
+  std::vector<Edge> edge = edges_of(triangle, mesh, rest.open_reason);
+  find_bending(triangle, edge);
+  if (rest.open_reason.empty()) find_pieces(triangle, edge, mesh, rest);
+  const std::vector<std::uint32_t> slot = fill_blocks(triangle, rest);
+  fill_edges(std::move(edge), slot, rest);
   number_corners(rest);
   rest.volume = rest_volume(rest, mesh.position);
   // A sheet that is closed by its own back has no inside.

@@ -347,18 +347,33 @@ SelfIntersection::SelfIntersection(std::span<const glm::vec3> rest_position,
                                    std::span<const glm::uvec3> triangle,
                                    std::span<const std::uint32_t> place, std::span<const int> group)
     : triangle_(triangle.begin(), triangle.end()) {
+  for (const glm::uvec3& corner : triangle_) {
+    places_.emplace_back(place[corner.x], place[corner.y], place[corner.z]);
+    const bool rigid =
+        !group.empty() && group[corner.x] == group[corner.y] && group[corner.y] == group[corner.z];
+    group_.push_back(rigid ? group[corner.x] : -1);
+  }
+  prepare(rest_position);
+}
+
+SelfIntersection SelfIntersection::without_groups(std::span<const glm::vec3> rest_position) const {
+  SelfIntersection out;
+  out.triangle_ = triangle_;
+  out.places_ = places_;
+  out.group_.assign(group_.size(), -1);
+  out.prepare(rest_position);
+  return out;
+}
+
+void SelfIntersection::prepare(std::span<const glm::vec3> rest_position) {
   std::vector<glm::vec3> middle;
   for (std::uint32_t t = 0; t < triangle_.size(); ++t) {
     const glm::uvec3& corner = triangle_[t];
     const glm::vec3 &a = rest_position[corner.x], &b = rest_position[corner.y],
                     &c = rest_position[corner.z];
-    places_.emplace_back(place[corner.x], place[corner.y], place[corner.z]);
     area_.push_back(0.5f * glm::length(glm::cross(b - a, c - a)));
     whole_area_ += area_.back();
     middle.push_back((a + b + c) / 3.0f);
-    const bool rigid =
-        !group.empty() && group[corner.x] == group[corner.y] && group[corner.y] == group[corner.z];
-    group_.push_back(rigid ? group[corner.x] : -1);
     order_.push_back(t);
   }
   if (order_.empty()) return;

@@ -23,6 +23,9 @@ class SelfIntersection {
   SelfIntersection(std::span<const glm::vec3> rest_position, std::span<const glm::uvec3> triangle,
                    std::span<const std::uint32_t> place, std::span<const int> group = {});
 
+  /// The same mesh, every vertex of which moves by itself.
+  SelfIntersection without_groups(std::span<const glm::vec3> rest_position) const;
+
   /// Numbers of two triangles that meet, the lower first.
   struct Pair {
     std::uint32_t first, second;
@@ -55,6 +58,8 @@ class SelfIntersection {
     std::uint64_t triangles = 0;
   };
   struct Search;
+  SelfIntersection() = default;
+  void prepare(std::span<const glm::vec3> rest_position);
   void build(std::uint32_t first, std::uint32_t count, const std::vector<glm::vec3>& middle);
   void list_vertices();
   void find_neighbours();

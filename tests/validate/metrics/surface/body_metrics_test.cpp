@@ -280,6 +280,118 @@ TEST(BodyMetrics, FindTheSameSelfIntersectionsAsTryingTheWholeMesh) {
   EXPECT_EQ(m.pose("even", {.extension = 0.5}).crossing, 0.0);
 }
 
+/// One pose measured with its nodes, and as a mesh of which nothing is known.
+struct BothWays {
+  BodyMeasures with_nodes, without;
+};
+BothWays both_ways(const Measured& m, const std::string& system, const BodyPose& body) {
+  const auto rig = build_system({system, {}}, m.driver.rest_chain());
+  const std::vector<double> control = rig->controls_for(body, Mapping::chest);
+  const solver::SpinePose pose = rig->solve(control);
+  const std::vector<glm::dmat4> world = m.driver.drive(*rig, pose);
+  const skin::PosedMesh mesh = skin::skin(m.figure.character, world);
+  const auto measured = [&](std::span<const glm::dmat4> nodes) {
+    return m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, body.twist, false,
+                             Crossing::measured, nodes);
+  };
+  return {measured(world), measured({})};
+}
+
+TEST(BodyMetrics, OfPartsThatMoveAsOneAreThoseOfTheWholeMesh) {
+  const Measured m;
+  const MeshRest& mesh = m.metrics.mesh();
+  ASSERT_TRUE(mesh.open_reason.empty());
+  EXPECT_LT(mesh.bending_blocks, mesh.block.size() * 3 / 4);
+  EXPECT_LT(mesh.bending_corners, mesh.vertex.size() * 3 / 4);
+  // The hips' end, the head, and the arms, which go with it.
+  ASSERT_EQ(mesh.piece.size(), 2u);
+  for (const MeshRest::Piece& piece : mesh.piece) EXPECT_GT(piece.rim_count, 30u);
+  std::size_t inverted = 0;
+  for (const char* system : {"even", "isner", "three_bone"})
+    for (const BodyPose& body :
+         {BodyPose{}, BodyPose{.extension = 1.0}, BodyPose{.extension = 3.1},
+          BodyPose{.flexion = 2.9, .twist = 0.8}, BodyPose{.side = 2.5}, BodyPose{.twist = 3.0}}) {
+      const auto [own, whole] = both_ways(m, system, body);
+      const std::string what = system + std::string(" ") + std::to_string(body.extension) + " " +
+                               std::to_string(body.side) + " " + std::to_string(body.twist);
+      EXPECT_EQ(own.surface.inverted, whole.surface.inverted) << what;
+      EXPECT_EQ(own.surface.inverted_area, whole.surface.inverted_area) << what;
+      EXPECT_EQ(own.surface.inverted_vertex, whole.surface.inverted_vertex) << what;
+      EXPECT_EQ(own.surface.strain, whole.surface.strain) << what;
+      EXPECT_EQ(own.surface.strain_most, whole.surface.strain_most) << what;
+      EXPECT_NEAR(own.surface.stretch, whole.surface.stretch, 1e-5) << what;
+      EXPECT_NEAR(own.surface.dihedral_deg, whole.surface.dihedral_deg, 0.02) << what;
+      EXPECT_NEAR(own.surface.volume_change, whole.surface.volume_change, 1e-6) << what;
+      EXPECT_EQ(own.crossing, whole.crossing) << what;
+      inverted += whole.surface.inverted;
+      if (whole.surface.stretch > 1.01) {
+        EXPECT_EQ(own.surface.stretch_vertex, whole.surface.stretch_vertex) << what;
+      }
+      if (whole.surface.dihedral_deg > 1.0) {
+        EXPECT_EQ(own.surface.dihedral_vertex, whole.surface.dihedral_vertex) << what;
+      }
+    }
+  EXPECT_GT(inverted, 100u);
+}
+
+// A studio's own rig moves the limbs, too: nothing may be taken for granted of them.
+TEST(BodyMetrics, OfAnArmThatARigBringsIntoTheOtherAreThoseOfTheWholeMesh) {
+  const Measured m;
+  const skin::Character& character = m.figure.character;
+  const auto rig = build_system({"even", {}}, m.driver.rest_chain());
+  const std::vector<double> control = rig->controls_for({.extension = 0.3}, Mapping::chest);
+  const auto with = [&](double arm_turn, double scale) {
+    solver::SpinePose pose = rig->solve(control);
+    std::vector<glm::dmat4> world = m.driver.drive(*rig, pose);
+    const glm::dmat4 shoulder = world[9];
+    const glm::dmat4 by =
+        shoulder *
+        glm::scale(glm::rotate(glm::dmat4(1.0), arm_turn, glm::dvec3(0, 0, 1)), glm::dvec3(scale)) *
+        glm::inverse(shoulder);
+    for (const std::size_t n : {9, 10}) world[n] = by * world[n];
+    auto body = std::make_shared<solver::WholeBody>();
+    body->world_from_node = world;
+    pose.body = body;
+    const skin::PosedMesh mesh = skin::skin(character, world);
+    const auto measured = [&](std::span<const glm::dmat4> nodes) {
+      return m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, 0.0, false,
+                               Crossing::measured, nodes);
+    };
+    const BodyMeasures own = measured(world), whole = measured({});
+    EXPECT_EQ(own.crossing, whole.crossing);
+    EXPECT_EQ(own.surface.stretch, whole.surface.stretch);
+    EXPECT_NEAR(own.surface.volume_change, whole.surface.volume_change, 1e-6);
+    const SelfIntersection plain(character.bind_position, character.triangles, character.place);
+    EXPECT_EQ(own.crossing, plain.measure(mesh.position).area);
+    return own;
+  };
+  EXPECT_EQ(with(0.0, 1.0).crossing, 0.0);
+  EXPECT_GT(with(2.9, 1.0).crossing, 0.005);
+  EXPECT_NEAR(with(0.0, 1.3).surface.stretch, 1.3, 1e-3);
+}
+
+TEST(RigidParts, HoldWhereAllOfAPartMovesAsOneRigidBody) {
+  const Measured m;
+  const RigidParts parts(m.figure.character, m.driver);
+  const auto rig = build_system({"isner", {}}, m.driver.rest_chain());
+  std::vector<glm::dmat4> world = m.driver.drive(
+      *rig, rig->solve(rig->controls_for({.extension = 1.0, .twist = 0.4}, Mapping::chest)));
+  EXPECT_TRUE(parts.hold(world));
+  // All the body as one: still rigid; grown, mirrored or with one hand apart: not.
+  const auto changed = [&](const glm::dmat4& by, std::size_t first) {
+    std::vector<glm::dmat4> out = world;
+    for (std::size_t n = first; n < out.size(); ++n) out[n] = by * out[n];
+    return out;
+  };
+  EXPECT_TRUE(parts.hold(changed(glm::translate(glm::dmat4(1.0), glm::dvec3(3, 1, 0)), 0)));
+  EXPECT_FALSE(parts.hold(changed(glm::scale(glm::dmat4(1.0), glm::dvec3(1.01)), 0)));
+  EXPECT_FALSE(parts.hold(changed(glm::scale(glm::dmat4(1.0), glm::dvec3(-1, 1, 1)), 0)));
+  EXPECT_FALSE(parts.hold(changed(glm::translate(glm::dmat4(1.0), glm::dvec3(0, 1e-4, 0)), 13)));
+  // Vertices between two vertebrae belong to none.
+  EXPECT_GT(std::ranges::count(parts.of_vertex(), -1), 500);
+  EXPECT_GT(std::ranges::count_if(parts.of_vertex(), [](int part) { return part >= 0; }), 500);
+}
+
 TEST(BodyMetrics, TheUsualExitsAreNotMeasuredAndNotGood) {
   const Measured m;
   const auto rig = build_system({"even", {}}, m.driver.rest_chain());
