@@ -49,8 +49,9 @@ void measure(benchmark::State& state, const std::unique_ptr<CalibrationBody>& bo
   std::vector<double> whole, crossing;
   for (auto _ : state) {
     const double start = thread_seconds();
-    benchmark::DoNotOptimize(
-        body->metrics().measure(rest, control, posed.spine, posed.mesh, pose.twist));
+    benchmark::DoNotOptimize(body->metrics().measure(rest, control, posed.spine, posed.mesh,
+                                                     pose.twist, false, Crossing::measured,
+                                                     posed.world_from_node));
     const double middle = thread_seconds();
     benchmark::DoNotOptimize(body->metrics().self_intersection(posed.mesh.position));
     whole.push_back(middle - start);

@@ -32,6 +32,7 @@ class RigidParts {
   std::vector<Joint> joint_;  // those that have vertices of their own
   std::vector<int> of_vertex_;
   std::size_t parts_ = 0;
+  double size_ = 0.0;  // the largest coordinate of a joint at rest
 };
 
 }  // namespace backbend::validate

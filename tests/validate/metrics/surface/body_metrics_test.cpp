@@ -377,6 +377,10 @@ TEST(RigidParts, HoldWhereAllOfAPartMovesAsOneRigidBody) {
   std::vector<glm::dmat4> world = m.driver.drive(
       *rig, rig->solve(rig->controls_for({.extension = 1.0, .twist = 0.4}, Mapping::chest)));
   EXPECT_TRUE(parts.hold(world));
+  // As a program gives them that keeps single precision.
+  std::vector<glm::dmat4> rounded;
+  for (const glm::dmat4& node : world) rounded.emplace_back(glm::mat4(node));
+  EXPECT_TRUE(parts.hold(rounded));
   // All the body as one: still rigid; grown, mirrored or with one hand apart: not.
   const auto changed = [&](const glm::dmat4& by, std::size_t first) {
     std::vector<glm::dmat4> out = world;
