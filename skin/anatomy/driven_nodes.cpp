@@ -1,11 +1,11 @@
 #include "skin/anatomy/driven_nodes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "skin/anatomy/driver_coverage.h"
+#include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
 #include "solver/rig/spine_system.h"
 
@@ -31,12 +31,7 @@ std::vector<glm::dmat4> motions(const Character& character, const SpineDriver& d
 /// Whether two motions take the body's extent to the same place, but for rounding.
 bool same(const glm::dmat4& a, const glm::dmat4& b, double size) {
   constexpr double kRounding = 1e-9;
-  double turn = 0.0, shift = 0.0;
-  for (int column = 0; column < 4; ++column)
-    for (int row = 0; row < 3; ++row)
-      (column < 3 ? turn : shift) =
-          std::max(column < 3 ? turn : shift, std::abs(a[column][row] - b[column][row]));
-  return turn <= kRounding && shift <= kRounding * std::max(size, 1.0);
+  return same_motion(a, b, kRounding, std::max(size, 1.0));
 }
 
 /// Share of the torso's weight of each node.

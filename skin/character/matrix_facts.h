@@ -35,4 +35,15 @@ inline glm::dmat4 rigid_matrix(const glm::dquat& turn, const glm::dvec3& rest_or
   return matrix;
 }
 
+/// Whether two motions are the same within `tolerance`: of their axes, and of their shifts in
+/// lengths of `size`.
+inline bool same_motion(const glm::dmat4& a, const glm::dmat4& b, double tolerance, double size) {
+  double turn = 0.0, shift = 0.0;
+  for (int r = 0; r < 3; ++r) {
+    for (int c = 0; c < 3; ++c) turn = std::max(turn, std::abs(a[c][r] - b[c][r]));
+    shift = std::max(shift, std::abs(a[3][r] - b[3][r]));
+  }
+  return turn <= tolerance && shift <= tolerance * size;
+}
+
 }  // namespace backbend::skin

@@ -1,5 +1,4 @@
 #pragma once
-#include <cstdint>
 #include <glm/mat4x4.hpp>
 #include <span>
 #include <vector>
