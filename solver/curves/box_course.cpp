@@ -3,6 +3,8 @@
 #include <limits>
 #include <utility>
 
+#include "solver/curves/box_curve.h"
+
 namespace backbend::solver {
 namespace {
 
@@ -21,6 +23,32 @@ double most_bend(const BoxTangents& curve, const Interval& place, const Interval
       place.is_finite() ? length(curve.bend_over(place * unit)) : Interval(curve.most_bend());
   const Interval own = bend * unit;
   return own.is_finite() ? own.hi : kUnknown;
+}
+
+/// Finds the place nearest to a last joint that stands `past` the curve's end along `aim`, in units
+/// of the curve's length. Leaves the end without a bound where that place may be far from it.
+///
+/// There the tangent is square to what is between: so the arc left over times its mean tangent's
+/// share along the tangent is what the joint falls short by times the bone's.
+void find_end(const BoxTangents& curve, const IntervalVector& aim, const Interval& past,
+              BoxCourse::Beside& beside) {
+  beside.end = Interval::entire();
+  const Interval reach = Interval(3.0) * Interval(past.most());
+  if (!(reach.hi < 1.0)) return;
+  const IntervalVector tangent =
+      curve.tangent_over((Interval(1.0) - Interval(0.0, reach.hi)) * curve.length().value);
+  const auto cosine = [](const Interval& c) { return common(c, Interval(-1.0, 1.0)); };
+  const Interval own = cosine(dot(tangent, tangent)), bone = cosine(dot(aim, tangent));
+  // The place is no further from the end than twice the joint is, and an arc there no longer than
+  // its chord over that share: so it is within reach. Past the end the end itself is the nearest.
+  if (!(own.lo > 2.0 / 3.0 && bone.lo > 0.0)) return;
+  const Interval missing(std::max(0.0, -past.hi), std::max(0.0, -past.lo));
+  const Interval left = missing * bone / own;
+  const auto across = [](const Interval& cosine) {
+    return square_root(Interval(1.0) - square(Interval(cosine.lo)));
+  };
+  beside.end = -left;
+  beside.apart = (left * across(own) + missing * across(bone)).hi;
 }
 
 }  // namespace
@@ -79,6 +107,24 @@ BoxCourse course_at_shares(BoxTangents curve, const Interval& used, std::span<co
   }
   course.still = curve.still();
   course.curve = std::move(curve);
+  return course;
+}
+
+BoxCourse chased_course(BoxTangents curve, std::size_t bones, const BoxReal& bone) {
+  const Interval count(static_cast<double>(bones)), whole = curve.length().value;
+  std::vector<double> share;
+  for (std::size_t k = 0; k <= bones; ++k) share.push_back(double(k) / double(bones));
+  BoxCourse course = course_at_shares(curve, whole, share);
+  BoxCourse::Beside& beside = course.beside.emplace();
+  beside.bone = bone.value / count;
+  beside.past.assign(1, 0.0);
+  if (!curve.is_finite()) return course;
+  BoxChase chain;
+  for (std::size_t k = 0; k < bones; ++k) {
+    chain.go(curve.mean_between(share[k], share[k + 1]), bone);
+    beside.past.push_back(chain.past().value / count);
+  }
+  find_end(curve, chain.aim().value(), beside.past.back(), beside);
   return course;
 }
 

@@ -10,7 +10,8 @@
 namespace backbend::solver {
 
 /// How a chain lies on the curve that it is meant to follow, at every pose of a box: its joints
-/// stand on the curve, in order. Lengths are in any one unit, which may change with the pose.
+/// stand on the curve, in order, or are held against joints that do. Lengths are in any one unit,
+/// which may change with the pose.
 struct BoxCourse {
   /// Between two neighbouring joints.
   struct Stretch {
@@ -21,6 +22,18 @@ struct BoxCourse {
   };
   std::vector<Stretch> stretch;  // first bone first
   double before = 0.0;           // the curve's length before the first joint
+
+  /// Of a chain of equal bones that goes from the same first joint and aims each bone at the next
+  /// joint of the stretches.
+  struct Beside {
+    Interval bone;               // length of each bone
+    std::vector<Interval> past;  // by joint: how far past the stretches' joint it stands, along the
+                                 // bone that ends there; the first by 0
+    Interval end;                // of the curve: from the last stretch's end to the place that is
+                                 // nearest to the last joint
+    double apart = 0.0;          // the most between these two where the place is not the end itself
+  };
+  std::optional<Beside> beside;
 
   // Where more is known than the bends: the curve itself, and the unit in lengths of the curve.
   std::optional<BoxTangents> curve;
@@ -47,5 +60,9 @@ BoxCourse walked_course(BoxTangents curve, std::span<const double> bone,
 /// A chain whose joints stand at these shares of the first `used` of a curve's length, in units of
 /// that.
 BoxCourse course_at_shares(BoxTangents curve, const Interval& used, std::span<const double> share);
+
+/// A chain of equal bones that chase places at equal shares of a curve's length, as BoxChase goes;
+/// `bone` in even bones, that is the curve's length over `bones`. In units of the curve's length.
+BoxCourse chased_course(BoxTangents curve, std::size_t bones, const BoxReal& bone);
 
 }  // namespace backbend::solver

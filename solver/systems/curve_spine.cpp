@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/box_curve.h"
 #include "solver/curves/box_tangents.h"
 #include "solver/curves/curve_chain.h"
@@ -126,6 +127,13 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSol
                                            : BoxMotion{places.turn.back(), rest_.position.back(),
                                                        places.position.back()};
     places.ends_on_chest = false;
+  }
+
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+    const BoxTangents tangents = tangents_over(bones_.pose(controls_for(body, mapping)));
+    course = chased_course(tangents, bone_count_, bone_over(tangents));
   }
 
   std::string_view why_without(BodyChannel channel) const override {

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "solver/math/rotation.h"
@@ -39,6 +40,16 @@ std::vector<Interval> share_differences(const Stretches& stretch) {
     difference[j] = share(bone, bone_after[j]) - share(arc, arc_after[j]);
   }
   return difference;
+}
+
+/// How far the nearest place on straight pieces of this length can be from that on the curve, for
+/// what is within `apart` of both. Near that place the square of the distance to the curve grows by
+/// at least 1 - bend apart times the square of the way, and the pieces are within bend piece^2 / 8.
+double nearest_place_error(double apart, double bend, double piece) {
+  const double steepness = 1.0 - bend * apart;
+  if (!(steepness > 0.0)) return kNoBound;
+  const double cut_off = bend * piece * piece / 8.0;
+  return 2.0 * std::sqrt(cut_off * (apart + cut_off) / steepness);
 }
 
 /// A rotation vector moves as fast as the two directions between which it turns, times this.
@@ -108,7 +119,8 @@ class CourseOnCurve {
       : curve_(*course.curve),
         unit_(course.unit),
         before_(course.before),
-        stretch_(course.stretch) {
+        stretch_(course.stretch),
+        beside_(course.beside) {
     // What is known of a bone narrows its arc, and so where the next bones lie.
     for (int round = 0; round < 2; ++round) {
       Interval at(before_);
@@ -133,13 +145,23 @@ class CourseOnCurve {
     const double shorter = square_of_bends(at) * piece * piece / 24.0;
     const double off = before_ > 0.0 ? 2.0 * cut_off({at[0], at[0]}, piece) : 0.0;
     const Interval astray = Interval(-1.0, 1.0) * (Interval(shorter) + Interval(off));
-    for (const Interval& difference : share_differences(stretch_))
-      gap.push_back(difference * arcs + astray);
+    if (beside_) {
+      // The places between move with the last one, each by its share.
+      const double bend = most_bend(at.back() + beside_->end + Interval(-2.0 * piece, 2.0 * piece));
+      const double error = nearest_place_error(beside_->apart, bend, piece);
+      if (!(error < piece)) return kNoBound;
+      const Interval end = beside_->end + Interval(-error, error);
+      for (const Interval& place : at) gap.push_back(place / arcs * end + astray);
+    } else {
+      for (const Interval& difference : share_differences(stretch_))
+        gap.push_back(difference * arcs + astray);
+    }
     std::vector<Bone> bone;
     for (std::size_t k = 0; k < bones; ++k) {
       bone.push_back(on_its_way({at[k] + hull(0.0, gap[k]), at[k + 1] + hull(0.0, gap[k + 1])},
                                 stretch_[k].arc, gap[k], gap[k + 1], piece));
     }
+    if (beside_ && !leave_the_curve(bone)) return kNoBound;
     double most = 0.0;
     for (std::size_t i = 1; i < bones; ++i) {
       const double kink = solver::degrees(change(bone[i - 1], bone[i])) + rest_excess[i];
@@ -162,8 +184,15 @@ class CourseOnCurve {
     IntervalVector to_end;      // the tangent at the end less the mean
     IntervalVector turned;      // by how much `along` turns on the way
     double askew = 0.0;         // what straight pieces can add to that, radians
+    // Of a bone beside the curve, whose way begins off its chord:
+    IntervalVector lag;   // the bone's direction across the chord's
+    double second = 0.0;  // the most that is of second order in `lag` and `turned`
   };
 
+  static IntervalVector around(double r) { return {{-r, r}, {-r, r}, {-r, r}}; }
+  static IntervalVector from_zero(const IntervalVector& v) {
+    return {hull(0.0, v.x), hull(0.0, v.y), hull(0.0, v.z)};
+  }
   static Interval place(const Ends& ends, double share) {
     return (Interval(1.0) - Interval(share)) * ends.from + Interval(share) * ends.to;
   }
@@ -262,20 +291,55 @@ class CourseOnCurve {
     return bone;
   }
 
+  /// The next bone's direction less this one's, both on the curve.
+  static IntervalVector step_between(const Bone& a, const Bone& b) {
+    return a.to_end + b.from_start + (Interval(1.0) - b.ratio) * b.along -
+           (Interval(1.0) - a.ratio) * a.along;
+  }
+
+  /// Lets the ways begin at the bones of a chain beside the curve. False where these point too far
+  /// from their chords.
+  ///
+  /// A bone aims at the next joint on the curve from past the one before it. So its part across the
+  /// chord is that of the bone before, times how far past, over the distance. From there to the
+  /// chord that it is compared with it goes straight, and is stretched to a unit vector on the way.
+  bool leave_the_curve(std::vector<Bone>& bone) const {
+    double before = 0.0;  // how far the bone before points from its chord
+    for (std::size_t k = 1; k < bone.size(); ++k) {
+      Bone& own = bone[k];
+      const Interval distance = beside_->bone - beside_->past[k + 1];
+      const Interval share = beside_->past[k] / distance;
+      own.lag = share * across(own.along, step_between(bone[k - 1], own) - bone[k - 1].lag +
+                                              around(before * before));
+      const double angle = angle_over_sine(0.5) * length(own.lag).hi;
+      const double turned = length(own.turned).hi;
+      const Interval chord = own.ratio * stretch_[k].arc;
+      if (!(distance.lo > 0.0 && beside_->past[k].hi < chord.lo && angle + turned < 0.2))
+        return false;
+      own.second = 1.2 * angle * (0.5 * angle + turned);
+      before = angle;
+    }
+    for (Bone& own : bone) own.turned = own.turned - own.lag;
+    return true;
+  }
+
   /// By how much the rotation vector from one bone to the next changes on their way, at the most.
   /// With directions a and b = a + e, that is angle / sine times a x b, of which the first changes
   /// by the cosine's e . (a' - b').
   static double change(const Bone& a, const Bone& b) {
-    const IntervalVector apart = a.to_end + b.from_start + (Interval(1.0) - b.ratio) * b.along -
-                                 (Interval(1.0) - a.ratio) * a.along;
+    const IntervalVector apart =
+        step_between(a, b) + from_zero(b.lag - a.lag) + around(a.second + b.second);
+    const IntervalVector along = a.along + from_zero(a.lag) + around(a.second);
     const double chord = length(apart).hi, askew = a.askew + b.askew;
+    const double second = a.second + b.second;
     const IntervalVector between = b.turned - a.turned;
-    const double moved = length(cross(a.along, between) - cross(apart, a.turned)).hi;
+    const double moved =
+        length(cross(along, between) - cross(apart, a.turned)).hi + (1.0 + chord) * second;
     const double angle = 2.0 * std::asin(std::min(1.0, 0.5 * chord));
     if (!(angle + askew < kMostTurn) || !std::isfinite(moved)) return kNoBound;
     const double sine = std::sin(angle);
     const double grown = angle > 1e-3 ? (sine - angle * std::cos(angle)) / (sine * sine) : angle;
-    return angle_over_sine(angle) * moved + grown * chord * length(between).hi +
+    return angle_over_sine(angle) * moved + grown * chord * (length(between).hi + second) +
            angle_over_sine(angle + askew) * askew;
   }
 
@@ -283,13 +347,14 @@ class CourseOnCurve {
   Interval unit_;
   double before_;
   Stretches stretch_;
+  const std::optional<solver::BoxCourse::Beside>& beside_;
 };
 
 }  // namespace
 
 double most_kink(const solver::BoxCourse& course, std::span<const double> rest_excess,
                  std::size_t points, double enough) {
-  const double by_bends = kink_by_bends(course, rest_excess, points);
+  const double by_bends = course.beside ? kNoBound : kink_by_bends(course, rest_excess, points);
   if (by_bends <= enough || !course.curve || !course.curve->is_finite()) return by_bends;
   return std::min(by_bends, CourseOnCurve(course).most_kink(rest_excess, points));
 }

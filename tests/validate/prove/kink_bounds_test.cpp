@@ -41,7 +41,8 @@ struct Rig {
 // Corners of the second one stand at every third of nine bones, of the third one inside bones.
 const std::vector<glm::dvec3> kStraight = {{0, 0, 0}, {0, 0.4, 0}, {0, 0.7, 0}, {0, 1, 0}},
                               kThirds = {{0, 0, 0}, {0, 1, 0}, {0, 1.996, 0.09}, {0, 2.996, 0.09}},
-                              kBent = {{0, 0, 0}, {0, 1, 0.2}, {0.1, 2, -0.1}, {0, 3, 0.2}};
+                              kBent = {{0, 0, 0}, {0, 1, 0.2}, {0.1, 2, -0.1}, {0, 3, 0.2}},
+                              kHooked = {{0, 0, 0}, {0, 0.5, 0}, {0, 1, 0.6}, {0, 2.5, 0.8}};
 
 std::vector<Rig> rigs() {
   const auto word = [](const char* text) { return std::string(text); };
@@ -67,8 +68,43 @@ std::vector<Rig> rigs() {
            {{"form", word("carve")}, {"stretchiness", 0.5}, {"bones", 9.0}},
            kStraight,
            Mapping::spread},
+          {"curve", {}, kStraight, Mapping::chest},
+          {"curve", {}, kStraight, Mapping::spread},
+          {"curve", {{"bones", 5.0}}, kBent, Mapping::chest},
+          {"curve", {{"bones", 20.0}}, kHooked, Mapping::spread},
+          {"curve", {{"length", word("rest")}}, kStraight, Mapping::spread},
+          {"curve", {{"length", word("null_sum")}, {"bones", 4.0}}, kBent, Mapping::chest},
+          {"curve", {{"length", word("arc")}, {"bones", 12.0}}, kBent, Mapping::spread},
+          {"curve", {{"basis", word("interpolate")}}, kStraight, Mapping::chest},
           {"snake", {{"joints", 12.0}}, kBent, Mapping::chest},
           {"snake", {{"joints", 25.0}, {"controls", 7.0}}, kBent, Mapping::spread}};
+}
+
+/// Whether a chain that chases its curve stands where its course says.
+void expect_beside(const BoxCourse& course, const solver::SpineSystem& system,
+                   std::span<const double> control, const solver::SpinePose& pose) {
+  constexpr std::size_t kPoints = 256;  // a bone
+  const std::size_t bones = course.stretch.size(), points = bones * kPoints;
+  const std::vector<glm::dvec3> curve = system.intended_curve(control, points + 1);
+  const double length = chain_length(curve);
+  for (std::size_t k = 1; k <= bones; ++k) {
+    const glm::dvec3 bone = pose.position[k] - pose.position[k - 1];
+    const glm::dvec3 past = pose.position[k] - curve[k * kPoints];
+    const double size = glm::length(bone);
+    EXPECT_NEAR(glm::length(glm::cross(past, bone)) / (size * length), 0.0, 1e-9);
+    EXPECT_GE(glm::dot(past, bone) / (size * length), course.beside->past[k].lo - 1e-6);
+    EXPECT_LE(glm::dot(past, bone) / (size * length), course.beside->past[k].hi + 1e-6);
+    EXPECT_GE(size / length, course.beside->bone.lo - 1e-6);
+    EXPECT_LE(size / length, course.beside->bone.hi + 1e-6);
+  }
+  const auto nearest = std::min_element(curve.begin() + std::ptrdiff_t(points / 2), curve.end(),
+                                        [&](const glm::dvec3& a, const glm::dvec3& b) {
+                                          return glm::distance(a, pose.position[bones]) <
+                                                 glm::distance(b, pose.position[bones]);
+                                        });
+  const double end = double(nearest - curve.begin()) / double(points) - 1.0;
+  EXPECT_GE(end, course.beside->end.lo - 1.0 / double(points));
+  EXPECT_LE(end, course.beside->end.hi + 1.0 / double(points));
 }
 
 /// BACKBEND_PROOF_POSES=100000 runs the battery of docs/batteries.md.
@@ -90,7 +126,7 @@ TEST(KinkBounds, NoPoseOfABoxHasALargerKinkThanItsBound) {
     for (std::size_t i = 0; i < boxes; ++i) {
       SubBox part;
       const double width = std::array{0.0, 0.1, 1.0, 4.0}[i % 4];
-      const double reach = i % 8 < 4 ? 60.0 : 100.0;
+      const double reach = std::array{60.0, 100.0, 20.0}[i / 4 % 3];
       for (std::size_t j = 0; j < part.low.size(); ++j) {
         part.low[j] = reach * uniform(random);
         part.high[j] = part.low[j] + width;
@@ -110,8 +146,9 @@ TEST(KinkBounds, NoPoseOfABoxHasALargerKinkThanItsBound) {
         EXPECT_LE(measured.kink_deg, most + 1e-6);
         if (measured.kink_deg > 0.005) nearest = std::min(nearest, most / measured.kink_deg);
         told += most < 10.0 * measured.kink_deg + 0.5;
+        if (course.beside && std::isfinite(most)) expect_beside(course, *system, control, spine);
         // Where the unit is the same at every pose, bones are as long as they are said to be.
-        if (course.unit.lo < course.unit.hi || course.unit.lo != 1.0) continue;
+        if (course.beside || course.unit.lo < course.unit.hi || course.unit.lo != 1.0) continue;
         const double unit = std::string(rig.system) == "even" ? chain_length(rig.joint) : 1.0;
         for (std::size_t k = 0; k < course.stretch.size(); ++k) {
           const double bone = glm::distance(spine.position[k], spine.position[k + 1]) / unit;
@@ -128,6 +165,39 @@ TEST(KinkBounds, NoPoseOfABoxHasALargerKinkThanItsBound) {
     EXPECT_LT(nearest, of_fixed_unit ? 40.0 : std::string(rig.system) == "isner" ? 2.5 : 6.0);
     EXPECT_GE(lengths, of_fixed_unit ? 9 * boxes : 0);
   }
+}
+
+/// A quarter of a circle, near enough, and six even bones on it.
+BoxCourse on_circle() {
+  const double handle = 4.0 / 3.0 * std::tan(solver::kPi / 8.0);
+  const solver::BoxTangents curve =
+      solver::bezier_tangents({solver::BoxVector(glm::dvec3(1, 0, 0)), glm::dvec3(1, handle, 0),
+                               glm::dvec3(handle, 1, 0), glm::dvec3(0, 1, 0)});
+  const std::vector<double> share = {0.0, 1 / 6.0, 2 / 6.0, 3 / 6.0, 4 / 6.0, 5 / 6.0, 1.0};
+  return solver::course_at_shares(curve, curve.length().value, share);
+}
+
+TEST(KinkBounds, BonesThatAimFromEverFurtherPastTheirPlacesTurnByThatMuchOfABend) {
+  const double bend_deg = 15.0;
+  // Each joint stands further past its place by `growth` of a bone.
+  const auto kink = [](double growth, double end) {
+    BoxCourse course = on_circle();
+    course.beside = BoxCourse::Beside{1 / 6.0, {}, end / 6.0, 0.0};
+    for (int k = 0; k < 7; ++k) course.beside->past.push_back(k * growth / 6.0);
+    return most_kink(course, std::vector<double>(7, 0.0), 257);
+  };
+  // Held against places that reach the curve's end each bone lags by its own share of a bend.
+  for (const double growth : {0.001, 0.01}) {
+    EXPECT_GT(kink(growth, 0.0), growth * bend_deg);
+    EXPECT_GT(kink(-growth, 0.0), growth * bend_deg);
+    EXPECT_LT(kink(growth, 0.0), 2.0 * growth * bend_deg);
+    EXPECT_LT(kink(-growth, 0.0), 2.0 * growth * bend_deg);
+  }
+  // A chain that falls short is held against places that lag as its bones do.
+  EXPECT_LT(kink(-0.001, -0.006), 1.6 * 0.001 * bend_deg);
+  EXPECT_GT(kink(0.001, -0.006), 3.0 * 0.001 * bend_deg);
+  // Too far beside the curve nothing is said.
+  EXPECT_TRUE(std::isinf(kink(0.5, 0.0)));
 }
 
 BoxCourse arcs(std::vector<double> length, double bend) {
