@@ -224,11 +224,13 @@ class FaultFinder {
     return step > 0.0 ? glm::mix(chain_[k - 1], chain_[k], (arc - arc_[k - 1]) / step) : chain_[k];
   }
 
-  /// What the way from a joint to the one above it counts: of a spine of many joints, where three
-  /// are a short way, by its length.
+  /// What the way from a joint to the one above it counts: nothing where they stand in one place,
+  /// and of a spine of many joints, where three are a short way, by its length.
   double step_above(int node) const {
     const int above = parent_[static_cast<Index>(node)];
-    if (above < 0 || place_on_spine_[static_cast<Index>(node)] < 0 ||
+    if (above < 0) return 1.0;
+    if (glm::distance(at(node), at(above)) < kSamePlace * size_) return 0.0;
+    if (place_on_spine_[static_cast<Index>(node)] < 0 ||
         place_on_spine_[static_cast<Index>(above)] < 0)
       return 1.0;
     return std::min(1.0, glm::distance(at(node), at(above)) / spine_step_);
@@ -266,12 +268,7 @@ class FaultFinder {
         if (leads ? main_[p] == node && hump_at(node, p) != Hump::leads
                   : half > 0.0 && weight_at(p, node) >= half && hump_at(node, p) == Hump::none)
           points.push_back(point_[p]);
-      points.push_back(at(node));
-      for (Index n = 0; n < character_.nodes.size(); ++n)
-        if (character_.nodes[n].parent == node && total_[n] > 0.0) {
-          const glm::dvec3 end = at(static_cast<int>(n));
-          for (int k = 1; k <= 4; ++k) points.push_back(glm::mix(at(node), end, 0.25 * k));
-        }
+      for (const glm::dvec3& on_bone : points_on_bones(node)) points.push_back(on_bone);
       cells = std::make_unique<PointCells>(std::move(points), kFar * size_);
     }
     const Index nearest = cells->nearest(point);
@@ -615,8 +612,104 @@ class FaultFinder {
     return meant;
   }
 
+  /// Points along a joint's bones.
+  std::vector<glm::dvec3> points_on_bones(int node) const {
+    std::vector<glm::dvec3> points{at(node)};
+    for (Index n = 0; n < character_.nodes.size(); ++n)
+      if (character_.nodes[n].parent == node && total_[n] > 0.0) {
+        const glm::dvec3 end = at(static_cast<int>(n));
+        for (int k = 1; k <= 4; ++k) points.push_back(glm::mix(at(node), end, 0.25 * k));
+      }
+    return points;
+  }
+
+  /// A patch of one shell that one joint moves most.
+  struct Patch {
+    std::vector<Index> places;
+    std::map<int, Index> around;  // edges that lead out of it, by the joint that moves most there
+    bool is_shell = false;        // nothing else is on its shell: edges to the nearest other one
+  };
+
+  /// The patches of each joint.
+  std::map<int, std::vector<Patch>> patches_of_joints() {
+    if (edges_.of.empty()) list_edges();
+    std::map<int, std::vector<Patch>> out;
+    std::vector<bool> done(main_.size(), false);
+    for (Index start = 0; start < main_.size(); ++start) {
+      if (done[start] || main_[start] < 0) continue;
+      Patch& patch = out[main_[start]].emplace_back();
+      patch.places.push_back(start);
+      done[start] = true;
+      for (Index next = 0; next < patch.places.size(); ++next) {
+        const Index p = patch.places[next];
+        for (Index e = edges_.first[p]; e < edges_.first[p + 1]; ++e) {
+          const Index q = edges_.of[e];
+          if (main_[q] != main_[start]) {
+            if (main_[q] >= 0) ++patch.around[main_[q]];
+          } else if (!done[q]) {
+            done[q] = true;
+            patch.places.push_back(q);
+          }
+        }
+      }
+      patch.is_shell = patch.places.size() == shell_size_[shell_[start]];
+      if (!patch.is_shell) continue;
+      for (const Index p : patch.places)
+        for (Index e = linked_.first[p]; e < linked_.first[p + 1]; ++e)
+          if (const Index q = linked_.of[e]; shell_[q] != shell_[p] && main_[q] >= 0)
+            ++patch.around[main_[q]];
+    }
+    return out;
+  }
+
+  /// Patches far from a joint's bones and from its area there, amid what joints far along the
+  /// skeleton move; other joints need not weigh on them. Of a shell of its own, a piece of costume,
+  /// all that it lies on must be so far.
+  void find_cut_off(std::map<int, WeightFault>& out) {
+    for (const auto& [node, patches] : patches_of_joints()) {
+      if (patches.size() < 2) continue;
+      std::vector<glm::dvec3> own = points_on_bones(node);
+      const PointCells bones(own, kFar * size_);
+      const auto off = [&](const PointCells& cells, const Patch& patch) {
+        double nearest = std::numeric_limits<double>::infinity();
+        for (const Index p : patch.places)
+          if (const Index found = cells.nearest(point_[p]); found < cells.size())
+            nearest = std::min(nearest, glm::distance(cells.point(found), point_[p]));
+        return nearest;
+      };
+      std::vector<double> off_bones;
+      for (const Patch& patch : patches) off_bones.push_back(off(bones, patch));
+      const auto area = std::min_element(off_bones.begin(), off_bones.end()) - off_bones.begin();
+      for (const Index p : patches[static_cast<Index>(area)].places) own.push_back(point_[p]);
+      const PointCells cells(std::move(own), kFar * size_);
+      for (Index k = 0; k < patches.size(); ++k) {
+        const Patch& patch = patches[k];
+        if (static_cast<std::ptrdiff_t>(k) == area || patch.around.empty() ||
+            static_cast<double>(patch.places.size()) < kPatchPlaces)
+          continue;
+        const int rival = std::ranges::max_element(patch.around, {}, [](const auto& each) {
+                            return each.second;
+                          })->first;
+        double steps = steps_between(rival, node);
+        const double distance = off(cells, patch);
+        const bool vertebra = node == anatomy_.spine.front() || on_torso(node);
+        bool asked =
+            steps >= kFarJoints ? !vertebra || on_torso(rival) : !vertebra && on_torso(rival);
+        double near = kIsland;
+        if (patch.is_shell) {
+          for (const auto& [other, edges] : patch.around)
+            steps = std::min(steps, steps_between(other, node));
+          asked = steps >= kFarJoints;
+          near = kFar;
+        }
+        if (!asked || steps < kHumpJoints || distance < near * size_) continue;
+        for (const Index p : patch.places) add(out, node, rival, weight_at(p, node), distance, p);
+      }
+    }
+  }
+
   void find_distant(WeightFaults& out) {
-    std::map<int, WeightFault> wrong, far, wide;
+    std::map<int, WeightFault> wrong, far, wide, cut_off;
     const std::vector<bool> stays_behind = find_behind(out.far);
     const bool is_fine = point_.size() >= kLeastForSlopes;
     const double far_away = kFar * size_;
@@ -674,7 +767,9 @@ class FaultFinder {
     keep_patches(wrong);
     keep_patches(far);
     keep_patches(wide, kPlacesUneven, kWidePatch);
-    far.insert(wide.begin(), wide.end());
+    find_cut_off(cut_off);
+    keep_patches(cut_off, kPatchPlaces, kSmallPatch);
+    for (const auto* more : {&wide, &cut_off}) far.insert(more->begin(), more->end());
     take(wrong, out.wrong_side);
     take(far, out.far);
   }

@@ -557,6 +557,20 @@ std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
     }
     return true;
   };
+  const auto arms_leave_rest = [&](Index lead) {
+    return std::ranges::all_of(
+        std::array{&anatomy.left_arm, &anatomy.right_arm}, [&](const std::vector<int>* arm) {
+          if (arm->size() < 2) return false;
+          const auto upper = [&](Index i) {
+            const Index f = range.first + i;
+            return glm::conjugate(body.turn(f, (*arm)[0])) * body.turn(f, (*arm)[1]);
+          };
+          const double left = degrees(angle_between(upper(0), upper(1)));
+          return degrees(angle_between(glm::dquat(1, 0, 0, 0), upper(0))) <= kAtRestDeg &&
+                 left > kLeastDeg &&
+                 left > kWider * degrees(angle_between(upper(lead), upper(lead + 1)));
+        });
+  };
   for (Index lead = 1; lead <= kLongest && lead + kLeastFrames < range.count; ++lead) {
     if (!leaves_rest(lead)) continue;
     Index leave = 0, leap = 0;
@@ -571,6 +585,8 @@ std::size_t rest_lead(const skin::Anatomy& anatomy, const ClipBody& body,
       leap += k > 0 && leaves && step(0) > kLeap * step(lead);
     }
     if (hips && 2 * leave > anatomy.spine.size()) return lead;
+    // Hips that stand as they are bound; the arms show that it was a reference pose.
+    if (arms_leave_rest(lead) && 2 * (leave + 2) > anatomy.spine.size() + 2) return lead;
     // Of a motion that was laid on a body whose hips are held.
     if (leap > 2 && leap + 1 == anatomy.spine.size()) return lead;
   }

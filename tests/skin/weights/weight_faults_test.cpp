@@ -586,6 +586,78 @@ TEST(FarInfluence, OfAPatchThatTheOtherSideHasNowhereNearIsNamedBesideTheJointsA
   }
 }
 
+TEST(FarInfluence, OfAPatchThatAFarJointMovesAloneIsNamed) {
+  for (const char* file : {"mh_male_13k.glb", "quaternius_female_24k.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    const std::vector<glm::vec3> rest = rest_mesh(character).position;
+    const glm::vec3 vertebra =
+        character.nodes[static_cast<std::size_t>(anatomy.spine[anatomy.chest_index / 2])]
+            .world_from_node[3];
+    const auto height = static_cast<float>(anatomy.height);
+    const glm::vec3 middle = vertebra + glm::vec3(0.02F, 0.0F, 0.07F) * height;
+    // The hand, and the head; of the belly as much as a hand covers, and as the whole of it.
+    for (const int node : {anatomy.left_arm.back(), anatomy.head})
+      for (const float radius : {0.05F, 0.09F})
+        for (const float share : {0.5F, 1.0F}) {
+          Character spoiled = character;
+          std::size_t places = 0;
+          for (std::size_t v = 0; v < rest.size(); ++v) {
+            if (glm::distance(rest[v], middle) >= radius * height) continue;
+            give(spoiled.influences[v], skin_joint(spoiled, node), share);
+            ++places;
+          }
+          ASSERT_GE(places, 30u);
+          EXPECT_TRUE(names(find_weight_faults(spoiled, anatomy).far, kFar, node))
+              << node << ", " << share << " of " << places;
+        }
+  }
+}
+
+TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhereAllThatItLiesOnIsFarFromItsJoint) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  const glm::vec3 hips =
+      character.nodes[static_cast<std::size_t>(anatomy.spine.front())].world_from_node[3];
+  const auto height = static_cast<float>(anatomy.height);
+  // A pouch in front of the belly, bound as a whole.
+  const auto with_pouch = [&](int node) {
+    Character dressed = character;
+    const std::size_t first = add_piece(dressed, anatomy.height, [&](const glm::vec3& at) {
+      return at.z > hips.z && glm::distance(at, hips) < 0.12F * height;
+    });
+    for (std::size_t v = first; v < dressed.vertex_count(); ++v)
+      give(dressed.influences[v], skin_joint(dressed, node), 1.0F);
+    return names(find_weight_faults(dressed, anatomy).far, kFar, node);
+  };
+  EXPECT_FALSE(with_pouch(anatomy.spine.front()));
+  EXPECT_FALSE(with_pouch(anatomy.spine[1]));
+  EXPECT_TRUE(with_pouch(anatomy.head));
+  EXPECT_TRUE(with_pouch(anatomy.left_arm.back()));
+}
+
+TEST(FarInfluence, IsNotFurtherAlongJointsThatStandInOnePlace) {
+  for (const char* file : {"bunny.glb", "mh_female_cmu_13k.glb", "mh_male_13k.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    // What each joint off the spine moves is given to one of no length that rides on it.
+    for (SkinJoint& joint : character.joints) {
+      if (std::ranges::find(anatomy.spine, joint.node) != anatomy.spine.end()) continue;
+      Node leaf = character.nodes[static_cast<std::size_t>(joint.node)];
+      leaf.name += "_deform";
+      leaf.parent = joint.node;
+      joint.node = static_cast<int>(character.nodes.size());
+      character.nodes.push_back(leaf);
+    }
+    EXPECT_LE(find_weight_faults(character, anatomy).far.worst(), kFar);
+  }
+}
+
 TEST(Seams, AreWhereTwoSurfacesEndAndNotWherePropsTouch) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   const Character character = read_character(shared_character("mh_male_13k.glb"));

@@ -348,6 +348,22 @@ TEST(ClipFaults, ManySmallJumpsThatAddUpAreOneOfTheirSum) {
   EXPECT_NEAR(found[0].value, 20.0, 1.0) << list(found);
 }
 
+TEST(ClipFaults, AFirstFrameInAReferencePoseIsNoJumpThoughTheHipsStandInIt) {
+  const Motion motion = sweep_motion(false);
+  // Bent from the second frame on, and with the arms lowered.
+  const auto from_reference = [&](std::vector<const char*> arms) {
+    skin::Clip clip = cut(motion.clip, 20, 41);
+    std::copy_n(motion.clip.world.begin(), clip.joint_count(), clip.world.begin());
+    for (Index f = 1; f < clip.frame_count(); ++f)
+      for (const char* name : arms)
+        plant(clip, motion.joint(name), f, rotation(glm::dvec3(0, 0, radians_from(40.0))));
+    return failing(motion.findings(clip));
+  };
+  EXPECT_EQ(list(from_reference({"LeftArm", "RightArm"})), "");
+  EXPECT_NE(list(from_reference({"LeftArm"})), "");
+  EXPECT_NE(list(from_reference({})), "");
+}
+
 TEST(ClipFaults, AKinkOrRollThatIsHeldIsFoundByJointAndSize) {
   const Motion motion = sweep_motion();
   for (const double size_deg : {10.0, 20.0})

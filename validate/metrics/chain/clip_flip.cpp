@@ -14,13 +14,20 @@ namespace backbend::validate {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kClearly = 0.7;    // what a better explanation leaves unexplained, at most
+constexpr double kReturned = 0.35;  // of a turn, off where it came from: taken back
 
-/// What is assumed of a place: the steps that hold a jump each.
+constexpr int kMostPops = 3;  // near each other, that hide each other
+
+/// What is assumed of a place: the steps that hold a jump each, in order. Two and more are pops: a
+/// turn away and one back.
 struct Explanation {
-  std::array<int, 2> step{-1, -1};
+  std::array<int, 2 * kMostPops> step{};
   int count = 0;
 
-  bool holds(int k) const { return k == step[0] || (count == 2 && k == step[1]); }
+  bool holds(int k) const {
+    return std::find(step.begin(), step.begin() + count, k) != step.begin() + count;
+  }
   int last() const { return step[static_cast<std::size_t>(count - 1)]; }
 };
 
@@ -51,7 +58,7 @@ class Steps {
   const glm::dvec3& turn(int k) const { return turn_[index(k)]; }
   /// Puts the predicted turns in the place of an explanation's jumps.
   void take_out(const Explanation& place) {
-    std::array<glm::dvec3, 2> expected;
+    std::array<glm::dvec3, 2 * kMostPops> expected;
     for (int i = 0; i < place.count; ++i)
       expected[index(i)] = best_prediction(place.step[index(i)], place);
     for (int i = 0; i < place.count; ++i) turn_[index(place.step[index(i)])] = expected[index(i)];
@@ -126,19 +133,23 @@ class Steps {
     return most;
   }
 
+  /// A turn away from the median pace around it in step `a` that step `b` takes back: the smaller
+  /// of both, radians; 0 where it is none.
+  double pop(int a, int b) const {
+    const glm::dvec3 usual = median_pace(Explanation{{a, b}, 2});
+    const auto excess = [&](int k) {
+      return rotation(turn(k)) * glm::conjugate(rotation(usual * duration_[index(k)]));
+    };
+    const glm::dquat away = excess(a), back = excess(b), still(1, 0, 0, 0);
+    const double size = std::min(angle_between(still, away), angle_between(still, back));
+    return angle_between(away, glm::conjugate(back)) <= kReturned * size ? size : 0.0;
+  }
+
   /// By how much the paces around the explained steps differ from their median, as turns of one
   /// step, radians.
   double spread(const Explanation& without) const {
     const int first = without.step[0], last = without.last();
-    glm::dvec3 middle;
-    std::vector<double> values;
-    for (int c = 0; c < 3; ++c) {
-      values.clear();
-      for (int k = std::max(0, first - settings_.median_reach);
-           k <= std::min(count() - 1, last + settings_.median_reach); ++k)
-        if (!without.holds(k)) values.push_back(pace(k)[c]);
-      middle[c] = upper_median(values);
-    }
+    const glm::dvec3 middle = median_pace(without);
     double most = 0.0;
     for (int k = std::max(0, first - settings_.reach);
          k <= std::min(count() - 1, last + settings_.reach); ++k)
@@ -148,6 +159,19 @@ class Steps {
 
  private:
   static std::size_t index(int k) { return static_cast<std::size_t>(k); }
+  /// The median pace around the explained steps, by coordinates.
+  glm::dvec3 median_pace(const Explanation& without) const {
+    glm::dvec3 middle;
+    std::vector<double> values;
+    for (int c = 0; c < 3; ++c) {
+      values.clear();
+      for (int k = std::max(0, without.step[0] - settings_.median_reach);
+           k <= std::min(count() - 1, without.last() + settings_.median_reach); ++k)
+        if (!without.holds(k)) values.push_back(pace(k)[c]);
+      middle[c] = upper_median(values);
+    }
+    return middle;
+  }
   double mid(int k) const { return middle_[index(k)]; }
   glm::dvec3 pace(int k) const { return turn_[index(k)] / duration_[index(k)]; }
 
@@ -189,8 +213,9 @@ class JointMotion {
             (widest < 0 || residual[index(k)] > residual[index(widest)]))
           widest = k;
       if (widest < 0) return out;
-      const Explanation best = explain(widest);
+      Explanation best = explain(widest);
       std::vector<Jump> here = judge(best);
+      if (here.empty()) here = judge_pops(widest, best);
       if (here.empty()) {
         dismissed[index(widest)] = true;
         continue;
@@ -214,7 +239,7 @@ class JointMotion {
     const double spread = std::max(spaces_[0].spread(place), spaces_[1].spread(place));
     double asked = settings_.outlier * (spread + radians_from(settings_.calm_deg));
     // What is left out and what lies beyond an end could have shown livelier motion.
-    if (place.count == 2) asked *= settings_.out_and_back;
+    if (place.count > 1) asked *= settings_.out_and_back;
     asked *= at_end(place);
     return std::clamp(asked, radians_from(settings_.smallest_deg),
                       radians_from(settings_.largest_deg));
@@ -224,7 +249,7 @@ class JointMotion {
   /// turn. The motion's own residual may lie against it, and in the space where the turn was not
   /// multiplied on, the paces behind it are turned against those before.
   double detectable(int k) const {
-    const Explanation place{{k, -1}, 1};
+    const Explanation place{{k}, 1};
     const double still = explained(place) + plain_residual(k);
     const double pace = std::max(spaces_[0].widest(k), spaces_[1].widest(k));
     double size = still;
@@ -239,7 +264,7 @@ class JointMotion {
   std::size_t steps() const { return index(count()); }
 
   double plain_residual(int k) const {
-    const Explanation place{{k, -1}, 1};
+    const Explanation place{{k}, 1};
     return std::min(spaces_[0].residual(k, place), spaces_[1].residual(k, place));
   }
 
@@ -266,7 +291,7 @@ class JointMotion {
     cured.take_out(moved);
     double sum = 0.0;
     for (int k = std::max(0, around - reach); k <= std::min(count() - 1, around + reach); ++k)
-      sum += cured.residual(k - first, Explanation{{k - first, -1}, 1});
+      sum += cured.residual(k - first, Explanation{{k - first}, 1});
     return sum;
   }
 
@@ -275,7 +300,7 @@ class JointMotion {
     double least = kInfinity;
     // Steps come first: two jumps must explain clearly more than one.
     for (int k = std::max(0, widest - 1); k <= std::min(count() - 1, widest + 1); ++k) {
-      const Explanation step{{k, -1}, 1};
+      const Explanation step{{k}, 1};
       const double sum = unexplained(step, widest);
       if (sum < least) {
         least = sum;
@@ -283,7 +308,7 @@ class JointMotion {
       }
     }
     // A second jump leaves less than one by at least half its size, and clearly less.
-    constexpr double kClearly = 0.7, kOfItsSize = 0.5;
+    constexpr double kOfItsSize = 0.5;
     least = std::min(kClearly * least, least - kOfItsSize * plain_residual(widest));
     for (int out = 1; out <= settings_.longest_out; ++out)
       for (int k = widest - out - 1; k <= widest + 1; ++k) {
@@ -298,6 +323,61 @@ class JointMotion {
         }
       }
     return best;
+  }
+
+  /// The jumps of pops so near each other that each hides in what the others make the motion vary
+  /// by, or of one frame next to a clip's end, which a single step explains nearly as well; `best`
+  /// becomes their explanation. None where they do not explain clearly more than it.
+  std::vector<Jump> judge_pops(int widest, Explanation& best) const {
+    struct Pop {
+      int from = 0, to = 0;
+      double size = 0.0;
+    };
+    const int window = settings_.median_reach;
+    std::vector<Pop> pops;
+    for (int from = std::max(0, widest - window); from <= std::min(count() - 2, widest + window);
+         ++from)
+      for (int to = from + 1; to <= std::min(count() - 1, from + settings_.longest_out); ++to) {
+        const double size = std::max(spaces_[0].pop(from, to), spaces_[1].pop(from, to));
+        if (degrees(size) > settings_.smallest_deg) pops.push_back({from, to, size});
+      }
+    // Of two as large the shorter one: pops in a row could as well be their pauses.
+    std::ranges::stable_sort(pops, std::ranges::greater(), [](const Pop& pop) {
+      constexpr double kPerFrame = 0.05;
+      return pop.size * (1.0 - kPerFrame * (pop.to - pop.from));
+    });
+    double least = kClearly * unexplained(best, widest);
+    std::vector<Jump> jumps;
+    const auto judge_together = [&](const std::vector<Pop>& taken) {
+      Explanation place;
+      for (const Pop& each : taken)
+        for (const int k : {each.from, each.to}) place.step[index(place.count++)] = k;
+      const double left = unexplained(place, widest);
+      if (!(left < least)) return false;
+      std::vector<Jump> judged = judge(place);
+      if (judged.size() < taken.size()) return false;
+      least = left;
+      best = place;
+      jumps = std::move(judged);
+      return true;
+    };
+    for (const Pop& here : pops) {
+      if (std::abs(here.from - widest) > 1 && std::abs(here.to - widest) > 1) continue;
+      std::vector<Pop> taken{here};  // in order
+      const bool at_end = here.from == 0 || here.to + 1 == count();
+      if (at_end && here.to == here.from + 1 && judge_together(taken)) continue;
+      for (const Pop& pop : pops) {
+        constexpr double kAlike = 0.5;
+        if (pop.size < kAlike * here.size) continue;
+        if (std::ranges::any_of(taken, [&](const Pop& other) {
+              return pop.from <= other.to && other.from <= pop.to;
+            }))
+          continue;
+        taken.insert(std::ranges::upper_bound(taken, pop.from, {}, &Pop::from), pop);
+        if (judge_together(taken) || taken.size() == kMostPops) break;
+      }
+    }
+    return jumps;
   }
 
   /// Whether a step and one beside it go in one direction at one pace: a keyed leap takes two
@@ -320,8 +400,8 @@ class JointMotion {
   std::vector<Jump> judge(const Explanation& place) const {
     const double limit = explained(place);
     const Steps& steps = spaces_[calmer_space(place)];
-    std::array<double, 2> size{};
-    std::array<glm::dquat, 2> excess{glm::dquat(1, 0, 0, 0), glm::dquat(1, 0, 0, 0)};
+    std::array<double, 2 * kMostPops> size{};
+    std::array<glm::dquat, 2 * kMostPops> excess{};
     for (int i = 0; i < place.count; ++i) {
       const int k = place.step[index(i)];
       const glm::dvec3 expected = steps.best_prediction(k, place);
@@ -341,14 +421,16 @@ class JointMotion {
       add(place.step[0], 0, size[0]);
       return out;
     }
-    // Back where it came from, or on to another turn: then each is a step of its own.
-    constexpr double kReturned = 0.35;
-    const double rest = angle_between(excess[0], glm::conjugate(excess[1]));
-    if (rest <= kReturned * std::max(size[0], size[1])) {
-      add(place.step[0], index(place.step[1] - place.step[0]), 0.5 * (size[0] + size[1]));
-    } else {
-      add(place.step[0], 0, size[0]);
-      add(place.step[1], 0, size[1]);
+    for (std::size_t i = 0; i < index(place.count); i += 2) {
+      const int from = place.step[i], to = place.step[i + 1];
+      // Back where it came from, or on to another turn: then each is a step of its own.
+      const double rest = angle_between(excess[i], glm::conjugate(excess[i + 1]));
+      if (rest <= kReturned * std::max(size[i], size[i + 1])) {
+        add(from, index(to - from), 0.5 * (size[i] + size[i + 1]));
+      } else {
+        add(from, 0, size[i]);
+        add(to, 0, size[i + 1]);
+      }
     }
     return out;
   }

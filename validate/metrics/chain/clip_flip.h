@@ -51,8 +51,9 @@ inline constexpr std::size_t kLeastFrames = 5;
 ///
 /// The step under trial counts neither for its prediction nor for its spread, so no jump hides
 /// itself; jumps that were found are replaced by their prediction before the next one is looked
-/// for, so none hides its neighbour. A step, and a turn that is taken back within `longest_out`
-/// frames, are tried as two explanations of the same place; the one that leaves less is taken.
+/// for. A step, and a turn that is taken back within `longest_out` frames (a pop), are tried as two
+/// explanations of the same place; the one that leaves less is taken. Where the motion around
+/// explains that, up to three pops together are tried, and a pop of one frame next to an end.
 /// Paces are compared in the space that the joint turns in and in its own, for a turn that is
 /// multiplied on from either side keeps them in one of the two. Paces are per second, so uneven
 /// keys do not count as jumps; q and -q are one rotation.

@@ -115,6 +115,40 @@ TEST(FindClipFlips, AJumpDoesNotHideASmallerOneBesideIt) {
   EXPECT_NEAR(each_joint(report)[1].size_deg, 12.0, 0.6);
 }
 
+TEST(FindClipFlips, PopsNearEachOtherDoNotHideEachOther) {
+  for (const double size_deg : {20.0, 40.0, 90.0, 170.0})
+    for (const std::size_t apart : {2u, 3u, 4u, 5u, 7u})
+      for (const std::size_t pops : {2u, 3u}) {
+        Clip clip(0.2);
+        for (std::size_t i = 0; i < pops; ++i) {
+          glm::dquat& turn = clip.at(60 + i * apart, 1);
+          turn = turn * rotation(kX * radians_from(size_deg));
+        }
+        const std::vector<Found> found = each_joint(clip.find());
+        ASSERT_FALSE(found.empty()) << size_deg << ", " << apart;
+        // So wide and near that their pauses could as well be the pops.
+        if (size_deg >= 90.0 && apart <= 3) continue;
+        ASSERT_EQ(found.size(), pops) << size_deg << ", " << apart;
+        for (std::size_t i = 0; i < pops; ++i) {
+          EXPECT_EQ(found[i].frame, 59 + i * apart) << size_deg;
+          EXPECT_EQ(found[i].frames_out, 1u) << size_deg;
+          EXPECT_NEAR(found[i].size_deg, size_deg, 0.05 * size_deg) << apart;
+        }
+      }
+}
+
+TEST(FindClipFlips, APopOfOneFrameNextToAnEndIsFound) {
+  for (const double size_deg : {25.0, 60.0, 170.0})
+    for (const std::size_t frame : {1u, 142u}) {
+      Clip clip(0.1);
+      clip.at(frame, 1) = clip.at(frame, 1) * rotation(kX * radians_from(size_deg));
+      const std::vector<Found> found = each_joint(clip.find());
+      ASSERT_EQ(found.size(), 1u) << size_deg << " at " << frame;
+      EXPECT_EQ(found[0].frame, frame - 1);
+      EXPECT_NEAR(found[0].size_deg, size_deg, 0.05 * size_deg);
+    }
+}
+
 TEST(FindClipFlips, ALeapOfTwoFramesIsMotionUnlessControlsSayOtherwise) {
   // `turn` in each of two frames in a row; the second by `second` of it.
   const auto leap = [](double turn_deg, double second, const glm::dvec3& axis, bool controls) {
