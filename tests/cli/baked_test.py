@@ -23,15 +23,15 @@ def column_matrix(height, twist_deg, bend_deg=0.0):
     return [ct, sb * st, -cb * st, 0, 0, cb, sb, 0, st, -sb * ct, cb * ct, 0, 0, height, 0, 1]
 
 
-def twisting_clip(path, twist_at, frames=40, points=None, sweep="twist", control_at=None):
-    """Joint `spine` twists by twist_at(frame), everything above goes along; so does the control, unless it is told apart."""
+def twisting_clip(path, twist_at, frames=40, points=None, sweep="twist", control_at=None, controls=True):
+    """Joint `spine` twists by twist_at(frame), everything above goes along; so does the control, unless it is told apart or there is none."""
     joints = [(name, k - 1, column_matrix(SPACING * k, 0)) for k, name in enumerate(HUMAN)]
     writer = backbend_clip.ClipWriter(joints, points=len(points(0)) // 3 if points else 0, program="test",
                                       spine=HUMAN[:4])
     for frame in range(frames):
         matrices = [column_matrix(SPACING * k, twist_at(frame) if k >= 1 else 0) for k in range(len(HUMAN))]
         writer.add(matrices, points(frame) if points else None, sweep=sweep(frame) if callable(sweep) else sweep,
-                   controls={"twist": (control_at or twist_at)(frame)})
+                   controls={"twist": (control_at or twist_at)(frame)} if controls else {})
     writer.save(str(path))
     return path
 
@@ -85,6 +85,15 @@ class JudgingAClip(CommandTest):
         # 178 degrees back where the motion around says 2 on.
         self.assertAlmostEqual(found[0]["value"], 180.0, delta=0.01)
         self.assertIn("--baked", found[0]["reproduce"])
+
+    def test_a_joint_that_twists_the_skin_to_a_string_fails_though_nothing_jumps(self):
+        for most, fails in ((70.0, False), (170.0, True)):
+            clip = twisting_clip(self.folder / f"{most}.clip", lambda f: most * f / 99, frames=100, controls=False)
+            self.backbend("check", self.body(), "--baked", clip, "-o", "out", "--quick")
+            report = report_of(self.folder / "out")
+            self.assertEqual(codes(report), ["BB030"] if fails else [], most)
+        owners = [f["owner"] for f in report["findings"] if f["code"] == "BB030"]
+        self.assertEqual(owners, ["MOTION"])
 
     def test_a_skeleton_alone_is_judged_by_its_chain(self):
         clip = twisting_clip(self.folder / "flip.clip", flipping)

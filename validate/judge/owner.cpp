@@ -160,8 +160,12 @@ void book_motion(Owner of_motion, const Finding& finding, const MeshContext& fac
       facts.value - facts.ideal <= finding.limit)
     booking = {booking.verdict, Owner::weights, false};
   if (booking.owner == Owner::solver) booking.owner = of_motion;
-  // Captured or keyed motion bends the skin as intended: it is not compared with an even bend.
-  if (booking.owner == Owner::motion) booking.decides = false;
+  // Captured or keyed motion bends the skin as intended, and what an even bend would show better
+  // decides nothing; but nobody intends a joint twisted until the skin around it is a string.
+  constexpr double kString = 0.5;  // of the limit, and of what the even bend leaves
+  const bool is_string = finding.code == "BB030" && facts.value < kString * finding.limit &&
+                         facts.value < kString * facts.ideal;
+  if (booking.owner == Owner::motion) booking.decides = is_string;
 }
 
 }  // namespace
