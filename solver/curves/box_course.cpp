@@ -28,8 +28,9 @@ double most_bend(const BoxTangents& curve, const Interval& place, const Interval
 /// Finds the place nearest to a last joint that stands `past` the curve's end along `aim`, in units
 /// of the curve's length. Leaves the end without a bound where that place may be far from it.
 ///
-/// There the tangent is square to what is between: so the arc left over times its mean tangent's
-/// share along the tangent is what the joint falls short by times the bone's.
+/// At the nearest place the tangent is perpendicular to the line to the joint. So the arc from
+/// there to the end, projected on that tangent, is as long as the projection of what the joint
+/// lacks.
 void find_end(const BoxTangents& curve, const IntervalVector& aim, const Interval& past,
               BoxCourse::Beside& beside) {
   beside.end = Interval::entire();
@@ -39,8 +40,9 @@ void find_end(const BoxTangents& curve, const IntervalVector& aim, const Interva
       curve.tangent_over((Interval(1.0) - Interval(0.0, reach.hi)) * curve.length().value);
   const auto cosine = [](const Interval& c) { return common(c, Interval(-1.0, 1.0)); };
   const Interval own = cosine(dot(tangent, tangent)), bone = cosine(dot(aim, tangent));
-  // The place is no further from the end than twice the joint is, and an arc there no longer than
-  // its chord over that share: so it is within reach. Past the end the end itself is the nearest.
+  // The nearest place is at most twice as far from the end as the joint is. Tangents that agree by
+  // two thirds make its arc at most 1.5 times that, so `reach` holds it. To a joint past the end
+  // the end itself is nearest.
   if (!(own.lo > 2.0 / 3.0 && bone.lo > 0.0)) return;
   const Interval missing(std::max(0.0, -past.hi), std::max(0.0, -past.lo));
   const Interval left = missing * bone / own;
