@@ -672,9 +672,12 @@ class FaultFinder {
       const PointCells bones(own, kFar * size_);
       const auto off = [&](const PointCells& cells, const Patch& patch) {
         double nearest = std::numeric_limits<double>::infinity();
-        for (const Index p : patch.places)
-          if (const Index found = cells.nearest(point_[p]); found < cells.size())
-            nearest = std::min(nearest, glm::distance(cells.point(found), point_[p]));
+        for (const Index p : patch.places) {
+          const Index found = cells.nearest(point_[p]);
+          // What is further off than the cells reach is told by the joint itself.
+          const glm::dvec3 own_place = found < cells.size() ? cells.point(found) : at(node);
+          nearest = std::min(nearest, glm::distance(own_place, point_[p]));
+        }
         return nearest;
       };
       std::vector<double> off_bones;

@@ -631,7 +631,9 @@ TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhereAllThatItLiesOnIsFarFromItsJoint
     });
     for (std::size_t v = first; v < dressed.vertex_count(); ++v)
       give(dressed.influences[v], skin_joint(dressed, node), 1.0F);
-    return names(find_weight_faults(dressed, anatomy).far, kFar, node);
+    const WeightAnswer far = find_weight_faults(dressed, anatomy).far;
+    for (const WeightFault& fault : far.faults) EXPECT_LT(fault.distance, anatomy.height);
+    return names(far, kFar, node);
   };
   EXPECT_FALSE(with_pouch(anatomy.spine.front()));
   EXPECT_FALSE(with_pouch(anatomy.spine[1]));
