@@ -7,7 +7,8 @@ skeleton.json holds the character's joints and their places at rest: {"joints": 
 parents. With "mesh": {"points": [[x, y, z], ...], "triangles": [[a, b, c], ...], "weights": [[[joint, weight], ...],
 ...]} in it, the points are served, too.
 
-Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE` turns the chest by SIZE degrees more from AT on,
+Faults can be planted, for tests: `--flip CHANNEL=AT:SIZE[:JOINT]` turns the chest, or another joint, by SIZE degrees more from AT
+on, `--stop CHANNEL=AT` lets nothing beyond AT arrive,
 `--kink CHANNEL=SIZE` adds a corner at the middle joint while the channel is not 0, `--lose CHANNEL` keeps a channel
 from the joints, `--reverse CHANNEL` turns it the other way round, `--nod CHANNEL=AT` turns what hangs from the chest back by
 three degrees for each from AT on, as a limb does whose target stays behind, `--memory` lets a pose depend on the one before.
@@ -24,7 +25,7 @@ sys.dont_write_bytecode = True  # nothing is left beside this file, which may be
 import backbend_rig  # noqa: E402  (beside this file)
 
 CHANNELS = ("extension", "flexion", "side", "twist")
-NO_FAULTS = {"flip": (), "kink": (), "lose": (), "reverse": (), "pop": (), "bulge": (), "nod": (), "memory": False, "jelly": False}
+NO_FAULTS = {"flip": (), "kink": (), "lose": (), "reverse": (), "stop": (), "pop": (), "bulge": (), "nod": (), "memory": False, "jelly": False}
 # Y is up, X the character's left: a positive angle about it bends forward.
 AXES = {"extension": (-1.0, 0.0, 0.0), "flexion": (1.0, 0.0, 0.0), "side": (0.0, 0.0, -1.0), "twist": (0.0, 1.0, 0.0)}
 
@@ -60,6 +61,8 @@ class Rig:
         self.place = [joint["position"] for joint in self.joints]
         names = [joint["name"] for joint in self.joints]
         self.bends = [names.index(name) for name in self.spine[1:]]
+        self.flips = [(name, at, size, names.index(joint[0]) if joint else self.bends[-1])
+                      for name, at, size, *joint in self.faults["flip"]]
         self.mesh = skeleton.get("mesh")
         if self.mesh:
             # The patch: what stands farthest out in front of the middle of the spine, fading around it.
@@ -85,6 +88,8 @@ class Rig:
             degrees[name] = 0.0
         for name in self.faults["reverse"]:
             degrees[name] = -degrees[name]
+        for name, at in self.faults["stop"]:
+            degrees[name] = min(degrees[name], at)
         if self.faults["memory"]:
             last, self.before = self.before, dict(degrees)
             degrees = {name: value + 0.1 * (last or degrees)[name] for name, value in degrees.items()}
@@ -94,13 +99,13 @@ class Rig:
             if degrees[name]:
                 turn[self.bends[len(self.bends) // 2]][0] += math.radians(size)
         own = {joint: rotation(vector) for joint, vector in turn.items()}
-        for name, at, size in self.faults["flip"]:
-            if degrees[name] >= at:
-                own[self.bends[-1]] = times(own[self.bends[-1]], rotation((0.0, math.radians(size), 0.0)))
         for name, at in self.faults["nod"]:
             back = [-3.0 * math.radians(max(0.0, degrees[name] - at)) * axis for axis in AXES[name]]
             own.update({k: rotation(back) for k, joint in enumerate(self.joints)
                         if joint["parent"] == self.bends[-1] and k not in own})
+        for name, at, size, joint in self.flips:
+            if degrees[name] >= at:
+                own[joint] = times(own.get(joint, rotation((0.0, 0.0, 0.0))), rotation((0.0, math.radians(size), 0.0)))
         turns, places = [], []
         for k, joint in enumerate(self.joints):
             parent = joint["parent"]
@@ -140,9 +145,9 @@ def main(words):
         word = words.pop(0)
         if word in ("--flip", "--pop"):
             name, _, rest = words.pop(0).partition("=")
-            numbers = [float(number) for number in rest.split(":")]
-            faults[word[2:]].append((name, *numbers, 0.0)[:4] if word == "--pop" else (name, *numbers))
-        elif word in ("--kink", "--bulge", "--nod"):
+            numbers = [float(number) for number in rest.split(":")[:3 if word == "--pop" else 2]]
+            faults[word[2:]].append((name, *numbers, 0.0)[:4] if word == "--pop" else (name, *numbers, *rest.split(":")[2:]))
+        elif word in ("--kink", "--bulge", "--nod", "--stop"):
             name, _, size = words.pop(0).partition("=")
             faults[word[2:]].append((name, float(size)))
         elif word in ("--lose", "--reverse"):

@@ -48,6 +48,9 @@ struct SpinePose {
   RigidMotion arms;                  // what the arm roots follow in this system
   std::vector<Measure> measures;     // in a fixed order for each system
   std::vector<std::string> flags;    // documented fallbacks that this pose needed
+  // Joints beyond the chain that a studio's own rig moves itself, each in the space of the joint
+  // that it hangs from, with its own axes at rest. Empty: they follow the chain.
+  std::vector<RigidMotion> hanging;
   // Null: the rest of the body follows the chain (skin::SpineDriver).
   std::shared_ptr<const WholeBody> body;
 

@@ -176,9 +176,9 @@ class RigTest:
         words = [sys.executable, "-B", EXAMPLE, self.skeleton, *faults]
         return "command:" + " ".join(shlex.quote(str(word)) for word in words)
 
-    def check(self, rig, *more, code=0, out="run"):
+    def check(self, rig, *more, code=0, out="run", chest="neck"):
         """A check without pictures; its report."""
-        result = self.backbend("check", self.body, "--rig", rig, "--chest", "neck", "--envelope", "human", "--quick",
+        result = self.backbend("check", self.body, "--rig", rig, "--chest", chest, "--envelope", "human", "--quick",
                                "-o", out, *more)
         if code is not None:
             self.assertEqual(result.returncode, code, f"{result.stdout}\n{result.stderr}")
@@ -712,6 +712,44 @@ class Mappings(RigTest, CommandTest):
         measured = {row["channel"]: row["measured"] for row in report["rigs"][0]["headroom"]}
         self.assertEqual(measured, {"extension": False, "flexion": False, "side": True, "twist": True})
 
+    def test_an_axis_that_turns_with_another_and_a_scale_that_is_too_large_fail_by_name(self):
+        side = [{"channel": "side"}, {"channel": "twist", "per_degree": 1.5}]
+        mapping = self.write("map.json", json.dumps({"channels": {
+            "extension": [{"channel": "extension", "per_degree": 3}], "side": side, "twist": [{"channel": "twist"}]}}))
+        report = self.check(self.rig(), "--map", mapping, code=1)
+        cause = {finding["sweep"]: finding["detail"] for finding in self.findings(report, "BB049")}
+        self.assertEqual(sorted(cause), ["extension", "flexion", "side"])
+        self.assertIn("per_degree is too large", cause["flexion"])
+        self.assertIn("45 deg about other axes", cause["side"])
+
+    def test_an_axis_that_turns_another_a_little_with_it_is_no_fault(self):
+        side = [{"channel": "side"}, {"channel": "twist", "per_degree": 0.5}]
+        mapping = self.write("map.json", json.dumps({"channels": {
+            "extension": [{"channel": "extension"}], "side": side, "twist": [{"channel": "twist"}]}}))
+        self.assertEqual(self.findings(self.check(self.rig(), "--map", mapping, code=None), "BB049"), [])
+
+    def test_a_channel_that_the_chest_follows_only_so_far_fails_from_there_and_has_headroom_to_there(self):
+        report = self.check(self.rig("--stop", "flexion=34"), code=1)
+        found = self.findings(report, "BB049")
+        self.assertEqual([finding["sweep"] for finding in found], ["flexion"])
+        self.assertIn("from 34 to 90, 0 arrive", found[0]["detail"])
+        self.assertEqual(found[0]["owner"], "RIG")
+        clean = {row["channel"]: row["clean_to_deg"] for row in report["rigs"][0]["headroom"]}
+        self.assertEqual(clean["flexion"], 34)
+        self.assertGreaterEqual(clean["extension"], 60)
+
+    def test_a_channel_that_the_chest_follows_over_its_envelope_only_passes(self):
+        found = self.findings(self.check(self.rig("--stop", "extension=80")), "BB049")
+        self.assertEqual([finding["verdict"] for finding in found], ["stress"])
+
+    def test_a_channel_that_turns_back_fails(self):
+        mapping = self.write("map.json", json.dumps({"channels": {
+            "extension": [{"channel": "extension"}], "flexion": [{"channel": "flexion", "per_degree": 2},
+                                                                 {"channel": "extension", "per_degree": 1}],
+            "side": [{"channel": "side"}], "twist": [{"channel": "twist"}]}}))
+        report = self.check(self.rig("--stop", "flexion=90"), "--map", mapping, code=1)
+        self.assertIn("it turns back", [f["detail"] for f in self.findings(report, "BB049") if f["sweep"] == "flexion"][0])
+
     def test_scale_sign_and_several_controls_are_taken_from_the_mapping(self):
         mapping = self.write("map.json", json.dumps({"channels": {
             "extension": [{"channel": "flexion", "per_degree": -0.25}, {"channel": "extension", "per_degree": 0.75}],
@@ -737,6 +775,28 @@ class Mappings(RigTest, CommandTest):
             self.assert_refused("check", self.body, "--rig", self.rig(), "--chest", "neck", "--map", mapping, "--quiet",
                                 "--json", names=["map.json", *words])
         self.assert_refused("check", self.body, "--map", mapping, code=USAGE, names=["--map"])
+
+
+class Hanging(RigTest, CommandTest):
+    """Joints beyond the chain that the rig moves itself."""
+
+    SPINE = ["hips", "spine", "chest"]
+
+    def check(self, rig, **more):
+        return super().check(rig, chest="chest", **more)
+
+    def test_a_flip_of_the_neck_or_the_head_is_found_at_its_pose_and_named(self):
+        for joint in ("neck", "head"):
+            report = self.check(self.rig("--flip", f"flexion=50.25:40:{joint}"), code=1)
+            flips = [finding for finding in self.findings(report, "BB001") if finding["sweep"] == "flexion"]
+            self.assertEqual([finding["place"]["joint"] for finding in flips], [joint])
+            self.assertAlmostEqual(flips[0]["control_deg"], 50.25, delta=0.001)
+            self.assertAlmostEqual(flips[0]["value"], 40, delta=0.001)
+            clean = {row["channel"]: row["clean_to_deg"] for row in report["rigs"][0]["headroom"]}
+            self.assertEqual(clean["flexion"], 50)
+
+    def test_what_hangs_there_may_turn_as_fast_as_it_likes(self):
+        self.assertEqual(self.findings(self.check(self.rig("--nod", "flexion=20")), "BB001"), [])
 
 
 class Memory(RigTest, CommandTest):

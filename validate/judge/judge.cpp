@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "validate/judge/judge_recorded.h"
+#include "validate/live/external_rig.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/text/shell_word.h"
 #include "validate/verdicts/booking.h"
@@ -112,11 +113,16 @@ Finding flip_finding(const RigRecord& rig, const JudgeContext& context, const Sw
   Finding finding =
       start_finding(rig, context, sweep, "BB001", sweep.sweep.pose_at(control), control);
   finding.value = jump.size_deg();
+  if (jump.kind == FlipClass::pop) {
+    finding.value = 100.0 * jump.joints.front().shift;
+    finding.limit = 100.0 * FlipSettings{}.smallest_shift;
+    finding.unit = "% of spine";
+  }
   if (!jump.joints.empty())
     finding.joint = joint_name(rig, static_cast<int>(jump.joints.front().joint));
   finding.detail = std::string(name_of(jump.kind)) + ": " + joint_list(rig, jump) + " by " +
-                   number_text(jump.size_deg(), 1) + " deg at " + sweep.sweep.channel + " " +
-                   number_text(control, 3);
+                   number_text(finding.value, 1) + " " + std::string(finding.unit) + " at " +
+                   sweep.sweep.channel + " " + number_text(control, 3);
   finding.geometry["before_deg"] = sweep.sweep.from_deg + span * jump.before;
   finding.geometry["after_deg"] = sweep.sweep.from_deg + span * jump.after;
   finding.geometry["joints"] = static_cast<double>(jump.joints.size());
@@ -249,7 +255,10 @@ void set_response(const ChannelResponse& response, Finding& finding) {
 }
 
 std::string joint_name(const RigRecord& rig, int joint) {
-  return name_at(rig.system->joint_names(), joint);
+  const std::vector<std::string>& chain = rig.system->joint_names();
+  const int beyond = joint - static_cast<int>(chain.size());
+  const ExternalRig* external = beyond >= 0 ? external_rig(*rig.system) : nullptr;
+  return external ? name_at(external->hanging_names(), beyond) : name_at(chain, joint);
 }
 
 void set_place(const Metric& metric, int place, const std::vector<std::string>& joint_names,

@@ -15,8 +15,8 @@ namespace {
 
 using Index = std::size_t;
 
-// Where a channel is read, and what of it counts as nothing, degrees.
-constexpr double kReadAt_deg = 30.0, kNothing_deg = 0.5;
+// Over how much of a channel it is read, and what of it counts as nothing, degrees.
+constexpr double kReadOver_deg = 30.0, kNothing_deg = 0.5;
 
 PoseDegrees pose_of(std::string_view channel, double angle) {
   PoseDegrees pose;
@@ -24,7 +24,7 @@ PoseDegrees pose_of(std::string_view channel, double angle) {
   return pose;
 }
 
-/// What a mapping that answers so has wrong, as the one who wrote it would say it.
+/// What a mapping that answers so near rest has wrong, as the one who wrote it would say it.
 std::string cause_of(const ChannelResponse& response) {
   const double turned = std::hypot(response.arrived_deg, response.other_deg);
   if (turned < kNothing_deg)
@@ -37,7 +37,10 @@ std::string cause_of(const ChannelResponse& response) {
     return "the chest turns the other way round: the mapping's sign is wrong";
   if (response.other_deg > std::abs(response.arrived_deg))
     return "the chest turns " + number_text(response.other_deg, 1) +
-           " deg about other axes: the mapping's axis is wrong";
+           " deg about other axes: the mapping's axis is wrong, or the rig couples them";
+  if (turned > response.asked_deg)
+    return "the chest turns too far, by " + number_text(turned, 1) +
+           " deg in all: per_degree is too large";
   return "the rest is lost on the way, or per_degree is too small";
 }
 
@@ -54,17 +57,142 @@ const SweepRecord* sweep_of(const RigRecord& rig, std::string_view channel) {
   return nullptr;
 }
 
+/// How the chest turned between two poses of a chain, radians: its joints' turns, added up.
+glm::dvec3 turn_between_poses(const solver::SpinePose& from, const solver::SpinePose& to) {
+  const auto joint = [](const solver::SpinePose& pose, Index k) {
+    return glm::conjugate(k == 0 ? pose.hip.turn : pose.turn[k - 1]) * pose.turn[k];
+  };
+  glm::dvec3 sum(0.0);
+  for (Index k = 0; k < from.turn.size(); ++k)
+    sum += rotation_vector(glm::conjugate(joint(from, k)) * joint(to, k));
+  return sum;
+}
+
+/// Unit, of the body at rest: what a channel's positive angles turn about.
+glm::dvec3 axis_of(const solver::SpineSystem& system, std::string_view channel,
+                   const glm::dvec3& left) {
+  const std::vector<glm::dvec3>& joint = system.rest().position;
+  const glm::dvec3 chest = joint.back() - joint.front();
+  const glm::dvec3 along = glm::normalize(chest - left * glm::dot(chest, left));
+  return channel == "extension" ? -left
+         : channel == "flexion" ? left
+         : channel == "twist"   ? along
+                                : -glm::cross(left, along);
+}
+
+/// A channel's answer from pose to pose of its sweep, away from rest.
+struct Answers {
+  std::vector<double> angle_deg;  // signed, rising in size; starts at rest
+  std::vector<glm::dvec3> turn;   // degrees, from rest to there
+  double sign = 1.0;              // of the angles
+
+  ChannelResponse between(Index from, Index to, std::string_view channel,
+                          const glm::dvec3& axis) const {
+    const glm::dvec3 turned = turn[to] - turn[from];
+    ChannelResponse out{std::string(channel), angle_deg[to] - angle_deg[from],
+                        glm::dot(turned, axis), 0.0};
+    out.other_deg = glm::length(turned - axis * out.arrived_deg);
+    out.from_deg = angle_deg[from];
+    return out;
+  }
+};
+
+Answers answers_of(const RigRecord& rig, const SweepRecord& sweep, double sign) {
+  Answers out{{0.0}, {glm::dvec3(0.0)}, sign};
+  std::vector<const PoseRecord*> poses;
+  for (const PoseRecord& pose : sweep.poses)
+    if (pose.control_deg * sign > 0.0) poses.push_back(&pose);
+  std::ranges::sort(poses, {}, [](const PoseRecord* pose) { return std::abs(pose->control_deg); });
+  solver::SpinePose before = rig.system->rest();
+  for (const PoseRecord* pose : poses) {
+    solver::SpinePose now = rig.system->solve(pose->control);
+    out.turn.push_back(out.turn.back() + 180.0 / kPi * turn_between_poses(before, now));
+    out.angle_deg.push_back(pose->control_deg);
+    before = std::move(now);
+  }
+  return out;
+}
+
+/// Whether the rig jumps between two angles of a sweep: what arrives there is another finding.
+bool jumps_between(const SweepRecord& sweep, double a, double b) {
+  const double span = sweep.sweep.to_deg - sweep.sweep.from_deg;
+  return std::ranges::any_of(sweep.flips.jumps, [&](const Jump& jump) {
+    const double at = sweep.sweep.from_deg + span * jump.t;
+    return at >= std::min(a, b) && at <= std::max(a, b);
+  });
+}
+
+/// The stretch of a sweep, away from rest, that the chest does not follow, with the pose that ends
+/// it: from where it stays behind to where it follows again, or to the sweep's end. Nullopt: it
+/// follows each 30 degrees of the channel by more than the limit.
+std::optional<ChannelResponse> stretch_unanswered(const RigRecord& rig, const SweepRecord& sweep,
+                                                  const glm::dvec3& left, double limit) {
+  const std::string& channel = sweep.sweep.channel;
+  const glm::dvec3 axis = axis_of(*rig.system, channel, left);
+  const auto misses = [&](const ChannelResponse& response) {
+    return judge(*find_check("BB049"), response.share(), limit) == Verdict::fail;
+  };
+  std::optional<ChannelResponse> nearest;
+  for (const double sign : {1.0, -1.0}) {
+    const Answers answers = answers_of(rig, sweep, sign);
+    // What has arrived beyond the share that should have: it falls where the chest stays behind.
+    const auto ahead = [&](Index i) {
+      return sign * glm::dot(answers.turn[i], axis) - limit * std::abs(answers.angle_deg[i]);
+    };
+    for (Index to = 1, from = 0; to < answers.angle_deg.size(); ++to) {
+      const auto width = [&](Index i) {
+        return std::abs(answers.angle_deg[to] - answers.angle_deg[i]);
+      };
+      while (width(from + 1) >= kReadOver_deg) ++from;
+      if (width(from) < kReadOver_deg || from == 0) continue;  // from rest: asked by itself
+      if (jumps_between(sweep, answers.angle_deg[from], answers.angle_deg[to])) continue;
+      ChannelResponse response = answers.between(from, to, channel, axis);
+      if (!misses(response)) continue;
+      if (ahead(to) < ahead(from)) {
+        Index start = from, end = to;
+        for (Index i = from; i < to; ++i)
+          if (ahead(i) > ahead(start)) start = i;
+        for (Index i = to; i < answers.angle_deg.size(); ++i)
+          if (ahead(i) < ahead(end)) end = i;
+        response = answers.between(start, end, channel, axis);
+      }
+      if (!nearest || std::abs(response.from_deg) < std::abs(nearest->from_deg)) nearest = response;
+      break;
+    }
+  }
+  return nearest;
+}
+
 Finding response_finding(const RigRecord& rig, const JudgeContext& context,
                          const SweepRecord& sweep, const ExternalRig& external,
                          const ChannelResponse& response) {
-  Finding finding = start_finding(rig, context, sweep, "BB049",
-                                  pose_of(response.channel, kReadAt_deg), kReadAt_deg);
+  const double read_deg = response.from_deg + response.asked_deg;
+  Finding finding =
+      start_finding(rig, context, sweep, "BB049", pose_of(response.channel, read_deg), read_deg);
+  const bool from_rest = response.from_deg == 0.0;
   // Whatever the envelope: all that is said of this channel rests on it.
-  finding.verdict = Verdict::fail;
-  finding.detail = "of " + number_text(response.asked_deg, 1) + " deg of " + response.channel +
-                   " (" + targets_text(external, response.channel) + "), " +
-                   number_text(response.arrived_deg, 1) +
-                   " arrive at the chest: " + cause_of(response);
+  if (from_rest)
+    finding.verdict = Verdict::fail;
+  else
+    finding.owner = Owner::rig;  // near rest the mapping is right
+  finding.detail =
+      "of " + number_text(std::abs(response.asked_deg), 1) + " deg of " + response.channel + " (" +
+      targets_text(external, response.channel) + ")" +
+      (from_rest
+           ? ""
+           : " from " + number_text(response.from_deg, 1) + " to " + number_text(read_deg, 1)) +
+      ", " + number_text(std::copysign(1.0, response.asked_deg) * response.arrived_deg, 1) +
+      " arrive at the chest: ";
+  if (from_rest)
+    finding.detail += cause_of(response);
+  else if (response.share() * std::abs(response.asked_deg) < -kNothing_deg)
+    finding.detail += "it turns back";
+  else if (std::hypot(response.arrived_deg, response.other_deg) > std::abs(response.asked_deg))
+    finding.detail += "it turns " +
+                      number_text(std::hypot(response.arrived_deg, response.other_deg), 1) +
+                      " deg in all, " + number_text(response.other_deg, 1) + " about other axes";
+  else
+    finding.detail += "a control or a joint has come to its limit, or is driven no farther";
   set_response(response, finding);
   finding.image.note = "no picture metric looks at this";
   return finding;
@@ -161,19 +289,12 @@ std::string resolution_note(const RigRecord& rig) {
 
 ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapping mapping,
                                  std::string_view channel, const glm::dvec3& left) {
-  ChannelResponse out{std::string(channel), kReadAt_deg, 0.0, 0.0};
-  const auto turn_at = [&](double angle) {
-    return sum_of_turns(system.solve(controls_at(system, pose_of(channel, angle), mapping)));
+  const auto pose_at = [&](double angle) {
+    return system.solve(controls_at(system, pose_of(channel, angle), mapping));
   };
-  const std::vector<glm::dvec3>& joint = system.rest().position;
-  const glm::dvec3 chest = joint.back() - joint.front();
-  const glm::dvec3 along = glm::normalize(chest - left * glm::dot(chest, left));
-  const glm::dvec3 axis = channel == "extension" ? -left
-                          : channel == "flexion" ? left
-                          : channel == "twist"   ? along
-                                                 : -glm::cross(left, along);
-  const glm::dvec3 turn = turn_at(kReadAt_deg) - turn_at(0.0);
-  out.arrived_deg = degrees(glm::dot(turn, axis));
+  const glm::dvec3 axis = axis_of(system, channel, left);
+  const glm::dvec3 turn = turn_between_poses(pose_at(0.0), pose_at(kReadOver_deg));
+  ChannelResponse out{std::string(channel), kReadOver_deg, degrees(glm::dot(turn, axis)), 0.0};
   out.other_deg = degrees(glm::length(turn - axis * glm::dot(turn, axis)));
   return out;
 }
@@ -198,10 +319,19 @@ ExternalJudgement judge_external(const RigRecord& rig, const JudgeContext& conte
       continue;
     }
     ++responses.measured;
-    const Check& check = *find_check("BB049");
-    if (judge(check, response.share(), context.limits.of("BB049").value) != Verdict::fail) continue;
-    out.findings.push_back(response_finding(rig, context, *sweep, *external, response));
-    out.unanswered.emplace_back(channel);
+    const double limit = context.limits.of("BB049").value;
+    if (judge(*find_check("BB049"), response.share(), limit) == Verdict::fail) {
+      out.findings.push_back(response_finding(rig, context, *sweep, *external, response));
+      out.answered_to.push_back({std::string(channel), 0.0});
+      continue;
+    }
+    for (const SweepRecord& each : rig.sweeps) {
+      if (!moves_alone(each.sweep, channel)) continue;
+      const auto stretch = stretch_unanswered(rig, each, context.stage.anatomy().left, limit);
+      if (!stretch) continue;
+      out.findings.push_back(response_finding(rig, context, each, *external, *stretch));
+      out.answered_to.push_back({std::string(channel), std::abs(stretch->from_deg)});
+    }
   }
   out.coverage.push_back(responses);
   for (const SweepRecord& sweep : rig.sweeps) {

@@ -82,7 +82,8 @@ std::optional<Finding> response_finding(const RigRecord& rig, const JudgeContext
   finding.joint = rig.recording->watched[context.stage.anatomy().chest_index].name;
   const double asked = std::abs(response.asked_deg), least = finding.limit * asked;
   finding.detail = "of " + number_text(asked, 1) + " deg of " + response.channel + ", " +
-                   number_text(response.share() * asked, 1) + " arrive at the chest";
+                   number_text(response.arrived_deg * response.asked_deg / asked, 1) +
+                   " arrive at the chest";
   finding.detail += response.arrived_deg * response.asked_deg < -least * asked
                         ? ": it turns the other way round"
                     : response.other_deg > least

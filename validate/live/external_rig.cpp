@@ -292,6 +292,7 @@ void ExternalRig::match_joints() {
   rest_.hip.rest_origin = rest_.hip.posed_origin = rest_.position.front();
   rest_.chest.rest_origin = rest_.chest.posed_origin = rest_.position.back();
   rest_.arms = rest_.chest;
+  find_hanging();
   // Arms that hang lower on the spine go with less of the bend, and are no drift from the chest.
   const skin::ArmAttachment arms =
       skin::find_arm_attachment(character_, anatomy_.spine, anatomy_.left_arm, anatomy_.right_arm);
@@ -309,6 +310,30 @@ void ExternalRig::match_joints() {
     notes_.push_back("rig " + who_ +
                      ": bones of its spine bend inside (B-Bones); the chain is judged by their "
                      "segments, the mesh by linear blending of the joints, as the file has them");
+}
+
+/// Neck and head each hang from the joint below it, an upper arm from its shoulder, and a shoulder
+/// from the spine joint above it in the hierarchy, or from the chest where none is.
+void ExternalRig::find_hanging() {
+  const std::vector<int>& spine = anatomy_.spine;
+  const auto add = [&](int node, int base) {
+    if (asked_[static_cast<Index>(node)] < 0) return;
+    const skin::Node &self = character_.nodes[static_cast<Index>(node)],
+                     &below = character_.nodes[static_cast<Index>(base)];
+    hanging_.push_back({node, base});
+    hanging_names_.push_back(self.name);
+    const glm::dvec3 from_base = origin(self.world_from_node) - origin(below.world_from_node);
+    rest_.hanging.push_back({{1, 0, 0, 0}, from_base, from_base});
+  };
+  for (Index k = anatomy_.chest_index + 1; k < spine.size(); ++k) add(spine[k], spine[k - 1]);
+  for (const auto* arm : {&anatomy_.left_arm, &anatomy_.right_arm}) {
+    if (arm->empty()) continue;
+    int base = character_.nodes[static_cast<Index>(arm->front())].parent;
+    while (base >= 0 && std::ranges::find(spine, base) == spine.end())
+      base = character_.nodes[static_cast<Index>(base)].parent;
+    add(arm->front(), base >= 0 ? base : spine[anatomy_.chest_index]);
+    if (arm->size() > 1) add((*arm)[1], arm->front());
+  }
 }
 
 /// Of several nodes that have a name of one joint, those are that joint which stand where it does;
@@ -515,6 +540,18 @@ void ExternalRig::find_memory() {
     const double share = std::max(off.shift, radians_from(off.turn_deg));
     if (share > memory_.share)
       memory_ = {poses[order[k]], share, off.turn_deg, off.shift, off.joint, -1};
+    for (Index h = 0; h < hanging_.size(); ++h) {
+      const solver::RigidMotion &a = before[order[k]].hanging[h], &b = again[k].hanging[h];
+      const double shift = glm::distance(a.posed_origin, b.posed_origin) / length;
+      const double turn = angle_between(a.turn, b.turn);
+      if (const double of_joint = std::max(shift, turn); of_joint > memory_.share)
+        memory_ = {poses[order[k]],
+                   of_joint,
+                   degrees(turn),
+                   shift,
+                   static_cast<int>(joint_names_.size() + h),
+                   -1};
+    }
   }
   if (gives_points()) find_memory_of_points(poses);
 }
@@ -585,6 +622,20 @@ solver::SpinePose ExternalRig::pose_from(std::span<const glm::dmat4> joints) con
     pose.arms.turn = a == b ? a : glm::slerp(a, b, 0.5);
     pose.arms.rest_origin = 0.5 * (rest_of(left) + rest_of(right));
     pose.arms.posed_origin = 0.5 * (now(left) + now(right));
+  }
+  // A joint that is scaled to nothing turns nothing.
+  const auto turn_of_node = [&](int n) {
+    const glm::dmat4* moved = of_node[static_cast<Index>(n)];
+    const glm::dquat turn = moved ? nearest_rotation(glm::dmat3(*moved)) : glm::dquat(1, 0, 0, 0);
+    return is_finite(turn) ? turn : glm::dquat(1, 0, 0, 0);
+  };
+  for (Index k = 0; k < hanging_.size(); ++k) {
+    const auto [node, base] = hanging_[k];
+    const glm::dquat into_base = glm::conjugate(turn_of_node(base));
+    pose.hanging[k].turn = into_base * turn_of_node(node);
+    pose.hanging[k].posed_origin =
+        into_base * (origin(body->world_from_node[static_cast<Index>(node)]) -
+                     origin(body->world_from_node[static_cast<Index>(base)]));
   }
   pose.body = std::move(body);
   return pose;

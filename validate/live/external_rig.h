@@ -65,6 +65,9 @@ class ExternalRig {
   /// Names and rest positions of the chain that is judged, hips first.
   const std::vector<std::string>& joint_names() const { return joint_names_; }
   const solver::SpinePose& rest() const { return rest_; }
+  /// Names of SpinePose::hanging: the joints of the neck, the head, shoulders and upper arms that
+  /// are the rig's own.
+  const std::vector<std::string>& hanging_names() const { return hanging_names_; }
   /// Whether joints of the chain are segments of bones that bend inside, which linear blending of
   /// the character's own joints does not show.
   bool bends_inside() const { return bends_inside_; }
@@ -83,7 +86,9 @@ class ExternalRig {
     solver::BodyPose pose;
     double share = 0.0;  // of the spine's length: the largest shift, or arc of a turn over it
     double turn_deg = 0.0, shift = 0.0;
-    int joint = -1, point = -1;  // the one that is farthest off: of the chain, or of the points
+    // The one that is farthest off: of the chain, from its end on of what hangs there, or of the
+    // points.
+    int joint = -1, point = -1;
   };
   /// Asked when the rig is started: some sixty poses twice, in two orders, the second time of the
   /// last server; of a fifth of them the points, too. The worst; share 0: every pose came out as it
@@ -121,6 +126,7 @@ class ExternalRig {
   void match_joints();
   void add_to_chain(int node, int joint, const JointFinder& finder);
   int select(int joint);
+  void find_hanging();
   void place_in_world();
   void leave_namesakes();
   void match_points();
@@ -155,6 +161,11 @@ class ExternalRig {
   std::vector<int> chain_asked_;  // of each joint of the chain: into selected_
   int hip_asked_ = -1;            // of the hips, which may share a place with the joint above
   solver::SpinePose rest_;
+  struct Hanging {
+    int node, base;  // of the character; the joint that it hangs from
+  };
+  std::vector<Hanging> hanging_;
+  std::vector<std::string> hanging_names_;
   bool moves_arms_ = false, bends_inside_ = false;
   Memory memory_;
   std::vector<std::string> notes_;

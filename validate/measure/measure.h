@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <bitset>
 #include <functional>
@@ -46,7 +47,13 @@ struct ChannelResponse {
   double arrived_deg = 0.0;  // about the channel's axis; negative: the other way round
   double other_deg = 0.0;    // about the axes that the channel does not turn about
   std::size_t pose = 0;      // of a recorded sweep: where it was read
-  double share() const { return arrived_deg / asked_deg; }
+  double from_deg = 0.0;     // of the channel: where what was asked for begins
+  /// 1: all that was asked for, and nothing else. What turns farther than asked, about this axis or
+  /// others, is less by the square of how much farther.
+  double share() const {
+    const double turned = arrived_deg * arrived_deg + other_deg * other_deg;
+    return arrived_deg * asked_deg / std::max(asked_deg * asked_deg, turned);
+  }
 };
 
 struct SweepRecord {

@@ -208,9 +208,12 @@ void take_external(const ExternalJudgement& external, RigResult& result) {
     known->measured += asked.measured;
     known->not_measured += asked.not_measured;
   }
-  for (Headroom& headroom : result.headroom)
-    if (std::ranges::find(external.unanswered, headroom.channel) != external.unanswered.end())
-      headroom.measured = false;
+  for (const auto& [channel, to_deg] : external.answered_to)
+    for (Headroom& headroom : result.headroom) {
+      if (headroom.channel != channel) continue;
+      if (to_deg == 0.0) headroom.measured = false;
+      headroom.clean_to_deg = std::min(headroom.clean_to_deg, to_deg);
+    }
 }
 
 /// How far linear blending is from what a studio's own rig does, with the place on the body.

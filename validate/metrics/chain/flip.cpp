@@ -23,9 +23,11 @@ struct Point {
 struct Motion {
   std::vector<glm::dvec3> turn, shift;
 
-  double largest_turn() const {
+  double largest_turn() const { return largest_turn(turn.size()); }
+  /// Of the first so many joints.
+  double largest_turn(std::size_t joints) const {
     double largest = 0.0;
-    for (const glm::dvec3& v : turn) largest = std::max(largest, glm::length(v));
+    for (std::size_t j = 0; j < joints; ++j) largest = std::max(largest, glm::length(turn[j]));
     return largest;
   }
   double largest_shift() const {
@@ -78,11 +80,13 @@ class Search {
     }
     measure_margin_rates(pose);
     const double unmeasured = std::numeric_limits<double>::quiet_NaN();
-    report_.gain.assign(pose[0].sample.turn.size(), set_.control_deg > 0.0 ? 0.0 : unmeasured);
+    report_.gain.assign(pose[0].sample.turn.size() - pose[0].sample.hanging,
+                        set_.control_deg > 0.0 ? 0.0 : unmeasured);
     fastest_.assign(report_.gain.size(), 0.0);
     for (int i = 0; i < count && !stopped(); ++i) {
       const Motion whole = motion(pose[i].sample, pose[i + 1].sample, set_.length);
-      report_.interval_gain.push_back(gain(whole.largest_turn(), pose[i + 1].t - pose[i].t));
+      report_.interval_gain.push_back(
+          gain(whole.largest_turn(report_.gain.size()), pose[i + 1].t - pose[i].t));
       margin_splits_ = 0;
       explore(pose[i], pose[i + 1], 0);
     }
@@ -142,7 +146,7 @@ class Search {
   }
 
   void note_gains(const Motion& m, double from, double width) {
-    for (std::size_t j = 0; j < m.turn.size(); ++j) {
+    for (std::size_t j = 0; j < report_.gain.size(); ++j) {
       const double g = gain(glm::length(m.turn[j]), width);
       if (g > report_.gain[j]) {
         report_.gain[j] = g;
@@ -257,12 +261,16 @@ class Search {
     jump.joints.push_back(share);
   }
 
-  /// Whether every joint jumped by so many turns times its arc fraction, wrapped.
+  /// Whether every joint of the chain, and no other, jumped by so many turns times its arc
+  /// fraction, wrapped.
   bool jumps_by_fraction(const Jump& jump, std::size_t joint_count, int turns) const {
     constexpr double kSlack = 1.5;  // degrees; fractions are printed and stored rounded
     if (set_.fraction.size() != joint_count || jump.joints.size() < 2) return false;
     std::vector<double> size(joint_count, 0.0);
-    for (const JointJump& share : jump.joints) size[share.joint] = share.size_deg;
+    for (const JointJump& share : jump.joints) {
+      if (share.joint >= joint_count) return false;
+      size[share.joint] = share.size_deg;
+    }
     for (std::size_t j = 0; j < joint_count; ++j) {
       const double expected = degrees(std::abs(wrapped(2.0 * kPi * turns * set_.fraction[j])));
       if (std::abs(size[j] - expected) > kSlack) return false;
@@ -276,7 +284,8 @@ class Search {
     const bool about_bone = std::ranges::all_of(jump.joints, [](const JointJump& share) {
       return share.size_deg == 0.0 || share.axis_to_bone_deg < kSlack;
     });
-    const bool by_fraction = jumps_by_fraction(jump, before.turn.size(), 1);
+    const std::size_t joint_count = before.turn.size() - before.hanging;
+    const bool by_fraction = jumps_by_fraction(jump, joint_count, 1);
     const double apart = degrees(angle_between(before.base, before.end));
     const bool half_way = apart > 180.0 - kSlack && jump.joints.size() > 1;
     if (half_way && by_fraction) {
@@ -288,7 +297,7 @@ class Search {
       return bent && about_bone ? FlipClass::roll_wrap : FlipClass::hemisphere;
     }
     // From q to -q is two turns of the angle that is shared out.
-    if (apart < kSlack && (by_fraction || jumps_by_fraction(jump, before.turn.size(), 2)))
+    if (apart < kSlack && (by_fraction || jumps_by_fraction(jump, joint_count, 2)))
       return FlipClass::double_cover;
     const bool half_turns = std::ranges::all_of(jump.joints, [](const JointJump& share) {
       return share.size_deg == 0.0 || share.size_deg > 180.0 - kSlack;

@@ -18,6 +18,8 @@ struct FlipSample {
   std::vector<glm::dvec3> bone;      // world direction along the bone, unit; tells the class
   std::vector<double> margin;        // radians to the joint's nearest singular pose
   glm::dquat base{1, 0, 0, 0}, end{1, 0, 0, 0};  // hip's and chest's own turn; tell the class
+  // The last so many joints hang from the chain: they are searched for jumps, and have no gain.
+  std::size_t hanging = 0;
 };
 
 /// The rig as a function of t, 0..1 over the sweep (and past 1, where settings ask). Must be pure;
@@ -83,7 +85,8 @@ struct SteepSpot {
 struct FlipReport {
   std::vector<Jump> jumps;            // by rising t
   std::vector<SteepSpot> steep;       // joints over the gain limit at their fastest, by joint
-  std::vector<double> gain;           // per joint: the fastest outside jumps; NaN without control
+  std::vector<double> gain;           // per joint of the chain: the fastest outside jumps; NaN
+                                      // without control
   std::vector<double> interval_gain;  // per interval of the sweep, over all joints, jumps included
   std::vector<double> least_margin_deg;  // per joint; empty where the rig reports none
   std::vector<double> least_margin_t;

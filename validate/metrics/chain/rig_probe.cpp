@@ -23,6 +23,15 @@ FlipRig probe(const solver::SpineSystem& system, ControlPath path) {
     sample.end = pose.chest.turn;
     sample.bone.resize(rest_bone.size());
     for (std::size_t i = 0; i < rest_bone.size(); ++i) sample.bone[i] = pose.turn[i] * rest_bone[i];
+    sample.hanging = pose.hanging.size();
+    for (const solver::RigidMotion& joint : pose.hanging) {
+      sample.turn.push_back(joint.turn);
+      sample.position.push_back(joint.posed_origin);
+      // Away from what it hangs from: the best that is known of where its bone points.
+      const double length = glm::length(joint.rest_origin);
+      sample.bone.push_back(length > 0.0 ? joint.turn * (joint.rest_origin / length)
+                                         : glm::dvec3(0, 1, 0));
+    }
   };
 }
 

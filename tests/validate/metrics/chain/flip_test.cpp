@@ -61,6 +61,10 @@ struct SmoothRig {
   }
 };
 
+glm::dquat turn_about(const glm::dvec3& axis, double deg) {
+  return rotation(axis * radians_from(deg));
+}
+
 /// Control degrees that make a typical wave rig's median gain about one.
 constexpr double kControl = 180.0;
 
@@ -254,6 +258,42 @@ void spread(double t, FlipSample& sample, double control_deg, bool shortest,
     sample.bone.push_back(kX);
   }
   sample.end = rotation(axis * angle);
+}
+
+TEST(FindFlips, WhatHangsFromTheChainIsSearchedForJumpsAndHasNoGain) {
+  const FlipRig rig = [](double t, FlipSample& sample) {
+    sample.turn = {turn_about(kX, 10.0 * t), turn_about(kX, 2000.0 * t),
+                   turn_about(kY, t < 0.7071 ? 0.0 : 40.0)};
+    sample.hanging = 2;
+  };
+  FlipSettings settings;
+  settings.control_deg = 100.0;
+  const FlipReport report = find_flips(rig, settings);
+  ASSERT_EQ(report.jumps.size(), 1u);
+  EXPECT_EQ(report.jumps[0].joints[0].joint, 2u);
+  EXPECT_NEAR(report.jumps[0].size_deg(), 40.0, 1e-6);
+  EXPECT_NEAR(report.jumps[0].t, 0.7071, 1e-5);
+  ASSERT_EQ(report.gain.size(), 1u);
+  EXPECT_NEAR(report.gain[0], 0.1, 1e-9);
+  EXPECT_TRUE(report.steep.empty());
+  for (const double gain : report.interval_gain) EXPECT_NEAR(gain, 0.1, 1e-9);
+}
+
+TEST(FindFlips, AFlipOfTheChainKeepsItsClassWhereMoreHangsFromIt) {
+  // From half a turn one way to half a turn the other way, shared by fraction.
+  const FlipRig rig = [](double t, FlipSample& sample) {
+    const double whole = 160.0 + 40.0 * t, read = whole < 180.0 ? whole : whole - 360.0;
+    sample.turn.clear();
+    for (const double share : {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0, 0.0})
+      sample.turn.push_back(turn_about(kY, share * read));
+    sample.end = sample.turn[3];
+    sample.hanging = 1;
+  };
+  FlipSettings settings;
+  settings.fraction = {0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0};
+  const FlipReport report = find_flips(rig, settings);
+  ASSERT_EQ(report.jumps.size(), 1u);
+  EXPECT_EQ(report.jumps[0].kind, FlipClass::hemisphere);
 }
 
 TEST(FindFlips, TellsAHemisphereFromADoubleCoverAndARollWrap) {
