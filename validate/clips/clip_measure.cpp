@@ -399,6 +399,22 @@ void measure_gain(const ClipSystem& system, const skin::ClipSweep& range,
 /// degree, so smaller jumps can be told than from second to second.
 constexpr double kSmallestWithControlsDeg = 5.0;
 
+/// Whether a joint turns back from frame to frame: over two frames it goes much less far than in
+/// its two steps. Motion that is held and leaps on, as in blocking, does not; nor is it said of a
+/// few frames, which may be the keys themselves.
+bool shakes(std::span<const glm::dquat> turns, Index joints, Index joint) {
+  constexpr double kLeftOver = 0.7;
+  constexpr Index kFewFrames = 16;
+  if (turns.size() < kFewFrames * joints) return false;
+  double steps = 0.0, over_two = 0.0;
+  for (Index f = 2; f * joints < turns.size(); ++f) {
+    const auto at = [&](Index frame) { return turns[frame * joints + joint]; };
+    steps += angle_between(at(f - 2), at(f - 1)) + angle_between(at(f - 1), at(f));
+    over_two += angle_between(at(f - 2), at(f));
+  }
+  return over_two < kLeftOver * steps;
+}
+
 /// Jumps of a sweep from its frame `skipped` on; poses are those of the whole sweep. `along`: its
 /// seconds, or how far its controls have gone.
 FlipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
@@ -411,6 +427,10 @@ FlipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& wat
                                    settings);
   for (Jump& jump : out.jumps) jump.pose += skipped;
   out.not_finite_pose += skipped;
+  for (Index w = 0; w < out.calm_deg.size(); ++w)
+    if (watched[w].against != WatchedJoint::Against::hips && out.calm_deg[w] > kAnyJump_deg &&
+        shakes(all.subspan(skipped * watched.size()), watched.size(), w))
+      out.certified = false;
   return out;
 }
 

@@ -32,29 +32,36 @@ bool is_coarse(const RigRecord& record, const SweepRecord& sweep) {
 }
 
 std::string degrees_text(double deg) {
-  return std::isfinite(deg) && deg <= 180.0 ? number_text(deg, 1) + " deg" : "none";
+  return std::isfinite(deg) && deg <= kAnyJump_deg ? number_text(deg, 1) + " deg" : "none";
 }
 
 std::string jumps_line(const RigRecord& record) {
-  std::vector<double> calm;
-  double most = 0.0;
-  std::string busiest;
+  double calm = 0.0, most = 0.0;
+  bool any = false;
+  std::string busiest, restless;
   for (const SweepRecord& sweep : record.sweeps)
     for (Index j = 0; j < sweep.flips.detectable_deg.size(); ++j) {
       const double deg = sweep.flips.detectable_deg[j];
       const bool is_sum = record.recording->watched[j].against == WatchedJoint::Against::hips;
       if (!std::isfinite(deg) || is_sum) continue;
-      calm.push_back(sweep.flips.calm_deg[j]);
+      any = true;
+      if (sweep.flips.calm_deg[j] > calm) {
+        calm = sweep.flips.calm_deg[j];
+        restless = record.recording->watched[j].name;
+      }
       if (deg > most) {
         most = deg;
         busiest = record.recording->watched[j].name;
       }
     }
-  if (calm.empty()) return "flips: no sweep has the five frames that tell a jump from motion";
-  return "flips: jumps from " + number_text(*std::max_element(calm.begin(), calm.end()), 1) +
+  if (!any) return "flips: no sweep has the five frames that tell a jump from motion";
+  if (calm > kAnyJump_deg)
+    return "flips: not looked for in at least half of the frames: " + restless +
+           " moves so unevenly from frame to frame that a jump of any size would hide there";
+  return "flips: jumps from " + number_text(calm, 1) +
          " deg are found in at least half of the frames, at any joint; where its own motion is "
          "liveliest, " +
-         busiest + " hides those below " + number_text(std::min(most, 180.0), 1);
+         busiest + " hides those below " + number_text(std::min(most, kAnyJump_deg), 1);
 }
 
 /// The smallest jump that is surely found in each sweep of controls, the coarsest first.

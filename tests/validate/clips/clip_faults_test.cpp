@@ -44,12 +44,20 @@ struct Motion {
   skin::Anatomy anatomy;
   skin::Clip clip;
 
-  std::vector<Finding> findings(const skin::Clip& played) const {
-    const Stage stage(character, anatomy);
+  RigRecord measured(const Stage& stage, const skin::Clip& played) const {
     const ClipBody body(stage.character(), stage.anatomy(), played, {});
     Progress progress(Progress::Style::none);
-    const RigRecord record = measure_clip(stage, played, body, nullptr, progress);
-    return judge_rig(record, {stage, clip_limits(), *find_envelope("sweep"), ""});
+    return measure_clip(stage, played, body, nullptr, progress);
+  }
+  std::vector<Finding> findings(const skin::Clip& played) const {
+    const Stage stage(character, anatomy);
+    return judge_rig(measured(stage, played), {stage, clip_limits(), *find_envelope("sweep"), ""});
+  }
+  /// Whether every sweep was searched for jumps.
+  bool certified(const skin::Clip& played) const {
+    const Stage stage(character, anatomy);
+    return std::ranges::all_of(measured(stage, played).sweeps,
+                               [](const SweepRecord& sweep) { return sweep.flips.certified; });
   }
   Index joint(const std::string& joint_name) const {
     const auto found = std::find(clip.joint.begin(), clip.joint.end(), joint_name);
@@ -362,6 +370,23 @@ TEST(ClipFaults, AFirstFrameInAReferencePoseIsNoJumpThoughTheHipsStandInIt) {
   EXPECT_EQ(list(from_reference({"LeftArm", "RightArm"})), "");
   EXPECT_NE(list(from_reference({"LeftArm"})), "");
   EXPECT_NE(list(from_reference({})), "");
+}
+
+TEST(ClipFaults, AJointThatShakesFromFrameToFrameIsNotMeasuredAndBlockingIs) {
+  const Motion motion = sweep_motion(false);
+  const auto turned = [&](const auto& deg_at) {
+    skin::Clip clip = motion.clip;
+    for (Index f = 0; f < clip.frame_count(); ++f)
+      plant(clip, motion.joint("spine_03"), f,
+            rotation(glm::dvec3(radians_from(deg_at(static_cast<int>(f))), 0, 0)));
+    return clip;
+  };
+  EXPECT_TRUE(motion.certified(motion.clip));
+  EXPECT_FALSE(motion.certified(turned([](int f) { return f % 2 == 0 ? 15.0 : -15.0; })));
+  EXPECT_FALSE(motion.certified(turned([](int f) { return f % 3 == 0 ? 25.0 : 0.0; })));
+  // Poses held for some frames each, and a joint that turns fast and on.
+  EXPECT_TRUE(motion.certified(turned([](int f) { return 15.0 * (f / 4); })));
+  EXPECT_TRUE(motion.certified(turned([](int f) { return 25.0 * f; })));
 }
 
 TEST(ClipFaults, AKinkOrRollThatIsHeldIsFoundByJointAndSize) {

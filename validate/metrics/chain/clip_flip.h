@@ -39,6 +39,9 @@ struct ClipSettings {
 /// Fewer frames have no pace to compare a step with.
 inline constexpr std::size_t kLeastFrames = 5;
 
+/// No two rotations are further apart: what is found only above it is not found at all.
+inline constexpr double kAnyJump_deg = 180.0;
+
 /// The discrete test for baked motion. Frames cannot be bisected, so this is an outlier test and no
 /// certificate. Per joint and step from frame to frame:
 ///
