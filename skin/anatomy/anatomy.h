@@ -104,6 +104,8 @@ class SpineDriver {
   std::vector<solver::BoxMotion> motions_over(const solver::SpineSystem& system,
                                               const solver::BoxPlaces& places) const;
   const std::vector<int>& node_motions() const { return motion_; }
+  /// The joint of the chain that a motion of node_motions() is, 0 for the hips; -1: what stays.
+  static int joint_of_motion(int motion);
 
   /// Where each spine joint hips .. chest stands along the rest chain, 0..1 by arc length.
   const std::vector<double>& joint_fractions() const { return joint_fraction_; }

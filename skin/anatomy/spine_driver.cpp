@@ -191,6 +191,10 @@ void SpineDriver::choose_motions() {
   }
 }
 
+int SpineDriver::joint_of_motion(int motion) {
+  return motion == kStatic ? -1 : std::max(0, motion - kChain);
+}
+
 std::vector<bool> SpineDriver::static_nodes() const {
   std::vector<bool> out(motion_.size());
   for (Index n = 0; n < out.size(); ++n) out[n] = motion_[n] == kStatic;

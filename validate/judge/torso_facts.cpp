@@ -4,10 +4,10 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
-#include <numeric>
 #include <vector>
 
 #include "skin/anatomy/chain_arc.h"
+#include "validate/metrics/surface/connected_pieces.h"
 
 namespace backbend::validate {
 
@@ -65,19 +65,13 @@ bool is_plated(const Stage& stage) {
   constexpr double kMost = 0.6;
   const skin::Character& character = stage.character();
   const TorsoPlaces torso(stage);
-  std::vector<std::uint32_t> piece(character.place_count);  // by place
-  std::iota(piece.begin(), piece.end(), 0u);
-  const auto root = [&](std::uint32_t place) {
-    while (piece[place] != place) place = piece[place] = piece[piece[place]];
-    return place;
-  };
-  for (const glm::uvec3& t : character.triangles)
-    for (int i = 1; i < 3; ++i) piece[root(character.place[t[i]])] = root(character.place[t[0]]);
+  const std::vector<std::uint32_t> piece =
+      connected_pieces(character.triangles, character.place, character.place_count);
   std::map<std::uint32_t, std::pair<double, double>> reach;
   for (std::size_t v = 0; v < torso.along.size(); ++v) {
     const double at = torso.along[v];
     if (at == TorsoPlaces::kElsewhere) continue;
-    const auto known = reach.emplace(root(character.place[v]), std::pair(at, at)).first;
+    const auto known = reach.emplace(piece[character.place[v]], std::pair(at, at)).first;
     known->second = {std::min(known->second.first, at), std::max(known->second.second, at)};
   }
   return !reach.empty() && std::ranges::none_of(reach, [&](const auto& each) {

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "validate/metrics/math/nan.h"
+#include "validate/metrics/surface/connected_pieces.h"
 #include "validate/metrics/surface/torso.h"
 
 namespace backbend::validate {
@@ -76,16 +77,22 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
   const std::vector<std::uint8_t> torso = torso_mask(character, anatomy, rest_position_);
   const std::vector<float> share = spine_shares(character, anatomy);
   const std::vector<glm::dvec3>& joints = driver.rest_chain().joint;
-  const RestMesh mesh{rest_position_,
-                      rest.normal,
-                      character.triangles,
-                      character.place,
-                      character.place_count,
-                      torso,
-                      share,
-                      joints};
+  RestMesh mesh{rest_position_,
+                rest.normal,
+                character.triangles,
+                character.place,
+                character.place_count,
+                torso,
+                share,
+                joints};
   const SpineLine line(joints);
   const std::vector<float> coordinate = spine_coordinate(mesh, line);
+  std::vector<int> joint_of_vertex;
+  for (const int part : parts_.of_vertex())
+    joint_of_vertex.push_back(part < 0 ? -1 : skin::SpineDriver::joint_of_motion(part));
+  const std::vector<std::uint8_t> rigid = rigid_pieces(
+      character.triangles, character.place, joint_of_vertex, driver.joint_fractions(), coordinate);
+  mesh.rigid = rigid;
   spine_fraction_ = arc_of_joints(character, anatomy);
   for (const int node : anatomy.spine)
     spine_name_.push_back(character.nodes[static_cast<std::size_t>(node)].name);

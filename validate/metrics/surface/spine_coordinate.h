@@ -16,6 +16,7 @@ struct RestMesh {
   std::span<const std::uint8_t> torso;  // 1: belongs to the torso; arms, legs, head do not
   std::span<const float> spine_share;   // 0..1: how much of a vertex the spine moves; empty: all
   std::span<const glm::dvec3> spine;    // rest joints hips .. chest, two or more
+  std::span<const std::uint8_t> rigid = {};  // rigid_pieces(), one per vertex; empty: none
 };
 
 /// A smooth line along the spine's joints, from the first to the last and straight on beyond both.

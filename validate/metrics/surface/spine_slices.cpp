@@ -227,27 +227,38 @@ Slice finish(const RestMesh& mesh, Piece ring, double s, const Across& across) {
   return slice;
 }
 
-Slice choose_ring(const RestMesh& mesh, std::vector<Piece> pieces, double s,
-                  const glm::dvec3& middle, const Across& across) {
+/// The largest ring around the middle that some pieces make: closed ones by themselves, all open
+/// ones together. No points where none goes round.
+Piece largest_ring(std::vector<Piece> pieces, const glm::dvec3& middle, const Across& across) {
   std::vector<Piece> open;
   std::vector<Piece> candidates;
   for (Piece& piece : pieces) (piece.closed ? candidates : open).push_back(std::move(piece));
   if (!open.empty()) candidates.push_back(join_open(open, across, middle));
-  std::size_t best = candidates.size();
+  Piece best;
   double largest = 0.0;
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const double area = glm::length(vector_area(candidates[i].at, middle));
-    if (area > largest && goes_round(candidates[i].at, across, middle)) {
+  for (Piece& candidate : candidates) {
+    const double area = glm::length(vector_area(candidate.at, middle));
+    if (area > largest && goes_round(candidate.at, across, middle)) {
       largest = area;
-      best = i;
+      best = std::move(candidate);
     }
   }
-  if (best == candidates.size()) {
+  return best;
+}
+
+Slice choose_ring(const RestMesh& mesh, std::vector<Piece> pieces, double s,
+                  const glm::dvec3& middle, const Across& across) {
+  // The body below a breastplate is what bends.
+  std::vector<Piece> soft;
+  for (const Piece& piece : pieces)
+    if (mesh.rigid.empty() || mesh.rigid[piece.point.front().a] == 0) soft.push_back(piece);
+  Piece ring = largest_ring(std::move(soft), middle, across);
+  if (ring.at.empty()) ring = largest_ring(std::move(pieces), middle, across);
+  if (ring.at.empty()) {
     Slice none;
     none.s = s;
     return none;
   }
-  Piece& ring = candidates[best];
   if (ring.closed && glm::dot(vector_area(ring.at, middle), across.tangent) < 0.0) reverse(ring);
   return finish(mesh, std::move(ring), s, across);
 }

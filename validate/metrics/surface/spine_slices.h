@@ -59,7 +59,7 @@ struct SpineSlices {
 /// Cuts `count` slices between two arc fractions of a torso. `left` (any direction not along the
 /// spine) is where each slice's own direction points at rest. A slice is the outermost ring around
 /// the spine: of the closed rings, and of the open pieces together, that go round the line, the one
-/// with the largest area.
+/// with the largest area. RestMesh::rigid ones are taken only where no other goes round.
 SpineSlices cut_slices(const RestMesh& mesh, const SpineLine& line,
                        std::span<const float> coordinate, const glm::dvec3& left, int count,
                        double from = 0.05, double to = 0.95);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/validate/tube_fixture.h"
+#include "validate/metrics/surface/connected_pieces.h"
 
 namespace backbend::validate {
 namespace {
@@ -175,6 +176,55 @@ TEST(CutSlices, DoNotDependOnHowVerticesAreSplitOrOrdered) {
     EXPECT_EQ(slices.slice[r].ring.size(), plain.slices.slice[r].ring.size());
     EXPECT_LT(glm::distance(pose.area[r], plain.rest_slices.area[r]), 1e-9);
   }
+}
+
+/// How many of 64 slices take a band of twice the tube's radius that lies around it from `from` to
+/// `to`, and of which `joint_at` moves the place at a height.
+template <typename JointAt>
+int slices_of_band(double from, double to, const JointAt& joint_at) {
+  constexpr int kRows = 8, kSides = 24;
+  Tube tube(10);
+  std::vector<int> joint(tube.position.size(), -1);
+  const auto first = static_cast<std::uint32_t>(tube.position.size());
+  for (int r = 0; r <= kRows; ++r)
+    for (int k = 0; k < kSides; ++k) {
+      const double angle = 2.0 * kPi * k / kSides, height = from + (to - from) * r / kRows;
+      tube.place.push_back(static_cast<std::uint32_t>(tube.position.size()));
+      tube.position.emplace_back(0.2 * std::cos(angle), height, -0.2 * std::sin(angle));
+      tube.normal.emplace_back(std::cos(angle), 0, -std::sin(angle));
+      tube.torso.push_back(1);
+      joint.push_back(joint_at(height));
+    }
+  for (std::uint32_t r = 0; r < kRows; ++r)
+    for (std::uint32_t k = 0; k < kSides; ++k) {
+      const std::uint32_t a = first + r * kSides + k, b = first + r * kSides + (k + 1) % kSides;
+      tube.triangle.push_back({a, b, a + kSides});
+      tube.triangle.push_back({b, b + kSides, a + kSides});
+    }
+  RestMesh mesh = tube.mesh();
+  const SpineLine line(tube.spine);
+  const std::vector<float> coordinate = spine_coordinate(mesh, line);
+  std::vector<double> fraction;
+  for (int k = 0; k <= 10; ++k) fraction.push_back(0.1 * k);
+  const std::vector<std::uint8_t> rigid =
+      rigid_pieces(tube.triangle, tube.place, joint, fraction, coordinate);
+  mesh.rigid = rigid;
+  const SpineSlices slices = cut_slices(mesh, line, coordinate, {1, 0, 0}, 64);
+  EXPECT_EQ(slices.measured(), 64u);
+  return static_cast<int>(std::ranges::count_if(
+      slices.slice, [&](const Slice& slice) { return slice.ring.front().a >= first; }));
+}
+
+TEST(SpineSlices, TheBodyBelowAPlateThatGoesWithTheJointNearItIsMeasured) {
+  EXPECT_EQ(slices_of_band(0.4, 0.9, [](double) { return 8; }), 0);
+  EXPECT_EQ(slices_of_band(-0.1, 0.1, [](double) { return 0; }), 0);
+}
+
+TEST(SpineSlices, ACostumeThatBendsOrHangsFromAFarJointIsMeasuredItself) {
+  EXPECT_GT(slices_of_band(0.4, 0.9, [](double height) { return height < 0.6 ? 6 : 8; }), 30);
+  EXPECT_GT(slices_of_band(0.4, 0.9, [](double height) { return height < 0.6 ? -1 : 8; }), 30);
+  EXPECT_GT(slices_of_band(0.1, 0.9, [](double) { return 8; }), 50);     // a whole shirt
+  EXPECT_GT(slices_of_band(0.05, 0.25, [](double) { return 10; }), 10);  // a belt on the chest
 }
 
 }  // namespace
