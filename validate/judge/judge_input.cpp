@@ -1,8 +1,11 @@
 #include "validate/judge/judge_input.h"
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "skin/anatomy/import_checks.h"
+#include "validate/judge/joint_places.h"
 
 namespace backbend::validate {
 namespace {
@@ -18,6 +21,10 @@ struct InputFact {
   std::size_t places = 0;
   std::string detail;
 };
+
+void worst_first(std::vector<InputFact>& facts) {
+  std::ranges::stable_sort(facts, std::ranges::greater(), &InputFact::value);
+}
 
 class InputJudge {
  public:
@@ -110,7 +117,8 @@ InputReading read_input(const Stage& stage) {
 }
 
 InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
-                           const InputReading& weights, bool judges_weights) {
+                           const InputReading& weights, const BodyMetrics& body,
+                           bool judges_weights) {
   InputJudge input(rig, context, judges_weights);
   const skin::Character& character = input.character();
   const auto count = [](std::size_t n) { return static_cast<double>(n); };
@@ -173,6 +181,24 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
                        number_text(1000.0 * one.shift, 1) + " mm off"});
   }
   input.ask("BB068", off);
+
+  std::vector<InputFact> aside, turned_back;
+  for (const JointPlace& place : joint_places(context.stage, body)) {
+    const Text side = place.aside > 0.0 ? "left" : "right";
+    const double percent = 100.0 * std::abs(place.aside);
+    if (std::isfinite(percent))
+      aside.push_back({percent, -1, place.node, 0.0, 0,
+                       input.joint(place.node) + " stands " + number_text(percent, 0) +
+                           " % of the body's half width to the " + side + " of its middle"});
+    const double back = 100.0 * place.turned_back;
+    turned_back.push_back({back, -1, place.node, 0.0, 0,
+                           "the chain turns back at " + input.joint(place.node) + ", over " +
+                               number_text(back, 1) + " % of the spine"});
+  }
+  worst_first(aside);
+  worst_first(turned_back);
+  input.ask("BB071", aside);
+  input.ask("BB072", turned_back);
   return input.take();
 }
 

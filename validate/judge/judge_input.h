@@ -4,6 +4,7 @@
 
 #include "skin/weights/weight_faults.h"
 #include "validate/judge/judge.h"
+#include "validate/metrics/surface/body_metrics.h"
 #include "validate/metrics/surface/weight_hygiene.h"
 
 namespace backbend::validate {
@@ -25,9 +26,11 @@ InputReading read_input(const Stage& stage);
 /// What is wrong with the character's file whatever the pose, as findings of one rig, so that every
 /// form of the report shows them where the rig's others are: weight sums, unweighted and stray
 /// vertices, weight on far joints and on the other side's, asymmetry, order along the spine, seams,
-/// and joints whose bind pose is off. Of one check the three worst joints are findings. They decide
-/// only where the character itself is on trial (`judges_weights`).
+/// joints whose bind pose is off, and joints that stand beside the body or past their neighbour. Of
+/// one check the three worst joints are findings. They decide only where the character itself is on
+/// trial (`judges_weights`).
 InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
-                           const InputReading& weights, bool judges_weights);
+                           const InputReading& weights, const BodyMetrics& body,
+                           bool judges_weights);
 
 }  // namespace backbend::validate

@@ -118,12 +118,13 @@ void add_findings(std::vector<Finding> findings, std::ptrdiff_t rig, Report& rep
 
 /// The file is judged once, under the first rig that decides, or the first at all.
 void judge_file(const Suite& suite, const std::vector<RigRecord>& records,
-                const JudgeContext& context, const InputReading& reading, Report& report) {
+                const JudgeContext& context, const InputReading& reading, const BodyMetrics& body,
+                Report& report) {
   const auto decides = [](const RigRecord& each) { return each.plan.role == Role::proposed; };
   auto record = std::find_if(records.begin(), records.end(), decides);
   if (record == records.end()) record = records.begin();
   if (record == records.end()) return;
-  InputJudgement input = judge_input(*record, context, reading, suite.judges_weights);
+  InputJudgement input = judge_input(*record, context, reading, body, suite.judges_weights);
   const auto rig = report.rigs.end() - (records.end() - record);
   add_findings(std::move(input.findings), rig - report.rigs.begin(), report);
   for (const Coverage& each : input.coverage) rig->coverage.push_back(each);
@@ -462,7 +463,7 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
     for (std::vector<Finding>& each : *of_rigs) add_findings(std::move(each), rig++, report);
   }
   const std::size_t judged = report.findings.size();
-  if (input) judge_file(suite, records, own_context, input->get(), report);
+  if (input) judge_file(suite, records, own_context, input->get(), body, report);
   for (std::size_t i = judged; i < report.findings.size(); ++i) places.name({}, report.findings[i]);
   offer_repair(file, run.words, request.chain, std::span(report.findings).subspan(before));
   return run;

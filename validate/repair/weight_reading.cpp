@@ -121,7 +121,7 @@ WeightReading read_weights(const skin::Character& character, const ReadingContex
   out.findings = judge_rig(rig, judging);
   book_owners(stage, body, rig, true, out.findings);
   out.input = read_input(stage);
-  InputJudgement file = judge_input(rig, judging, out.input, true);
+  InputJudgement file = judge_input(rig, judging, out.input, body, true);
   for (Finding& finding : file.findings) out.findings.push_back(std::move(finding));
   const PlaceNames places(stage.character(), stage.anatomy(), &body);
   for (Finding& finding : out.findings) places.name({}, finding);

@@ -379,6 +379,23 @@ constexpr std::array kChecks = {
           "one of the two is wrong, which is a fault of this program", Owner::tool,
           "a camera that cannot see the place, a detector outside its calibrated range",
           "open the finding's pictures; report it", "", "specification, section 8"},
+    Check{"BB071", "joint aside", Subject::input,
+          "how far a joint of the spine stands at rest from the middle between the body's left and "
+          "right surface there",
+          "% of half width", 30.0, Sense::at_most, true,
+          "healthy bodies stay below 10 %, one that is twisted at rest reaches 26; beyond 30 the "
+          "body swings to one side when it twists",
+          Owner::skeleton,
+          "a joint drawn beside the body, a body moved after its skeleton was made",
+          "move the named joint to the middle of the body, and bind again", "",
+          "cross-sections at rest"},
+    Check{"BB072", "joint past its neighbour", Subject::input,
+          "how far the spine's chain goes back where it turns by 120 degrees and more at a joint",
+          "% of spine", 3.0, Sense::at_most, true,
+          "no spine that was tried turns back at all; shorter bones are left to rounding",
+          Owner::skeleton, "a joint moved past the next or the one before",
+          "put the joints in their order along the spine, and bind again", "",
+          "directions of bones at rest"},
 };
 
 constexpr bool codes_rise() {

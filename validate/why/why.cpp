@@ -69,7 +69,7 @@ double near_limit(const Check& check, double limit, bool back) {
 
 /// What passes by less than kNearLimit. `weights`: nullptr where the input is not asked.
 std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& context,
-                                   const InputReading* weights) {
+                                   const BodyMetrics& body, const InputReading* weights) {
   LimitSet nearer = context.limits;
   for (const Check& check : all_checks())
     if (metric_of(check.code) || (check.subject == Subject::input && check.decides))
@@ -80,7 +80,7 @@ std::vector<Finding> near_findings(const RigRecord& rig, const JudgeContext& con
   std::vector<Finding> findings = judge_rig(rig, near);
   std::erase_if(findings, [](const Finding& each) { return metric_of(each.code) == nullptr; });
   if (weights != nullptr)
-    for (Finding& finding : judge_input(rig, near, *weights, true).findings)
+    for (Finding& finding : judge_input(rig, near, *weights, body, true).findings)
       findings.push_back(std::move(finding));
   for (Finding& each : findings) each.limit = near_limit(*find_check(each.code), each.limit, true);
   return findings;
@@ -132,7 +132,7 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   std::optional<InputReading> weights;
   if (only.empty() || sweep.empty()) {
     weights = read_input(stage);
-    for (Finding& finding : judge_input(rig, context, *weights, true).findings)
+    for (Finding& finding : judge_input(rig, context, *weights, body, true).findings)
       findings.push_back(std::move(finding));
   }
   Judged out;
@@ -140,7 +140,7 @@ Judged measure(const Version& version, const WhySettings& settings, const std::s
   for (const Finding& finding : findings)
     if (finding.inside_envelope) wanted.erase(key_of(finding));
   if (!wanted.empty()) {
-    std::vector<Finding> near = near_findings(rig, context, weights ? &*weights : nullptr);
+    std::vector<Finding> near = near_findings(rig, context, body, weights ? &*weights : nullptr);
     std::erase_if(near, [&](const Finding& each) { return !wanted.contains(key_of(each)); });
     book_owners(stage, body, rig, true, near);
     for (Finding& finding : near) {

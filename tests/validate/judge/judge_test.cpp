@@ -206,7 +206,8 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
   const JudgeContext context{stage, limits, envelope, "tube.glb"};
   const RigRecord rig = measured("even");
   const InputReading weights = read_input(stage);
-  const std::vector<Finding> findings = judge_input(rig, context, weights, true).findings;
+  const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+  const std::vector<Finding> findings = judge_input(rig, context, weights, metrics, true).findings;
   ASSERT_GE(findings.size(), 3u);  // what hangs on a hand is far from it as well
   EXPECT_EQ(findings[0].code, "BB060");
   EXPECT_NEAR(findings[0].value, 3.0, 1e-9);
@@ -219,11 +220,62 @@ TEST(JudgeInput, NamesTheStrayVertexAndTheUnweightedOne) {
     EXPECT_EQ(finding.verdict, Verdict::fail);
   }
   // A rig is not to blame for the file.
-  for (const Finding& finding : judge_input(rig, context, weights, false).findings)
+  for (const Finding& finding : judge_input(rig, context, weights, metrics, false).findings)
     EXPECT_EQ(finding.verdict, Verdict::stress);
   // The same body without the faults.
   const JudgeContext clean{tube(), limits, envelope, "tube.glb"};
-  EXPECT_TRUE(judge_input(rig, clean, read_input(tube()), true).findings.empty());
+  EXPECT_TRUE(judge_input(rig, clean, read_input(tube()), metrics, true).findings.empty());
+}
+
+const skin::Anatomy& tube_anatomy() {
+  static const skin::Anatomy anatomy = skin::find_anatomy(tube_body(8)->character());
+  return anatomy;
+}
+
+/// What is said of joints' places where one of the tube's is moved, in shares of the spine's
+/// length.
+std::vector<Finding> places_with(std::size_t joint, const glm::dvec3& shift) {
+  skin::Character character = tube_body(8)->character();
+  const skin::Anatomy& anatomy = tube_anatomy();
+  const auto node = static_cast<std::size_t>(anatomy.spine[joint]);
+  character.nodes[node].world_from_node[3] += glm::dvec4(shift * anatomy.spine_length, 0.0);
+  const Stage stage(character, skin::AnatomyHints{});
+  const LimitSet limits;
+  const Envelope envelope = *find_envelope("human");
+  const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+  std::vector<Finding> found = judge_input(measured("even"), {stage, limits, envelope, "tube.glb"},
+                                           read_input(stage), metrics, true)
+                                   .findings;
+  std::erase_if(found, [](const Finding& each) { return each.code < "BB071"; });
+  return found;
+}
+
+TEST(JudgeInput, AJointOfTheSpineBesideTheBodysMiddleIsNamedAndBlamed) {
+  const skin::Anatomy& anatomy = tube_anatomy();
+  const glm::dvec3 left = anatomy.left;
+  const std::string name =
+      tube_body(8)->character().nodes[static_cast<std::size_t>(anatomy.spine[4])].name;
+  for (const double side : {1.0, -1.0}) {
+    const std::vector<Finding> found = places_with(4, left * (0.1 * side));
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_EQ(found[0].code, "BB071");
+    EXPECT_EQ(found[0].joint, name);
+    EXPECT_EQ(found[0].owner, Owner::skeleton);
+    EXPECT_EQ(found[0].verdict, Verdict::fail);
+    EXPECT_NE(found[0].detail.find(side > 0 ? "to the left" : "to the right"), std::string::npos);
+  }
+  EXPECT_TRUE(places_with(4, left * 0.01).empty());
+  EXPECT_TRUE(places_with(4, anatomy.forward * 0.1).empty());
+}
+
+TEST(JudgeInput, AJointPastItsNeighbourIsNamed) {
+  const glm::dvec3 up = tube_anatomy().up;
+  const std::vector<Finding> above = places_with(4, up * 0.18), below = places_with(4, up * -0.18);
+  for (const std::vector<Finding>* found : {&above, &below}) {
+    ASSERT_FALSE(found->empty());
+    for (const Finding& each : *found) EXPECT_EQ(each.code, "BB072");
+  }
+  EXPECT_TRUE(places_with(4, up * 0.06).empty());
 }
 
 TEST(CompoundLoad, IsTheRootOfTheSumOfSquaresOfWhatEachChannelNeeds) {
