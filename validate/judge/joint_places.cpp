@@ -53,10 +53,17 @@ std::vector<JointPlace> joint_places(const Stage& stage, const BodyMetrics& body
                : 0.0;
   };
   const std::vector<double>& fraction = stage.driver().joint_fractions();
+  const auto has_both = [](const std::vector<int>& left, const std::vector<int>& right) {
+    return !left.empty() && !right.empty();
+  };
+  const bool has_left = has_both(anatomy.left_arm, anatomy.right_arm) ||
+                        has_both(anatomy.left_leg, anatomy.right_leg);
   std::vector<JointPlace> out;
   for (Index k = 1; k <= anatomy.chest_index; ++k)
-    out.push_back(
-        {anatomy.spine[k], aside_of(at(k), fraction[k], anatomy.left, body), turned_back(k)});
+    out.push_back({anatomy.spine[k],
+                   has_left ? aside_of(at(k), fraction[k], anatomy.left, body)
+                            : std::numeric_limits<double>::quiet_NaN(),
+                   turned_back(k)});
   return out;
 }
 

@@ -10,7 +10,8 @@ namespace backbend::validate {
 struct JointPlace {
   int node = -1;
   // From the middle between the torso's left and right surface at its height, in half widths there:
-  // 0 in the middle, 1 on the skin. NaN where no cross-section near it has both surfaces.
+  // 0 in the middle, 1 on the skin. NaN where no cross-section near it has both surfaces, and on a
+  // body without a pair of limbs, whose left is a guess.
   double aside = 0.0;
   // The shorter of the bones that meet there, as a share of the spine's length, where the chain
   // turns back by 120 degrees and more: this joint or the next stands past its neighbour. 0

@@ -46,13 +46,17 @@ class InputJudge {
     }
   }
 
+  void leave_out(std::string_view code, const std::string& why) {
+    out_.coverage.push_back({std::string(code), 1, 0, 0, 1});
+    out_.notes.push_back(std::string(code) + " " + std::string(find_check(code)->name) +
+                         ", not applicable: " + why);
+  }
+
   /// `story` tells of a joint, its size in per cent and the other joint.
   template <typename Story>
   void ask(std::string_view code, const skin::WeightAnswer& answer, const Story& story) {
     if (!answer.not_applicable.empty()) {
-      out_.coverage.push_back({std::string(code), 1, 0, 0, 1});
-      out_.notes.push_back(std::string(code) + " " + std::string(find_check(code)->name) +
-                           ", not applicable: " + answer.not_applicable);
+      leave_out(code, answer.not_applicable);
       return;
     }
     std::vector<InputFact> facts;
@@ -197,7 +201,12 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
   }
   worst_first(aside);
   worst_first(turned_back);
-  input.ask("BB071", aside);
+  if (aside.empty())
+    input.leave_out("BB071",
+                    "no limbs say where the body's left is, or no cross-section near a "
+                    "joint has both sides");
+  else
+    input.ask("BB071", aside);
   input.ask("BB072", turned_back);
   return input.take();
 }

@@ -1,4 +1,5 @@
 #include "validate/judge/judge.h"
+#include "validate/judge/joint_places.h"
 #include "validate/judge/judge_input.h"
 
 #include <gtest/gtest.h>
@@ -266,6 +267,16 @@ TEST(JudgeInput, AJointOfTheSpineBesideTheBodysMiddleIsNamedAndBlamed) {
   }
   EXPECT_TRUE(places_with(4, left * 0.01).empty());
   EXPECT_TRUE(places_with(4, anatomy.forward * 0.1).empty());
+}
+
+TEST(JudgeInput, OfABodyWithoutLimbsNoJointIsCalledAside) {
+  const auto body = tube_body(8);
+  skin::Anatomy anatomy = skin::find_anatomy(body->character());
+  for (auto* limb : {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg, &anatomy.right_leg})
+    limb->clear();
+  const Stage stage(body->character(), anatomy);
+  const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+  for (const JointPlace& place : joint_places(stage, metrics)) EXPECT_TRUE(std::isnan(place.aside));
 }
 
 TEST(JudgeInput, AJointPastItsNeighbourIsNamed) {
