@@ -711,6 +711,35 @@ class FaultFinder {
     }
   }
 
+  /// A joint and its image that each weigh what the other should: the middle of each one's weight
+  /// lies on the other side than the joint stands. Nothing tells them by their areas, for these are
+  /// swapped, too.
+  void find_swapped(std::map<int, WeightFault>& wrong) {
+    constexpr double kAside = 0.03, kAcrossBy = 0.5;
+    std::vector<double> middle(total_.size(), 0.0);
+    const auto aside = [&](const glm::dvec3& p) {
+      return glm::dot(p - mirror_.middle, mirror_.left);
+    };
+    for (Index p = 0; p < weights_.size(); ++p)
+      for (const NodeWeight& w : weights_[p])
+        middle[static_cast<Index>(w.node)] +=
+            w.weight * aside(point_[p]) / total_[static_cast<Index>(w.node)];
+    const auto is_across = [&](int node) {
+      const double joint = aside(at(node));
+      return total_[static_cast<Index>(node)] > 0.0 && std::abs(joint) > kAside * size_ &&
+             middle[static_cast<Index>(node)] * joint < -kAcrossBy * joint * joint;
+    };
+    const auto swapped = [&](int node) {
+      const int image = image_[static_cast<Index>(node)];
+      return image != node && is_across(node) && is_across(image);
+    };
+    for (Index p = 0; p < weights_.size(); ++p)
+      for (const NodeWeight& w : weights_[p])
+        if (w.weight >= kCounts && swapped(w.node) && aside(point_[p]) * aside(at(w.node)) < 0.0)
+          add(wrong, w.node, image_[static_cast<Index>(w.node)], w.weight,
+              glm::distance(point_[p], at(w.node)), p);
+  }
+
   void find_distant(WeightFaults& out) {
     std::map<int, WeightFault> wrong, far, wide, cut_off;
     const std::vector<bool> stays_behind = find_behind(out.far);
@@ -767,6 +796,7 @@ class FaultFinder {
       }
     }
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
+    find_swapped(wrong);
     keep_patches(wrong);
     keep_patches(far);
     keep_patches(wide, kPlacesUneven, kWidePatch);

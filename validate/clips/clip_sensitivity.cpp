@@ -56,7 +56,7 @@ std::string jumps_line(const RigRecord& record) {
     }
   if (!any) return "flips: no sweep has the five frames that tell a jump from motion";
   if (calm > kAnyJump_deg)
-    return "flips: not looked for in at least half of the frames: " + restless +
+    return "flips: not found in at least half of the frames: " + restless +
            " moves so unevenly from frame to frame that a jump of any size would hide there";
   return "flips: jumps from " + number_text(calm, 1) +
          " deg are found in at least half of the frames, at any joint; where its own motion is "

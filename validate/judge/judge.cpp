@@ -121,7 +121,7 @@ Finding flip_finding(const RigRecord& rig, const JudgeContext& context, const Sw
   if (!jump.joints.empty())
     finding.joint = joint_name(rig, static_cast<int>(jump.joints.front().joint));
   finding.detail = std::string(name_of(jump.kind)) + ": " + joint_list(rig, jump) + " by " +
-                   number_text(finding.value, 1) + " " + std::string(finding.unit) + " at " +
+                   number_text(finding.value, 1) + " " + finding.unit + " at " +
                    sweep.sweep.channel + " " + number_text(control, 3);
   finding.geometry["before_deg"] = sweep.sweep.from_deg + span * jump.before;
   finding.geometry["after_deg"] = sweep.sweep.from_deg + span * jump.after;

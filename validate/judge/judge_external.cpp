@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "skin/anatomy/mirror_image.h"
 #include "validate/live/external_rig.h"
@@ -84,7 +85,6 @@ glm::dvec3 axis_of(const solver::SpineSystem& system, std::string_view channel,
 struct Answers {
   std::vector<double> angle_deg;  // signed, rising in size; starts at rest
   std::vector<glm::dvec3> turn;   // degrees, from rest to there
-  double sign = 1.0;              // of the angles
 
   ChannelResponse between(Index from, Index to, std::string_view channel,
                           const glm::dvec3& axis) const {
@@ -97,18 +97,19 @@ struct Answers {
   }
 };
 
+/// `sign`: of the angles.
 Answers answers_of(const RigRecord& rig, const SweepRecord& sweep, double sign) {
-  Answers out{{0.0}, {glm::dvec3(0.0)}, sign};
+  Answers out{{0.0}, {glm::dvec3(0.0)}};
   std::vector<const PoseRecord*> poses;
   for (const PoseRecord& pose : sweep.poses)
     if (pose.control_deg * sign > 0.0) poses.push_back(&pose);
   std::ranges::sort(poses, {}, [](const PoseRecord* pose) { return std::abs(pose->control_deg); });
-  solver::SpinePose before = rig.system->rest();
+  solver::SpinePose before = rig.system->rest(), now;
   for (const PoseRecord* pose : poses) {
-    solver::SpinePose now = rig.system->solve(pose->control);
+    rig.system->solve_into(pose->control, solver::Detail::joints, now);
     out.turn.push_back(out.turn.back() + 180.0 / kPi * turn_between_poses(before, now));
     out.angle_deg.push_back(pose->control_deg);
-    before = std::move(now);
+    std::swap(before, now);
   }
   return out;
 }
@@ -325,13 +326,20 @@ ExternalJudgement judge_external(const RigRecord& rig, const JudgeContext& conte
       out.answered_to.push_back({std::string(channel), 0.0});
       continue;
     }
+    // Of several sweeps of one channel, the stretch that begins nearest to rest.
+    std::optional<ChannelResponse> nearest;
+    const SweepRecord* of_nearest = nullptr;
     for (const SweepRecord& each : rig.sweeps) {
       if (!moves_alone(each.sweep, channel)) continue;
       const auto stretch = stretch_unanswered(rig, each, context.stage.anatomy().left, limit);
-      if (!stretch) continue;
-      out.findings.push_back(response_finding(rig, context, each, *external, *stretch));
-      out.answered_to.push_back({std::string(channel), std::abs(stretch->from_deg)});
+      if (!stretch || (nearest && std::abs(stretch->from_deg) >= std::abs(nearest->from_deg)))
+        continue;
+      nearest = stretch;
+      of_nearest = &each;
     }
+    if (!nearest) continue;
+    out.findings.push_back(response_finding(rig, context, *of_nearest, *external, *nearest));
+    out.answered_to.push_back({std::string(channel), std::abs(nearest->from_deg)});
   }
   out.coverage.push_back(responses);
   for (const SweepRecord& sweep : rig.sweeps) {

@@ -13,6 +13,7 @@
 
 #include "skin/anatomy/body_kind.h"
 #include "skin/anatomy/import_checks.h"
+#include "skin/anatomy/mirror_image.h"
 #include "skin/character/weld.h"
 #include "skin/deform/skinning.h"
 #include "skin/gltf/gltf_reader.h"
@@ -584,6 +585,27 @@ TEST(FarInfluence, OfAPatchThatTheOtherSideHasNowhereNearIsNamedBesideTheJointsA
     ASSERT_GE(places, 30u);
     EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, left), !both) << places;
   }
+}
+
+TEST(WrongSide, OfLimbsWhoseWeightsAreSwappedIsNamed) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  const std::vector<int> image = mirrored_nodes(character, mirror_of(character, anatomy));
+  const auto joint_of = [&](int node) {
+    return std::ranges::find(character.joints, node, &SkinJoint::node) - character.joints.begin();
+  };
+  for (Influences& influences : character.influences)
+    for (int k = 0; k < kMaxInfluences; ++k) {
+      const int node = character.joints[influences.joint[k]].node;
+      const auto other = joint_of(image[static_cast<std::size_t>(node)]);
+      if (influences.weight[k] > 0.0f && other < std::ssize(character.joints))
+        influences.joint[k] = static_cast<std::uint16_t>(other);
+    }
+  const WeightAnswer wrong = find_weight_faults(character, anatomy).wrong_side;
+  for (const auto* limb : {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg})
+    EXPECT_TRUE(std::ranges::any_of(*limb, [&](int node) { return names(wrong, 0.9, node); }));
+  EXPECT_FALSE(names(wrong, kWrongSide, anatomy.spine[2]));
 }
 
 TEST(FarInfluence, OfAPatchThatAFarJointMovesAloneIsNamed) {

@@ -2,28 +2,50 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/geometric.hpp>
 
+#include "skin/character/matrix_facts.h"
 #include "validate/metrics/surface/spine_coordinate.h"
 #include "validate/metrics/surface/torso.h"
 
 namespace backbend::validate {
 namespace {
 
-/// Index into Character::joints of each spine joint, hips first, up to the base of the neck;
-/// nothing if one of the `driven` first ones has none.
-std::optional<std::vector<std::uint16_t>> spine_joints(const skin::Character& character,
-                                                       const skin::Anatomy& anatomy,
-                                                       std::size_t driven) {
-  std::vector<std::uint16_t> joints;
+/// The skin's joints that are those of the spine: each spine joint itself, and what stands in its
+/// place and goes with it, as a `_bind` joint of no length.
+struct SpineJoints {
+  std::vector<std::uint16_t> joint;  // one for each spine joint, hips first, up to the neck's base
+  std::vector<int> index;            // of each joint of the skin: into `joint`; -1: another's
+};
+
+/// Nothing if one of the `driven` first spine joints has no joint of the skin.
+std::optional<SpineJoints> spine_joints(const skin::Character& character,
+                                        const skin::Anatomy& anatomy,
+                                        const std::vector<int>& motion, std::size_t driven) {
+  const auto place = [&](std::size_t node) {
+    return skin::origin(character.nodes[node].world_from_node);
+  };
+  SpineJoints out;
+  out.index.assign(character.joints.size(), -1);
   for (std::size_t i = 0; i < std::max(driven, anatomy.neck_index + 1); ++i) {
-    const auto found =
-        std::ranges::find(character.joints, anatomy.spine[i], &skin::SkinJoint::node);
-    if (found != character.joints.end())
-      joints.push_back(static_cast<std::uint16_t>(found - character.joints.begin()));
+    const auto spine = static_cast<std::size_t>(anatomy.spine[i]);
+    std::optional<std::size_t> chosen;
+    for (std::size_t j = 0; j < out.index.size(); ++j) {
+      const auto node = static_cast<std::size_t>(character.joints[j].node);
+      const bool twin =
+          out.index[j] < 0 && motion[node] == motion[spine] &&
+          std::ranges::find(anatomy.spine, character.joints[j].node) == anatomy.spine.end() &&
+          glm::distance(place(node), place(spine)) <= 1e-6 * anatomy.spine_length;
+      if (node != spine && !twin) continue;
+      out.index[j] = static_cast<int>(out.joint.size());
+      if (!chosen || node == spine) chosen = j;
+    }
+    if (chosen)
+      out.joint.push_back(static_cast<std::uint16_t>(*chosen));
     else if (i < driven)
       return std::nullopt;
   }
-  return joints;
+  return out;
 }
 
 struct Entry {
@@ -56,7 +78,7 @@ std::optional<std::vector<skin::Influences>> proxy_weights(const skin::Character
                                                            const skin::SpineDriver& driver,
                                                            const skin::PosedMesh& rest) {
   const std::vector<double>& fraction = driver.joint_fractions();
-  const auto spine = spine_joints(character, anatomy, fraction.size());
+  const auto spine = spine_joints(character, anatomy, driver.node_motions(), fraction.size());
   if (!spine || fraction.size() < 2) return std::nullopt;
   const std::vector<std::uint8_t> torso = torso_mask(character, anatomy, rest.position);
   const std::vector<float> share = spine_shares(character, anatomy);
@@ -75,10 +97,10 @@ std::optional<std::vector<skin::Influences>> proxy_weights(const skin::Character
     for (int k = 0; k < skin::kMaxInfluences; ++k) {
       const Entry entry{out[v].joint[k], out[v].weight[k]};
       if (!(entry.weight > 0.0f)) continue;
-      const auto found = std::ranges::find(*spine, entry.joint);
+      const int found = spine->index[entry.joint];
       // Above the chest nothing bends: whose the weight is there changes nothing.
-      const bool above = found - spine->begin() >= std::ssize(fraction);
-      if (found != spine->end() && !(above && s >= 1.0))
+      const bool above = found >= static_cast<int>(fraction.size());
+      if (found >= 0 && !(above && s >= 1.0))
         of_spine += entry.weight;
       else
         entries.push_back(entry);
@@ -91,8 +113,8 @@ std::optional<std::vector<skin::Influences>> proxy_weights(const skin::Character
     const double upper =
         high_at > low_at ? std::clamp((s - low_at) / (high_at - low_at), 0.0, 1.0) : 1.0;
     if (upper < 1.0)
-      entries.push_back({(*spine)[high - 1], static_cast<float>(of_spine * (1.0 - upper))});
-    if (upper > 0.0) entries.push_back({(*spine)[high], static_cast<float>(of_spine * upper)});
+      entries.push_back({spine->joint[high - 1], static_cast<float>(of_spine * (1.0 - upper))});
+    if (upper > 0.0) entries.push_back({spine->joint[high], static_cast<float>(of_spine * upper)});
     out[v] = packed(std::move(entries));
   }
   return out;

@@ -64,6 +64,37 @@ TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) 
   EXPECT_GT(arms, 100u);
 }
 
+TEST(ProxyWeights, AJointOfNoLengthOnASpineJointIsTheSpines) {
+  const auto body = tube_body(6);
+  const std::vector<skin::Influences> clean = proxies(body->character(), body->stage().anatomy());
+  skin::Character split = body->character();
+  const auto spine = static_cast<std::size_t>(body->stage().anatomy().spine[3]);
+  skin::Node leaf = split.nodes[spine];
+  leaf.name += "_bind";
+  leaf.parent = static_cast<int>(spine);
+  split.nodes.push_back(leaf);
+  const auto of_spine = static_cast<std::uint16_t>(
+      std::ranges::find(split.joints, static_cast<int>(spine), &skin::SkinJoint::node) -
+      split.joints.begin());
+  skin::SkinJoint joint = split.joints[of_spine];
+  joint.node = static_cast<int>(split.nodes.size()) - 1;
+  split.joints.push_back(joint);
+  int moved = 0;
+  for (skin::Influences& influences : split.influences)
+    for (int k = 0; k < skin::kMaxInfluences; ++k)
+      if (influences.weight[k] > 0.0f && influences.joint[k] == of_spine) {
+        influences.joint[k] = static_cast<std::uint16_t>(split.joints.size() - 1);
+        ++moved;
+        break;
+      }
+  EXPECT_GT(moved, 100);
+  const std::vector<skin::Influences> made = proxies(split, body->stage().anatomy());
+  for (std::size_t v = 0; v < clean.size(); ++v) {
+    EXPECT_EQ(made[v].joint, clean[v].joint) << v;
+    EXPECT_EQ(made[v].weight, clean[v].weight) << v;
+  }
+}
+
 TEST(ProxyWeights, KeepTheirSumWhereNotAllFit) {
   const auto body = tube_body(6);
   skin::Character crowded = body->character();
