@@ -16,7 +16,7 @@ namespace {
 
 using Index = std::size_t;
 
-// Over how much of a channel it is read, and what of it counts as nothing, degrees.
+// The stretch of a channel that one reading takes, and the turn below which nothing arrives.
 constexpr double kReadOver_deg = 30.0, kNothing_deg = 0.5;
 
 PoseDegrees pose_of(std::string_view channel, double angle) {
@@ -58,17 +58,6 @@ const SweepRecord* sweep_of(const RigRecord& rig, std::string_view channel) {
   return nullptr;
 }
 
-/// How the chest turned between two poses of a chain, radians: its joints' turns, added up.
-glm::dvec3 turn_between_poses(const solver::SpinePose& from, const solver::SpinePose& to) {
-  const auto joint = [](const solver::SpinePose& pose, Index k) {
-    return glm::conjugate(k == 0 ? pose.hip.turn : pose.turn[k - 1]) * pose.turn[k];
-  };
-  glm::dvec3 sum(0.0);
-  for (Index k = 0; k < from.turn.size(); ++k)
-    sum += rotation_vector(glm::conjugate(joint(from, k)) * joint(to, k));
-  return sum;
-}
-
 /// Unit, of the body at rest: what a channel's positive angles turn about.
 glm::dvec3 axis_of(const solver::SpineSystem& system, std::string_view channel,
                    const glm::dvec3& left) {
@@ -107,7 +96,7 @@ Answers answers_of(const RigRecord& rig, const SweepRecord& sweep, double sign) 
   solver::SpinePose before = rig.system->rest(), now;
   for (const PoseRecord* pose : poses) {
     rig.system->solve_into(pose->control, solver::Detail::joints, now);
-    out.turn.push_back(out.turn.back() + 180.0 / kPi * turn_between_poses(before, now));
+    out.turn.push_back(out.turn.back() + 180.0 / kPi * sum_of_turns(before, now));
     out.angle_deg.push_back(pose->control_deg);
     std::swap(before, now);
   }
@@ -294,7 +283,7 @@ ChannelResponse channel_response(const solver::SpineSystem& system, solver::Mapp
     return system.solve(controls_at(system, pose_of(channel, angle), mapping));
   };
   const glm::dvec3 axis = axis_of(system, channel, left);
-  const glm::dvec3 turn = turn_between_poses(pose_at(0.0), pose_at(kReadOver_deg));
+  const glm::dvec3 turn = sum_of_turns(pose_at(0.0), pose_at(kReadOver_deg));
   ChannelResponse out{std::string(channel), kReadOver_deg, degrees(glm::dot(turn, axis)), 0.0};
   out.other_deg = degrees(glm::length(turn - axis * glm::dot(turn, axis)));
   return out;

@@ -328,10 +328,8 @@ void ExternalRig::find_hanging() {
   for (Index k = anatomy_.chest_index + 1; k < spine.size(); ++k) add(spine[k], spine[k - 1]);
   for (const auto* arm : {&anatomy_.left_arm, &anatomy_.right_arm}) {
     if (arm->empty()) continue;
-    int base = character_.nodes[static_cast<Index>(arm->front())].parent;
-    while (base >= 0 && std::ranges::find(spine, base) == spine.end())
-      base = character_.nodes[static_cast<Index>(base)].parent;
-    add(arm->front(), base >= 0 ? base : spine[anatomy_.chest_index]);
+    const int above = skin::spine_index_above(character_, spine, arm->front());
+    add(arm->front(), spine[above >= 0 ? static_cast<Index>(above) : anatomy_.chest_index]);
     if (arm->size() > 1) add((*arm)[1], arm->front());
   }
 }

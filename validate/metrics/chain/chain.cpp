@@ -213,12 +213,23 @@ void measure_margin(const solver::SpinePose& pose, ChainMeasures& out) {
     }
 }
 
+/// Of a joint against the one below it, of the first against the hips.
+glm::dquat turn_of(const solver::SpinePose& pose, std::size_t joint) {
+  return glm::conjugate(joint == 0 ? pose.hip.turn : pose.turn[joint - 1]) * pose.turn[joint];
+}
+
 }  // namespace
 
 glm::dvec3 sum_of_turns(const solver::SpinePose& pose) {
-  glm::dvec3 sum = rotation_vector(glm::conjugate(pose.hip.turn) * pose.turn.front());
-  for (std::size_t k = 1; k < pose.turn.size(); ++k)
-    sum += rotation_vector(glm::conjugate(pose.turn[k - 1]) * pose.turn[k]);
+  glm::dvec3 sum(0.0);
+  for (std::size_t k = 0; k < pose.turn.size(); ++k) sum += rotation_vector(turn_of(pose, k));
+  return sum;
+}
+
+glm::dvec3 sum_of_turns(const solver::SpinePose& from, const solver::SpinePose& to) {
+  glm::dvec3 sum(0.0);
+  for (std::size_t k = 0; k < from.turn.size(); ++k)
+    sum += rotation_vector(glm::conjugate(turn_of(from, k)) * turn_of(to, k));
   return sum;
 }
 

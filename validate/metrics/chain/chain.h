@@ -21,6 +21,8 @@ struct ChainInput {
 /// The turns of all joints from hips to chest, each against the one below, as rotation vectors in
 /// the axes of the one below, added up: what arrives at the chest, with the full turns.
 glm::dvec3 sum_of_turns(const solver::SpinePose& pose);
+/// The same from one pose to another of the chain.
+glm::dvec3 sum_of_turns(const solver::SpinePose& from, const solver::SpinePose& to);
 
 /// How the arms moved against the chest control.
 struct ArmDrift {

@@ -12,12 +12,13 @@ std::vector<std::uint32_t> connected_pieces(std::span<const glm::uvec3> triangle
                                             std::uint32_t place_count) {
   std::vector<std::uint32_t> piece(place_count);
   std::iota(piece.begin(), piece.end(), 0u);
+  const auto place_of = [&](std::uint32_t v) { return place.empty() ? v : place[v]; };
   const auto root = [&](std::uint32_t at) {
     while (piece[at] != at) at = piece[at] = piece[piece[at]];
     return at;
   };
   for (const glm::uvec3& t : triangle)
-    for (int i = 1; i < 3; ++i) piece[root(place[t[i]])] = root(place[t[0]]);
+    for (int i = 1; i < 3; ++i) piece[root(place_of(t[i]))] = root(place_of(t[0]));
   for (std::uint32_t at = 0; at < place_count; ++at) piece[at] = root(at);
   return piece;
 }

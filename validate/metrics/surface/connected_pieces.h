@@ -8,7 +8,7 @@ namespace backbend::validate {
 
 /// Which connected piece of a surface each place belongs to: two places of one triangle are of one
 /// piece. Pieces are named by one of their places. `triangle` holds vertices, `place` each vertex's
-/// place, below `place_count`.
+/// place, below `place_count`; where `place` is empty, `triangle` holds places.
 std::vector<std::uint32_t> connected_pieces(std::span<const glm::uvec3> triangle,
                                             std::span<const std::uint32_t> place,
                                             std::uint32_t place_count);

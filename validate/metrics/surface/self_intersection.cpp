@@ -11,6 +11,8 @@
 #include <memory>
 #include <numeric>
 
+#include "validate/metrics/surface/connected_pieces.h"
+
 namespace backbend::validate {
 namespace {
 
@@ -439,15 +441,8 @@ void SelfIntersection::find_neighbours() {
 }
 
 void SelfIntersection::find_shells() {
-  std::vector<std::uint32_t> root(count_of(places_));
-  std::iota(root.begin(), root.end(), 0u);
-  const auto find = [&](std::uint32_t p) {
-    while (root[p] != p) p = root[p] = root[root[p]];
-    return p;
-  };
-  for (const glm::uvec3& t : places_)
-    for (int k = 1; k < 3; ++k) root[find(t[k])] = find(t[0]);
-  for (const glm::uvec3& t : places_) shell_.push_back(find(t[0]));
+  const std::vector<std::uint32_t> piece = connected_pieces(places_, {}, count_of(places_));
+  for (const glm::uvec3& t : places_) shell_.push_back(piece[t[0]]);
   for (const Pair& pair : rest_pairs_)
     if (shell_[pair.first] != shell_[pair.second]) joined_shells_.push_back(shells_of(pair));
   std::ranges::sort(joined_shells_);
