@@ -13,11 +13,17 @@ namespace {
 
 using EdgeKey = std::pair<std::uint32_t, std::uint32_t>;  // places, lower first
 
-/// An edge of the mesh that crosses a level: the slice point, and the crossings it is joined to.
+/// A step of a ring: to another crossing, over a triangle.
+struct Step {
+  EdgeKey to;
+  glm::uvec3 triangle{0};
+};
+
+/// An edge of the mesh that crosses a level: the slice point, and the steps from it.
 struct Crossing {
   SlicePoint point;
   glm::dvec3 at{0.0};
-  std::vector<EdgeKey> joined;
+  std::vector<Step> step;
 };
 using Crossings = std::map<EdgeKey, Crossing>;  // ordered: the same rings on every machine
 
@@ -45,7 +51,7 @@ class LevelCutter {
       const EdgeKey key = forward ? EdgeKey(mesh_.place[a], mesh_.place[b])
                                   : EdgeKey(mesh_.place[b], mesh_.place[a]);
       Crossing& crossing = crossings[key];
-      if (crossing.joined.empty()) {
+      if (crossing.step.empty()) {
         crossing.point = forward ? SlicePoint{a, b, (level - sa) / (sb - sa)}
                                  : SlicePoint{b, a, (level - sb) / (sa - sb)};
         crossing.at = glm::mix(glm::dvec3(mesh_.position[crossing.point.a]),
@@ -55,8 +61,26 @@ class LevelCutter {
       found[count++] = key;
     }
     if (count != 2) return;
-    crossings[found[0]].joined.push_back(found[1]);
-    crossings[found[1]].joined.push_back(found[0]);
+    std::vector<Step>& step = crossings[found[0]].step;
+    // A triangle doubled for its back face, or by another level of detail, is one step.
+    if (std::ranges::find(step, found[1], &Step::to) != step.end()) return;
+    step.push_back({found[1], t});
+    crossings[found[1]].step.push_back({found[0], t});
+  }
+
+  /// Which step to take after `last`: where several surfaces meet in one edge (levels of detail
+  /// share some), the one that shares two vertices, and so stays on its surface.
+  static std::vector<Step>::iterator onward(std::vector<Step>& step,
+                                            const std::vector<Step>& last) {
+    const auto shared = [&](const Step& s) {
+      int count = 0;
+      for (int i = 0; i < 3; ++i)
+        for (int k = 0; k < 3; ++k) count += s.triangle[i] == last[0].triangle[k];
+      return count >= 2;
+    };
+    if (step.size() > 1 && !last.empty())
+      if (const auto same = std::ranges::find_if(step, shared); same != step.end()) return same;
+    return std::prev(step.end());
   }
 
   /// Takes the crossings apart into rings and open pieces.
@@ -65,27 +89,29 @@ class LevelCutter {
     const auto walk = [&](EdgeKey at) {
       Piece piece;
       const EdgeKey start = at;
+      std::vector<Step> last;  // the one that led here
       for (;;) {
         Crossing& here = crossings.at(at);
         piece.point.push_back(here.point);
         piece.at.push_back(here.at);
-        if (here.joined.empty()) break;
-        const EdgeKey next = here.joined.back();
-        here.joined.pop_back();
-        std::vector<EdgeKey>& back = crossings.at(next).joined;
-        back.erase(std::ranges::find(back, at));
-        if (next == start) {
+        if (here.step.empty()) break;
+        const auto next = onward(here.step, last);
+        last.assign(1, *next);
+        here.step.erase(next);
+        std::vector<Step>& back = crossings.at(last[0].to).step;
+        back.erase(std::ranges::find(back, at, &Step::to));
+        if (last[0].to == start) {
           piece.closed = true;
           break;
         }
-        at = next;
+        at = last[0].to;
       }
       if (piece.point.size() > 2) out.push_back(std::move(piece));
     };
     for (auto& [key, crossing] : crossings)  // ends of open pieces first
-      if (crossing.joined.size() == 1) walk(key);
+      if (crossing.step.size() == 1) walk(key);
     for (auto& [key, crossing] : crossings)
-      if (!crossing.joined.empty()) walk(key);
+      if (!crossing.step.empty()) walk(key);
     return out;
   }
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <random>
+
 #include "tests/validate/tube_fixture.h"
 #include "validate/metrics/surface/connected_pieces.h"
 
@@ -176,6 +179,50 @@ TEST(CutSlices, DoNotDependOnHowVerticesAreSplitOrOrdered) {
     EXPECT_EQ(slices.slice[r].ring.size(), plain.slices.slice[r].ring.size());
     EXPECT_LT(glm::distance(pose.area[r], plain.rest_slices.area[r]), 1e-9);
   }
+}
+
+/// The slices of a tube of 48 sides to which a second surface is added, whose vertices are its own
+/// and stand at the tube's places: each `step`th column of them, its triangles turned inside out on
+/// request.
+SpineSlices with_a_second_surface(int step, bool inside_out) {
+  Tube tube(10);
+  const auto first = static_cast<std::uint32_t>(tube.position.size());
+  const int columns = tube.sides / step;
+  for (int r = 0; r <= tube.rings; ++r)
+    for (int k = 0; k < columns; ++k) {
+      const auto twin = static_cast<std::uint32_t>(r * tube.sides + k * step);
+      tube.place.push_back(twin);
+      tube.position.push_back(glm::vec3(tube.position[twin]));
+      tube.normal.push_back(glm::vec3(tube.normal[twin]));
+      tube.torso.push_back(1);
+    }
+  const auto at = [&](int r, int k) {
+    return first + static_cast<std::uint32_t>(r * columns + k % columns);
+  };
+  for (int r = 0; r < tube.rings; ++r)
+    for (int k = 0; k < columns; ++k)
+      for (glm::uvec3 t : {glm::uvec3(at(r, k), at(r, k + 1), at(r + 1, k)),
+                           glm::uvec3(at(r, k + 1), at(r + 1, k + 1), at(r + 1, k))}) {
+        if (inside_out) std::swap(t.y, t.z);
+        tube.triangle.push_back(t);
+      }
+  // An exporter orders triangles as it likes.
+  std::ranges::shuffle(tube.triangle, std::mt19937(7));
+  RestMesh mesh = tube.mesh();
+  mesh.place_count = first;
+  const SpineLine line(tube.spine);
+  return cut_slices(mesh, line, spine_coordinate(mesh, line), {1, 0, 0}, 64);
+}
+
+TEST(SpineSlices, ASurfaceDoubledForItsBackFaceOrAsALevelOfDetailLeavesTheBodysRing) {
+  const SlicedTube plain(Tube(10));
+  for (const int step : {1, 2, 4, 8})
+    for (const bool inside_out : {false, true}) {
+      const SpineSlices slices = with_a_second_surface(step, inside_out);
+      for (int r = 0; r < 64; ++r)
+        EXPECT_EQ(slices.slice[r].ring.size(), plain.slices.slice[r].ring.size())
+            << "every column of " << step << ", slice " << r;
+    }
 }
 
 /// How many of 64 slices take a band of twice the tube's radius that lies around it from `from` to
