@@ -627,7 +627,8 @@ class FaultFinder {
   struct Patch {
     std::vector<Index> places;
     std::map<int, Index> around;  // edges that lead out of it, by the joint that moves most there
-    bool is_shell = false;        // nothing else is on its shell: edges to the nearest other one
+    std::map<int, Index> below;   // what it lies on, of a shell other than the largest: as `around`
+    bool is_shell = false;        // nothing else is on its shell
   };
 
   /// The patches of each joint.
@@ -653,18 +654,18 @@ class FaultFinder {
         }
       }
       patch.is_shell = patch.places.size() == shell_size_[shell_[start]];
-      if (!patch.is_shell) continue;
+      if (!patch.is_shell && shell_[start] == largest_shell_) continue;
       for (const Index p : patch.places)
         for (Index e = linked_.first[p]; e < linked_.first[p + 1]; ++e)
           if (const Index q = linked_.of[e]; shell_[q] != shell_[p] && main_[q] >= 0)
-            ++patch.around[main_[q]];
+            ++patch.below[main_[q]];
     }
     return out;
   }
 
   /// Patches far from a joint's bones and from its area there, amid what joints far along the
-  /// skeleton move; other joints need not weigh on them. Of a shell of its own, a piece of costume,
-  /// all that it lies on must be so far.
+  /// skeleton move; other joints need not weigh on them. Or, of a piece of costume, where all that
+  /// they lie on is so far: gloves and sleeves that were swapped are amid each other's joints.
   void find_cut_off(std::map<int, WeightFault>& out) {
     for (const auto& [node, patches] : patches_of_joints()) {
       if (patches.size() < 2) continue;
@@ -687,22 +688,25 @@ class FaultFinder {
       const PointCells cells(std::move(own), kFar * size_);
       for (Index k = 0; k < patches.size(); ++k) {
         const Patch& patch = patches[k];
-        if (static_cast<std::ptrdiff_t>(k) == area || patch.around.empty() ||
+        // Of a costume's piece, what it lies on tells, be the piece whole or a sleeve.
+        const bool lies_far =
+            !patch.below.empty() && std::ranges::all_of(patch.below, [&](const auto& each) {
+              return steps_between(each.first, node) >= kFarJoints;
+            });
+        const std::map<int, Index>& amid = patch.is_shell || lies_far ? patch.below : patch.around;
+        if (static_cast<std::ptrdiff_t>(k) == area || amid.empty() ||
             static_cast<double>(patch.places.size()) < kPatchPlaces)
           continue;
-        const int rival = std::ranges::max_element(patch.around, {}, [](const auto& each) {
-                            return each.second;
-                          })->first;
-        double steps = steps_between(rival, node);
+        const int rival =
+            std::ranges::max_element(amid, {}, [](const auto& each) { return each.second; })->first;
+        const double steps = steps_between(rival, node);
         const double distance = off(cells, patch);
         const bool vertebra = node == anatomy_.spine.front() || on_torso(node);
         bool asked =
             steps >= kFarJoints ? !vertebra || on_torso(rival) : !vertebra && on_torso(rival);
         double near = kIsland;
-        if (patch.is_shell) {
-          for (const auto& [other, edges] : patch.around)
-            steps = std::min(steps, steps_between(other, node));
-          asked = steps >= kFarJoints;
+        if (patch.is_shell || lies_far) {
+          asked = lies_far;
           near = kFar;
         }
         if (!asked || steps < kHumpJoints || distance < near * size_) continue;

@@ -587,21 +587,25 @@ TEST(FarInfluence, OfAPatchThatTheOtherSideHasNowhereNearIsNamedBesideTheJointsA
   }
 }
 
+/// Gives each side of the body, from a vertex on, the weights of the other.
+void exchange_sides(Character& character, const Anatomy& anatomy, std::size_t first = 0) {
+  const std::vector<int> image = mirrored_nodes(character, mirror_of(character, anatomy));
+  for (std::size_t v = first; v < character.vertex_count(); ++v)
+    for (int k = 0; k < kMaxInfluences; ++k) {
+      Influences& influences = character.influences[v];
+      const int node = character.joints[influences.joint[k]].node;
+      const auto other = std::ranges::find(character.joints, image[static_cast<std::size_t>(node)],
+                                           &SkinJoint::node);
+      if (influences.weight[k] > 0.0f && other != character.joints.end())
+        influences.joint[k] = static_cast<std::uint16_t>(other - character.joints.begin());
+    }
+}
+
 TEST(WrongSide, OfLimbsWhoseWeightsAreSwappedIsNamed) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   Character character = read_character(shared_character("mh_male_13k.glb"));
   const Anatomy anatomy = find_anatomy(character);
-  const std::vector<int> image = mirrored_nodes(character, mirror_of(character, anatomy));
-  const auto joint_of = [&](int node) {
-    return std::ranges::find(character.joints, node, &SkinJoint::node) - character.joints.begin();
-  };
-  for (Influences& influences : character.influences)
-    for (int k = 0; k < kMaxInfluences; ++k) {
-      const int node = character.joints[influences.joint[k]].node;
-      const auto other = joint_of(image[static_cast<std::size_t>(node)]);
-      if (influences.weight[k] > 0.0f && other < std::ssize(character.joints))
-        influences.joint[k] = static_cast<std::uint16_t>(other);
-    }
+  exchange_sides(character, anatomy);
   const WeightAnswer wrong = find_weight_faults(character, anatomy).wrong_side;
   for (const auto* limb : {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg})
     EXPECT_TRUE(std::ranges::any_of(*limb, [&](int node) { return names(wrong, 0.9, node); }));
@@ -661,6 +665,33 @@ TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhereAllThatItLiesOnIsFarFromItsJoint
   EXPECT_FALSE(with_pouch(anatomy.spine[1]));
   EXPECT_TRUE(with_pouch(anatomy.head));
   EXPECT_TRUE(with_pouch(anatomy.left_arm.back()));
+}
+
+TEST(FarInfluence, OfSleevesAndGlovesThatHoldEachOthersWeightsIsNamed) {
+  for (const char* file : {"mh_male_13k.glb", "quaternius_female_24k.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    const auto at = [&](int node) {
+      return glm::vec3(character.nodes[static_cast<std::size_t>(node)].world_from_node[3]);
+    };
+    const float aside = std::abs(at(anatomy.left_arm[2]).x);  // the elbow
+    const auto height = static_cast<float>(anatomy.height);
+    for (const bool jacket : {true, false}) {
+      Character dressed = character;
+      const std::size_t first = add_piece(dressed, anatomy.height, [&](const glm::vec3& p) {
+        if (!jacket)
+          return std::abs(p.x) > aside + 0.05F * height && p.y > at(anatomy.spine.front()).y;
+        return p.y > at(anatomy.spine.front()).y + 0.1F * height && p.y < at(anatomy.head).y &&
+               std::abs(p.x) < aside + 0.05F * height;
+      });
+      ASSERT_GT(dressed.vertex_count() - first, 300u);
+      EXPECT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar) << jacket;
+      exchange_sides(dressed, anatomy, first);
+      EXPECT_GT(find_weight_faults(dressed, anatomy).far.worst(), 0.9) << jacket;
+    }
+  }
 }
 
 TEST(FarInfluence, IsNotFurtherAlongJointsThatStandInOnePlace) {
