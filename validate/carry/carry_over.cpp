@@ -29,8 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "backbend carried 1\n";
-constexpr std::size_t kHashLength = 32;
+constexpr std::string_view kCarriedMagic = "backbend carried 1\n";
 constexpr std::uintmax_t kMostEntryBytes = std::uintmax_t{1} << 28;
 constexpr const char* kEntryFolder = "carried";
 /// Folders below a run's that hold what is made for one character.
@@ -42,12 +41,6 @@ struct Damaged : std::runtime_error {
 
 std::string dumped(const json& value) {
   return value.dump(-1, ' ', true, json::error_handler_t::replace);
-}
-
-bool is_inside(const std::string& name) {
-  const fs::path path(name);
-  return !path.empty() && path.is_relative() && path.lexically_normal() == path &&
-         *path.begin() != "..";
 }
 
 std::string complaint(const std::string& unit, const std::string& what) {
@@ -62,9 +55,10 @@ json read_entry(const fs::path& file) {
   } catch (const ReadError& error) {
     throw Damaged(error.what());
   }
-  const std::size_t head = kMagic.size() + kHashLength + 1;
-  if (text.size() < head || !text.starts_with(kMagic) || text[head - 1] != '\n' ||
-      content_hash(std::string_view(text).substr(head)) != text.substr(kMagic.size(), kHashLength))
+  const std::size_t head = kCarriedMagic.size() + kHashLength + 1;
+  if (text.size() < head || !text.starts_with(kCarriedMagic) || text[head - 1] != '\n' ||
+      content_hash(std::string_view(text).substr(head)) !=
+          text.substr(kCarriedMagic.size(), kHashLength))
     throw Damaged("is not as it was written");
   return json::parse(text.substr(head));
 }
@@ -314,7 +308,7 @@ void CarryOver::keep(const fs::path& folder, const std::string& report_hash) con
                              "\n";
     const fs::path file = entry_file(unit);
     OutputFolder(file.parent_path())
-        .write(file.filename(), std::string(kMagic) + content_hash(body) + "\n" + body);
+        .write(file.filename(), std::string(kCarriedMagic) + content_hash(body) + "\n" + body);
   });
 }
 

@@ -93,14 +93,14 @@ struct MetricTally {
 };
 
 /// Everything that is counted while the poses are gone through.
-struct Tally {
+struct MetricTallies {
   std::map<std::string, MetricTally> metric;  // by name
   std::vector<Candidate> against_a, against_b;
 };
 
 /// Compares the pose of `a` that `at` says with pose `j` of `b`; returns its mark.
 char compare_pose(const SweepSeries& a, const PoseRef& at, const SweepSeries& b, std::size_t j,
-                  Tally& tally, Comparison& comparison) {
+                  MetricTallies& tally, Comparison& comparison) {
   const auto i = static_cast<std::size_t>(at.pose);
   bool a_better = false, b_better = false, compared = false, a_over = false, b_over = false;
   for (const auto& [name, values] : a.metric) {
@@ -230,7 +230,7 @@ Comparison compare_results(const RigResult& a, const RigResult& b, std::string a
   comparison.b = std::move(b_label);
   comparison.character = a.character;
   comparison.mapping = a.mapping;
-  Tally tally;
+  MetricTallies tally;
   std::size_t seen = 0, poses_of_b = 0;
   for (std::size_t s = 0; s < b.sweeps.size(); ++s)
     if (!is_hunted(b, s)) poses_of_b += b.sweeps[s].control_deg.size();

@@ -12,7 +12,7 @@ namespace backbend::validate {
 namespace {
 
 /// A point counts as found within this share of the height.
-constexpr float kNear = 0.005f;
+constexpr float kSameVertex = 0.005f;
 
 /// The cloud about its middle, one high; empty where it has no height.
 std::vector<glm::vec3> standardised(std::span<const glm::vec3> points) {
@@ -35,9 +35,9 @@ struct Cell {
   std::int32_t x, y, z;
 
   explicit Cell(const glm::vec3& p)
-      : x(static_cast<std::int32_t>(std::floor(p.x / kNear))),
-        y(static_cast<std::int32_t>(std::floor(p.y / kNear))),
-        z(static_cast<std::int32_t>(std::floor(p.z / kNear))) {}
+      : x(static_cast<std::int32_t>(std::floor(p.x / kSameVertex))),
+        y(static_cast<std::int32_t>(std::floor(p.y / kSameVertex))),
+        z(static_cast<std::int32_t>(std::floor(p.z / kSameVertex))) {}
   std::uint64_t key(int dx, int dy, int dz) const {
     const auto part = [](std::int32_t v) { return static_cast<std::uint64_t>(v & 0x1fffff); };
     return part(x + dx) << 42 | part(y + dy) << 21 | part(z + dz);
@@ -58,7 +58,8 @@ double surface_match(std::span<const glm::vec3> a, std::span<const glm::vec3> b)
     for (int n = 0; n < 27 && !near; ++n) {
       const auto held = cells.find(cell.key(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1));
       if (held == cells.end()) continue;
-      for (const std::size_t i : held->second) near = near || glm::distance(there[i], p) <= kNear;
+      for (const std::size_t i : held->second)
+        near = near || glm::distance(there[i], p) <= kSameVertex;
     }
     found += near ? 1 : 0;
   }

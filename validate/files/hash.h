@@ -1,4 +1,5 @@
 #pragma once
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -6,7 +7,9 @@
 
 namespace backbend::validate {
 
-/// 32 hex digits of XXH3-128: names content, does not protect against forgery.
+constexpr std::size_t kHashLength = 32;
+
+/// kHashLength hex digits of XXH3-128: names content, does not protect against forgery.
 std::string content_hash(std::span<const std::uint8_t> bytes);
 std::string content_hash(std::string_view text);
 /// The same form for a hash that was computed elsewhere.

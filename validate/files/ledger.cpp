@@ -19,8 +19,7 @@ namespace {
 namespace fs = std::filesystem;
 using nlohmann::json;
 
-constexpr std::string_view kMagic = "backbend part 1\n";
-constexpr std::size_t kHashLength = 32;
+constexpr std::string_view kPartMagic = "backbend part 1\n";
 constexpr std::uintmax_t kMostPartBytes = std::uintmax_t{1} << 28;
 
 struct Part {
@@ -28,13 +27,6 @@ struct Part {
   std::vector<std::pair<std::string, std::string>> files;  // name, hash
   std::vector<std::uint8_t> result;
 };
-
-/// A name that stays below the run folder.
-bool is_inside(const std::string& name) {
-  const fs::path path(name);
-  return !path.empty() && path.is_relative() && path.lexically_normal() == path &&
-         *path.begin() != "..";
-}
 
 // A line of magic, the hash of all that follows, a line of JSON, and the result as it is.
 std::string part_text(const Part& part) {
@@ -44,14 +36,14 @@ std::string part_text(const Part& part) {
                          -1, ' ', true, json::error_handler_t::replace) +
                      "\n";
   body.append(part.result.begin(), part.result.end());
-  return std::string(kMagic) + content_hash(body) + "\n" + body;
+  return std::string(kPartMagic) + content_hash(body) + "\n" + body;
 }
 
 std::optional<Part> parse_part(std::string_view text) {
-  const std::size_t head = kMagic.size() + kHashLength + 1;
-  if (text.size() < head || text.substr(0, kMagic.size()) != kMagic) return std::nullopt;
+  const std::size_t head = kPartMagic.size() + kHashLength + 1;
+  if (text.size() < head || text.substr(0, kPartMagic.size()) != kPartMagic) return std::nullopt;
   const std::string_view body = text.substr(head);
-  if (text[head - 1] != '\n' || content_hash(body) != text.substr(kMagic.size(), kHashLength))
+  if (text[head - 1] != '\n' || content_hash(body) != text.substr(kPartMagic.size(), kHashLength))
     return std::nullopt;
   const std::size_t end = body.find('\n');
   if (end == std::string_view::npos) return std::nullopt;

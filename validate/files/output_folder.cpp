@@ -16,6 +16,7 @@
 #include <utility>
 
 #include "skin/gltf/lfs_pointer.h"
+#include "validate/files/descriptor.h"
 
 namespace backbend::validate {
 namespace {
@@ -27,29 +28,6 @@ namespace fs = std::filesystem;
       path.string() + ": " + doing + ": " + std::generic_category().message(error_number),
       error_number);
 }
-
-/// A descriptor that closes itself; close() reports what the medium only says at the end.
-class Descriptor {
- public:
-  explicit Descriptor(int number) : number_(number) {}
-  ~Descriptor() {
-    if (number_ >= 0) ::close(number_);
-  }
-  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
-  Descriptor& operator=(Descriptor&& other) noexcept {
-    std::swap(number_, other.number_);
-    return *this;
-  }
-  int number() const { return number_; }
-  int close() {
-    const int result = ::close(number_);
-    number_ = -1;
-    return result;
-  }
-
- private:
-  int number_;
-};
 
 int open_retrying(int folder, const fs::path& path, int flags, mode_t mode = 0) {
   int number = -1;
@@ -300,6 +278,12 @@ std::vector<std::uint8_t> read_bytes(const fs::path& path, std::uintmax_t most_b
 std::string read_text(const fs::path& path, std::uintmax_t most_bytes) {
   const std::vector<std::uint8_t> bytes = read_bytes(path, most_bytes);
   return std::string(bytes.begin(), bytes.end());
+}
+
+bool is_inside(const std::string& name) {
+  const fs::path path(name);
+  return !path.empty() && path.is_relative() && path.lexically_normal() == path &&
+         *path.begin() != "..";
 }
 
 std::string file_word(std::string_view name) {

@@ -70,6 +70,9 @@ class OutputFolder {
   std::filesystem::path path_;
 };
 
+/// Whether a name stays below the folder that it is relative to.
+bool is_inside(const std::string& name);
+
 /// A name that is safe in every file system, from any name. Two names may map to the same one.
 std::string file_word(std::string_view name);
 

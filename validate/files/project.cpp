@@ -12,7 +12,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 20;
+constexpr std::uintmax_t kMostProjectBytes = std::uintmax_t{1} << 20;
 
 class Reader {
  public:
@@ -144,7 +144,7 @@ Project parse_project(std::string_view text, const fs::path& file, const Project
 }
 
 Project read_project(const fs::path& file, const ProjectKeys& keys) {
-  return parse_project(read_text(file, kMostBytes), file, keys);
+  return parse_project(read_text(file, kMostProjectBytes), file, keys);
 }
 
 }  // namespace backbend::validate

@@ -14,6 +14,7 @@
 #include <set>
 #include <tuple>
 
+#include "validate/files/descriptor.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/history_index.h"
@@ -101,17 +102,6 @@ Night night_from(const json& line) {
   }
   return night;
 }
-
-/// A descriptor that closes itself.
-struct Descriptor {
-  explicit Descriptor(int number) : number(number) {}
-  ~Descriptor() {
-    if (number >= 0) ::close(number);
-  }
-  Descriptor(const Descriptor&) = delete;
-  Descriptor& operator=(const Descriptor&) = delete;
-  int number;
-};
 
 }  // namespace
 
@@ -260,18 +250,18 @@ bool append_night(const std::filesystem::path& file, const Night& night) {
   };
   if (file.has_parent_path()) OutputFolder(file.parent_path()).prepare();
   const Descriptor out(::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666));
-  if (out.number < 0) refuse("cannot be opened to add a night");
+  if (out.number() < 0) refuse("cannot be opened to add a night");
   // Held until the descriptor closes: two runs that end together add two whole lines.
-  if (::flock(out.number, LOCK_EX) != 0) refuse("cannot be locked");
+  if (::flock(out.number(), LOCK_EX) != 0) refuse("cannot be locked");
   const std::vector<Night> last = HistoryIndex(file).last_nights(night.suite, 1, {});
   if (!last.empty() && last[0].report == night.report && last[0].date == night.date) return false;
-  const off_t size = ::lseek(out.number, 0, SEEK_END);
+  const off_t size = ::lseek(out.number(), 0, SEEK_END);
   const std::string line = night_json(night) + '\n';
-  const ssize_t written = ::write(out.number, line.data(), line.size());
-  if (written != static_cast<ssize_t>(line.size()) || ::fsync(out.number) != 0) {
+  const ssize_t written = ::write(out.number(), line.data(), line.size());
+  if (written != static_cast<ssize_t>(line.size()) || ::fsync(out.number()) != 0) {
     const int error = written >= 0 && written < static_cast<ssize_t>(line.size()) ? ENOSPC : errno;
     // What was there stays; half a line would make the next reading fail.
-    if (::ftruncate(out.number, size) != 0) errno = error;
+    if (::ftruncate(out.number(), size) != 0) errno = error;
     errno = error;
     refuse("a night cannot be added");
   }

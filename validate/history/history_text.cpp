@@ -17,12 +17,12 @@ constexpr std::array<const char*, 8> kBlocks{"\xe2\x96\x81", "\xe2\x96\x82", "\x
 constexpr std::array<const char*, 5> kPlain{"_", ".", "-", "'", "^"};
 constexpr std::size_t kPlotRows = 8;
 
-struct Range {
+struct ValueRange {
   double low = 0, high = 0;
   bool any = false;
 };
-Range range_of(const std::vector<double>& values, std::size_t from) {
-  Range range;
+ValueRange range_of(const std::vector<double>& values, std::size_t from) {
+  ValueRange range;
   for (std::size_t i = from; i < values.size(); ++i) {
     if (!std::isfinite(values[i])) continue;
     range.low = range.any ? std::min(range.low, values[i]) : values[i];
@@ -33,7 +33,7 @@ Range range_of(const std::vector<double>& values, std::size_t from) {
 }
 
 /// Which of `count` levels a value has in a range; the middle where the range is a point.
-std::size_t level(double value, const Range& range, std::size_t count) {
+std::size_t level(double value, const ValueRange& range, std::size_t count) {
   if (!(range.high > range.low)) return count / 2;
   const double part = (value - range.low) / (range.high - range.low);
   return std::min(count - 1, static_cast<std::size_t>(part * static_cast<double>(count)));
@@ -66,7 +66,7 @@ std::string plot(const Trend& trend, const TerminalStyle& style, std::size_t wid
   constexpr std::size_t kAxis = 10;
   const std::size_t columns = std::min(trend.value.size(), width - kAxis - 1);
   const std::size_t from = trend.value.size() - columns;
-  const Range range = range_of(trend.value, from);
+  const ValueRange range = range_of(trend.value, from);
   std::string text;
   for (std::size_t row = kPlotRows; row-- > 0;) {
     const std::string mark = !range.any             ? ""
@@ -89,7 +89,7 @@ std::string plot(const Trend& trend, const TerminalStyle& style, std::size_t wid
 
 std::string sparkline(const std::vector<double>& values, std::size_t width, bool unicode) {
   const std::size_t from = values.size() - std::min(values.size(), width);
-  const Range range = range_of(values, from);
+  const ValueRange range = range_of(values, from);
   std::string text;
   for (std::size_t i = from; i < values.size(); ++i) {
     if (!std::isfinite(values[i]))

@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr std::size_t kMostBytes = 1 << 20, kMostTargets = 1000;
+constexpr std::size_t kMostMappingBytes = 1 << 20, kMostTargets = 1000;
 
 const std::vector<std::string>& body_channels() {
   static const std::vector<std::string> names(kBendChannels.begin(), kBendChannels.end());
@@ -58,7 +58,7 @@ std::vector<ControlTarget> ControlMapping::targets(std::string_view channel) con
 }
 
 ControlMapping read_mapping(const std::filesystem::path& file) {
-  return parse_mapping(read_text(file, kMostBytes), file.string());
+  return parse_mapping(read_text(file, kMostMappingBytes), file.string());
 }
 
 ControlMapping parse_mapping(const std::string& text, const std::string& file) {

@@ -34,7 +34,7 @@ using solver::RigError;
 
 // How far the rig's joints may stand from the character's at rest, share of the spine, and how far
 // the rig at rest may be from its own rest matrices: share of the spine, and degrees.
-constexpr double kSamePlace = 0.02, kAtRestShift = 0.005, kAtRest_deg = 1.0;
+constexpr double kApartAtRest = 0.02, kAtRestShift = 0.005, kAtRest_deg = 1.0;
 // Of what is kept; more is asked for again.
 constexpr Index kMostChains = 200'000, kMostBodyBytes = 256 << 20, kMostKeptPointBytes = 384 << 20;
 // A point of the rig stands at a vertex within this share of the height, which is what formats
@@ -81,7 +81,7 @@ glm::dmat4 world_from_rig(bool z_up, double scale) {
   return matrix;
 }
 
-std::string percent(double share) { return number_text(100.0 * share, 1) + " %"; }
+std::string percent_text(double share) { return number_text(100.0 * share, 1) + " %"; }
 
 }  // namespace
 
@@ -412,14 +412,14 @@ void ExternalRig::place_in_world() {
     return most;
   };
   const double fitting = chain_length(world) / length;
-  const bool turned = farthest(!hello().z_up, fitting) <= kSamePlace;
+  const bool turned = farthest(!hello().z_up, fitting) <= kApartAtRest;
   double scale = hello().metres_per_unit;
-  if (const double off = farthest(hello().z_up, scale); off > kSamePlace) {
+  if (const double off = farthest(hello().z_up, scale); off > kApartAtRest) {
     const Index worst = where;
-    if (farthest(hello().z_up, fitting) > kSamePlace)
+    if (farthest(hello().z_up, fitting) > kApartAtRest)
       throw RigError(who_ + ": joint '" +
                      character_.nodes[static_cast<Index>(anatomy_.spine[worst])].name +
-                     "' stands " + percent(off) + " of the spine away from where " +
+                     "' stands " + percent_text(off) + " of the spine away from where " +
                      character_.file_name + " has it at rest" +
                      (turned ? std::string("; with \"up\": \"") + (hello().z_up ? "Y" : "Z") +
                                    "\" it stands there"
@@ -458,7 +458,7 @@ void ExternalRig::match_points() {
   if (share < kLeastWithPoints) {
     notes_.push_back(head + "its " + std::to_string(world.size()) +
                      " points are not the vertices of " + character_.file_name + " (" +
-                     percent(share) +
+                     percent_text(share) +
                      " of them have a point at rest): the mesh is linear blending, and its "
                      "deformers are not measured");
     return;
@@ -490,7 +490,7 @@ void ExternalRig::check_rest_of_points() const {
   }
   if (most > 2.0 * kSamePoint * anatomy_.height)
     throw RigError(who_ + ": the rig does not stand at rest: with its controls untouched vertex " +
-                   std::to_string(where) + " is " + percent(most / anatomy_.spine_length) +
+                   std::to_string(where) + " is " + percent_text(most / anatomy_.spine_length) +
                    " of the spine away from where its points at rest are");
 }
 
@@ -504,7 +504,7 @@ void ExternalRig::check_rest() {
     if (turn > kAtRest_deg || shift > kAtRestShift)
       throw RigError(who_ + ": the rig does not stand at rest: with its controls untouched '" +
                      joint_names_[k] + "' is turned by " + number_text(turn, 1) +
-                     " degrees and moved by " + percent(shift) +
+                     " degrees and moved by " + percent_text(shift) +
                      " of the spine; clear its pose and save it so");
   }
 }

@@ -9,7 +9,7 @@ namespace backbend::validate {
 namespace {
 
 /// Two digits after the point, never more than it is.
-std::string percent(double share) {
+std::string floored_percent(double share) {
   return shortest(std::floor(10000.0 * share + 1e-9) / 100.0) + " %";
 }
 
@@ -38,11 +38,11 @@ std::string hunt_summary(const PoseHunt& hunt) {
 std::string certified_summary(const CleanVolume& volume) {
   if (volume.box.empty()) return "";
   if (!volume.proved) return "nothing certified (" + volume.not_proved + ")";
-  std::string text = "certified " + percent(volume.certified) +
+  std::string text = "certified " + floored_percent(volume.certified) +
                      " (no joint jumps or turns more than " + significant(volume.gain) +
                      " times as fast as a channel";
-  if (volume.no_jump > volume.certified) text += "; no jump in " + percent(volume.no_jump);
-  if (volume.refuted > 0.0) text += "; refuted " + percent(volume.refuted);
+  if (volume.no_jump > volume.certified) text += "; no jump in " + floored_percent(volume.no_jump);
+  if (volume.refuted > 0.0) text += "; refuted " + floored_percent(volume.refuted);
   return text + ")";
 }
 
@@ -50,7 +50,7 @@ std::string sampled_summary(const CleanVolume& volume) {
   if (volume.poses == 0) return "";
   return std::to_string(volume.clean) + " of " + std::to_string(volume.poses) +
          " random poses clean (" + significant(100.0 * kVolumeConfidence) + " % sure: at least " +
-         percent(volume.at_least) + " of the volume)";
+         floored_percent(volume.at_least) + " of the volume)";
 }
 
 std::string volume_summary(const CleanVolume& volume) {

@@ -29,14 +29,14 @@ using nlohmann::json;
 
 constexpr double kSampled = 1.0 / 3.0;  // of the evaluations
 // What a sweep shows is only measured again where a pose goes further over the limit than that.
-constexpr double kWorse = 1.1;
+constexpr double kClearlyWorse = 1.1;
 // Boxes that a proof looks at in a run: `even` and `matrix_blend` need fewer than ten, and `isner`
 // more than a night has time for.
 constexpr std::uint64_t kProofBoxes = 2000;
-constexpr std::string_view kSamples = "random poses";
+constexpr std::string_view kRandomPoses = "random poses";
 
 /// A pose, or a flip on the way to it, that is worth a path of its own.
-struct Target {
+struct HuntTarget {
   std::string code;
   PoseDegrees from, pose;
   double badness = 0.0;  // of its limit
@@ -48,7 +48,7 @@ bool is_flip(std::string_view code) { return code == "BB001" || code == "BB002";
 struct RigHunt {
   PoseHunt hunt;
   CleanVolume volume;
-  std::vector<Target> targets;  // of checks that fail; worst first by code
+  std::vector<HuntTarget> targets;  // of checks that fail; worst first by code
   std::vector<PoseRecord> samples;
 };
 
@@ -71,7 +71,7 @@ Ledger::Bytes packed(const RigHunt& result) {
   json worst = json::array(), targets = json::array(), bodies = json::array();
   for (const HuntedPose& each : h.worst)
     worst.push_back({each.code, each.unit, each.pose, each.value, each.limit, each.over});
-  for (const Target& each : result.targets)
+  for (const HuntTarget& each : result.targets)
     targets.push_back({each.code, pose_json(each.from), pose_json(each.pose), each.badness});
   for (const PoseRecord& each : result.samples) bodies.push_back(pose_json(each.body));
   return json::to_cbor(
@@ -137,26 +137,27 @@ double largest_jump_of_sweeps(const RigRecord& rig, const JudgeContext& context)
 }
 
 /// What no sweep shows: of poses one a check, of flips the one nearest to rest and the largest.
-std::vector<Target> targets_of(const RigRecord& rig, const JudgeContext& context,
-                               const BoxSearch& search) {
-  std::vector<Target> out;
+std::vector<HuntTarget> targets_of(const RigRecord& rig, const JudgeContext& context,
+                                   const BoxSearch& search) {
+  std::vector<HuntTarget> out;
   const double known_jump = largest_jump_of_sweeps(rig, context);
   const double gain_limit = context.limits.of("BB002").value;
   const double known_gain = worst_of_sweeps(rig, context, *metric_of("BB002"));
-  std::vector<Target> jumps;
-  std::optional<Target> steepest;
+  std::vector<HuntTarget> jumps;
+  std::optional<HuntTarget> steepest;
   for (const FlipPath& path : search.jumps) {
     if (path.jump_deg > 0.0) {
-      if (path.jump_deg > kWorse * known_jump)
+      if (path.jump_deg > kClearlyWorse * known_jump)
         jumps.push_back({"BB001", path.from, path.to, path.jump_deg});
       continue;
     }
     const double badness = path.gain / gain_limit;
-    if (badness > std::max(1.0, kWorse * known_gain) && (!steepest || badness > steepest->badness))
-      steepest = Target{"BB002", path.from, path.to, badness};
+    if (badness > std::max(1.0, kClearlyWorse * known_gain) &&
+        (!steepest || badness > steepest->badness))
+      steepest = HuntTarget{"BB002", path.from, path.to, badness};
   }
   if (!jumps.empty()) {
-    const auto largest = std::ranges::max_element(jumps, {}, &Target::badness);
+    const auto largest = std::ranges::max_element(jumps, {}, &HuntTarget::badness);
     out.push_back(jumps.front());  // they come by their distance from rest
     if (largest != jumps.begin()) out.push_back(*largest);
   }
@@ -166,7 +167,7 @@ std::vector<Target> targets_of(const RigRecord& rig, const JudgeContext& context
     if (judge(check, each.value, each.limit) != Verdict::fail) continue;
     const double badness = excess(check, each.value, each.limit);
     const double known = worst_of_sweeps(rig, context, *metric_of(each.code));
-    if (known <= 1.0 || badness > kWorse * known)
+    if (known <= 1.0 || badness > kClearlyWorse * known)
       out.push_back({each.code, {}, each.pose, badness});
   }
   return out;
@@ -250,11 +251,11 @@ RigHunt hunted(const HuntedCharacter& character, const HuntPlan& plan, const Rig
 
 /// The paths to what no sweep shows, planned; what the hunt saw is told which path shows it, where
 /// they follow the rig's own sweeps.
-std::vector<Sweep> paths_to(const RigRecord& rig, const std::vector<Target>& targets,
+std::vector<Sweep> paths_to(const RigRecord& rig, const std::vector<HuntTarget>& targets,
                             PoseHunt& hunt) {
   std::vector<Sweep> out;
   std::vector<std::string> known;  // from and to of each
-  for (const Target& target : targets) {
+  for (const HuntTarget& target : targets) {
     const std::string words = pose_words(target.from) + ">" + pose_words(target.pose);
     const auto place = static_cast<std::size_t>(std::ranges::find(known, words) - known.begin());
     if (place == known.size()) {
@@ -403,7 +404,7 @@ void judge_samples(const Stage& stage, const BodyMetrics& body, bool judges_weig
   std::vector<PoseDegrees> corners(1);
   for (const PoseRecord& pose : rig.samples) corners.push_back(pose.body);
   SweepRecord record;
-  record.sweep = path_sweep(std::string(kSamples), corners, 1.0);
+  record.sweep = path_sweep(std::string(kRandomPoses), corners, 1.0);
   record.poses = std::move(rig.samples);
   const std::vector<Waypoint>& at = record.sweep.through;
   for (std::size_t i = 0; i < record.poses.size(); ++i)
@@ -441,7 +442,7 @@ void drop_repeats(const RigRecord& rig, std::vector<Finding>& findings) {
       return other.code == finding.code && other.at.sweep != finding.at.sweep &&
              (is_after(other) || !is_hunted(other)) &&
              (other.inside_envelope || !finding.inside_envelope) &&
-             kWorse * badness(other) >= badness(finding);
+             kClearlyWorse * badness(other) >= badness(finding);
     });
   });
 }

@@ -18,9 +18,10 @@ namespace {
 using render::Color8;
 using render::Picture;
 
-constexpr int kWidth = 1200, kHeight = 630, kMargin = 56, kGap = 32;
+constexpr int kPictureWidth = 1200, kPictureHeight = 630, kMargin = 56, kGap = 32;
 constexpr int kFrameWidth = 480;  // of the finding's picture
-constexpr Color8 kGround{22, 25, 32, 255}, kInk{236, 239, 244, 255}, kQuiet{154, 163, 178, 255};
+constexpr Color8 kGround{22, 25, 32, 255}, kInk{236, 239, 244, 255},
+    kQuietColor{154, 163, 178, 255};
 constexpr Color8 kTrack{46, 52, 64, 255}, kGood{72, 178, 120, 255}, kBad{226, 84, 84, 255};
 constexpr Color8 kUnsure{232, 176, 66, 255};
 
@@ -66,7 +67,7 @@ int draw_headroom(Picture& to, int x, int y, int width, const RigResult& rig) {
     const double whole = std::max({h.clean_to_deg, h.needs_deg, 1.0});
     const int top = y + (render::line_height(kSize) - kBar) / 2;
     render::draw_text(to, x, y, render::fit_text(fitted(visible(h.channel), 40), kSize, kName - 10),
-                      kSize, kQuiet);
+                      kSize, kQuietColor);
     fill(to, x + kName, top, bar, kBar, kTrack);
     fill(to, x + kName, top, int(bar * std::max(0.0, h.clean_to_deg) / whole), kBar,
          enough ? kGood : kBad);
@@ -92,7 +93,7 @@ Shown worst_frame(const Report& report, const PictureBytes& bytes) {
     const auto file = bytes && !path.empty() ? bytes(path) : std::nullopt;
     if (!file) continue;
     try {
-      return {render::shrink(render::decode_png(*file), kFrameWidth, kHeight - 3 * kMargin),
+      return {render::shrink(render::decode_png(*file), kFrameWidth, kPictureHeight - 3 * kMargin),
               visible(finding->code + ", " + std::string(role_word(digest.role_of(*finding))) +
                       " " + finding->rig + " at " + finding->pose)};
     } catch (const render::RenderError&) {
@@ -105,13 +106,13 @@ Shown worst_frame(const Report& report, const PictureBytes& bytes) {
 }  // namespace
 
 std::vector<std::uint8_t> headline_png(const Report& report, const PictureBytes& bytes) {
-  Picture card(kWidth, kHeight, kGround);
+  Picture card(kPictureWidth, kPictureHeight, kGround);
   const Color8 color = color_of(report.verdict);
-  fill(card, 0, 0, 16, kHeight, color);
+  fill(card, 0, 0, 16, kPictureHeight, color);
 
   const Shown shown = worst_frame(report, bytes);
   const bool has_frame = shown.picture.width > 0;
-  const int width = kWidth - 2 * kMargin - (has_frame ? kFrameWidth + kGap : 0);
+  const int width = kPictureWidth - 2 * kMargin - (has_frame ? kFrameWidth + kGap : 0);
   std::string word(verdict_word(report.verdict));
   std::ranges::replace(word, '_', ' ');
   std::ranges::transform(word, word.begin(), [](unsigned char c) { return std::toupper(c); });
@@ -123,25 +124,25 @@ std::vector<std::uint8_t> headline_png(const Report& report, const PictureBytes&
   if (proposed != report.rigs.end()) {
     drawn = visible(proposed->rig) + " (" + visible(proposed->mapping) + ") on " +
             visible(proposed->character);
-    y = write(card, kMargin, y, width, drawn, 22, kQuiet) + 8;
+    y = write(card, kMargin, y, width, drawn, 22, kQuietColor) + 8;
     y = draw_headroom(card, kMargin, y, width, *proposed) + 12;
   }
   const int frame_end = kMargin + shown.picture.height + 10 + render::line_height(20);
   std::istringstream lines(headline_text(report));
   std::string line;
   std::getline(lines, line);  // verdict and title stand above
-  while (std::getline(lines, line) && y + render::line_height(20) < kHeight - 40) {
+  while (std::getline(lines, line) && y + render::line_height(20) < kPictureHeight - 40) {
     const bool has_bar = !drawn.empty() && line.starts_with(drawn + ": ");
-    const int room = y < frame_end ? width : kWidth - 2 * kMargin;
+    const int room = y < frame_end ? width : kPictureWidth - 2 * kMargin;
     if (!has_bar) y = write(card, kMargin, y, room, line, 20, kInk) + 4;
   }
 
   if (has_frame) {
-    const int x = kWidth - kMargin - kFrameWidth;
+    const int x = kPictureWidth - kMargin - kFrameWidth;
     render::blit(card, shown.picture, x + (kFrameWidth - shown.picture.width) / 2, kMargin);
-    write(card, x, kMargin + shown.picture.height + 10, kFrameWidth, shown.label, 20, kQuiet);
+    write(card, x, kMargin + shown.picture.height + 10, kFrameWidth, shown.label, 20, kQuietColor);
   }
-  render::draw_text(card, kWidth - kMargin, kHeight - 44, "backbend", 20, kQuiet,
+  render::draw_text(card, kPictureWidth - kMargin, kPictureHeight - 44, "backbend", 20, kQuietColor,
                     render::Align::right);
   return render::encode_png(card);
 }

@@ -10,11 +10,11 @@
 namespace backbend::validate {
 namespace {
 
-enum class Outcome { passed, failed, error, skipped };
+enum class CaseOutcome { passed, failed, error, skipped };
 
 struct Case {
   std::string class_name, name;
-  Outcome outcome = Outcome::passed;
+  CaseOutcome outcome = CaseOutcome::passed;
   std::string message, text;
 };
 
@@ -35,26 +35,27 @@ std::string lines_of(const std::string& text) {
 std::string xml(const Case& c) {
   std::string out = "    <testcase" + attribute("classname", c.class_name) +
                     attribute("name", c.name) + attribute("time", "0");
-  if (c.outcome == Outcome::passed) return out + "/>\n";
-  const std::string tag = c.outcome == Outcome::failed  ? "failure"
-                          : c.outcome == Outcome::error ? "error"
-                                                        : "skipped";
+  if (c.outcome == CaseOutcome::passed) return out + "/>\n";
+  const std::string tag = c.outcome == CaseOutcome::failed  ? "failure"
+                          : c.outcome == CaseOutcome::error ? "error"
+                                                            : "skipped";
   out += ">\n      <" + tag + attribute("message", c.message);
-  if (c.outcome != Outcome::skipped) out += attribute("type", "backbend");
+  if (c.outcome != CaseOutcome::skipped) out += attribute("type", "backbend");
   out += '>';
   out += lines_of(c.text) + "</" + tag + ">\n    </testcase>\n";
   return out;
 }
 
 std::string xml(const std::string& suite, const std::vector<Case>& cases) {
-  const auto count = [&](Outcome wanted) {
+  const auto count = [&](CaseOutcome wanted) {
     return std::to_string(std::count_if(cases.begin(), cases.end(),
                                         [&](const Case& c) { return c.outcome == wanted; }));
   };
   std::string out =
       "  <testsuite" + attribute("name", suite) + attribute("tests", std::to_string(cases.size())) +
-      attribute("failures", count(Outcome::failed)) + attribute("errors", count(Outcome::error)) +
-      attribute("skipped", count(Outcome::skipped)) + attribute("time", "0") + ">\n";
+      attribute("failures", count(CaseOutcome::failed)) +
+      attribute("errors", count(CaseOutcome::error)) +
+      attribute("skipped", count(CaseOutcome::skipped)) + attribute("time", "0") + ">\n";
   for (const Case& c : cases) out += xml(c);
   return out + "  </testsuite>\n";
 }
@@ -75,11 +76,14 @@ Case check_case(const RigResult& rig, const std::string& code, const Coverage* c
   c.class_name = rig.character + "." + rig.rig + "." + rig.mapping;
   c.name = code;
   if (!digest.check_name(code).empty()) c.name += ' ' + digest.check_name(code);
-  const auto raise = [&](Outcome outcome, const std::string& message) {
+  const auto raise = [&](CaseOutcome outcome, const std::string& message) {
     const bool first = c.message.empty();
     // failed outranks error outranks skipped: the first reason of the highest rank is the message.
-    const auto rank = [](Outcome o) {
-      return o == Outcome::failed ? 3 : o == Outcome::error ? 2 : o == Outcome::skipped ? 1 : 0;
+    const auto rank = [](CaseOutcome o) {
+      return o == CaseOutcome::failed    ? 3
+             : o == CaseOutcome::error   ? 2
+             : o == CaseOutcome::skipped ? 1
+                                         : 0;
     };
     if (!first && rank(outcome) <= rank(c.outcome)) return;
     c.outcome = outcome;
@@ -92,24 +96,24 @@ Case check_case(const RigResult& rig, const std::string& code, const Coverage* c
     c.text += line + '\n';
     if (!f->reproduce.empty()) c.text += "  " + visible(f->reproduce) + '\n';
     if (decides && f->verdict == Verdict::fail)
-      raise(Outcome::failed, line);
+      raise(CaseOutcome::failed, line);
     else if (decides && f->verdict == Verdict::not_measured)
-      raise(Outcome::error, line);
+      raise(CaseOutcome::error, line);
     else
-      raise(Outcome::skipped, decides
-                                  ? line
-                                  : std::string(rig.role == Role::reference ? "comparison rig"
-                                                                            : role_word(rig.role)) +
-                                        ", does not decide: " + line);
+      raise(CaseOutcome::skipped,
+            decides ? line
+                    : std::string(rig.role == Role::reference ? "comparison rig"
+                                                              : role_word(rig.role)) +
+                          ", does not decide: " + line);
   }
   if (coverage && coverage->not_measured > 0) {
     const std::string line = "not measured: " + std::to_string(coverage->not_measured) + " of " +
                              std::to_string(coverage->planned);
     c.text += line + '\n';
-    raise(decides ? Outcome::error : Outcome::skipped, line);
+    raise(decides ? CaseOutcome::error : CaseOutcome::skipped, line);
   }
   if (coverage && coverage->planned == coverage->not_applicable)
-    raise(Outcome::skipped, "not applicable");
+    raise(CaseOutcome::skipped, "not applicable");
   return c;
 }
 
@@ -133,8 +137,8 @@ std::vector<Case> rig_cases(const RigResult& rig, const Report& report, const Di
 std::vector<Case> canary_cases(const Report& report) {
   std::vector<Case> cases;
   for (const CanaryResult& c : report.canaries) {
-    Case row{"canaries", c.rig + " " + c.code, c.ok() ? Outcome::passed : Outcome::failed, "",
-             c.detail};
+    Case row{"canaries", c.rig + " " + c.code, c.ok() ? CaseOutcome::passed : CaseOutcome::failed,
+             "", c.detail};
     if (!c.ok())
       row.message = c.found ? "the repaired twin is not clean" : "the planted fault was not found";
     cases.push_back(row);
@@ -144,14 +148,14 @@ std::vector<Case> canary_cases(const Report& report) {
 
 /// Exit code 0 is a pass and 1 is what the other suites show; any other ends here.
 Case run_case(const Report& report) {
-  Case c{"run", "verdict", Outcome::passed, "", ""};
+  Case c{"run", "verdict", CaseOutcome::passed, "", ""};
   for (const std::string& reason : report.reasons) c.text += visible(reason) + '\n';
   c.message = std::string(verdict_word(report.verdict)) + ": " + report.headline + " (exit code " +
               std::to_string(report.exit_code) + ")";
   if (report.exit_code == 1)
-    c.outcome = Outcome::failed;
+    c.outcome = CaseOutcome::failed;
   else if (report.exit_code != 0)
-    c.outcome = Outcome::error;
+    c.outcome = CaseOutcome::error;
   return c;
 }
 

@@ -11,7 +11,7 @@
 namespace backbend::validate {
 namespace {
 
-constexpr std::uintmax_t kMostBytes = std::uintmax_t{1} << 20;
+constexpr std::uintmax_t kMostRangesBytes = std::uintmax_t{1} << 20;
 constexpr std::string_view kTable = "box";
 
 double number_in(const std::string& word, const std::string& named) {
@@ -106,7 +106,7 @@ std::vector<ChannelRange> ranges_in_text(const std::string& text, const std::str
 }
 
 std::vector<ChannelRange> ranges_in_file(const std::filesystem::path& file) {
-  const std::string text = read_text(file, kMostBytes);
+  const std::string text = read_text(file, kMostRangesBytes);
   return file.extension() == ".json" ? ranges_in_json(file.string(), text)
                                      : ranges_in_toml(file.string(), text);
 }

@@ -10,7 +10,7 @@
 namespace backbend::validate {
 namespace {
 
-constexpr int kWidth = 320, kHeight = 320, kSamples = 16;
+constexpr int kSheetWidth = 320, kSheetHeight = 320, kSamples = 16;
 
 }  // namespace
 
@@ -27,8 +27,8 @@ std::vector<std::uint8_t> choice_sheet(const Stage& stage, const std::vector<She
     }
   Photographer photographer(stage, box);
   render::Settings settings;
-  settings.width = kWidth;
-  settings.height = kHeight;
+  settings.width = kSheetWidth;
+  settings.height = kSheetHeight;
   settings.samples = kSamples;
   std::vector<render::SheetCell> cells;
   progress.start("pictures", posed.size());
