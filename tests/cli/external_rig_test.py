@@ -303,7 +303,7 @@ class Points(RigTest, CommandTest):
 
     def setUp(self):
         super().setUp()
-        self.body = self.write("tube.glb", glb.tube(rings=33, sides=16))
+        self.body = self.write("tube.glb", glb.tube(rings=17, sides=8))
         self.mesh = mesh_of(self.body)
         self.serve(self.mesh)
 
@@ -318,7 +318,7 @@ class Points(RigTest, CommandTest):
         note = self.notes(own, "LBS against your deformers")[0]
         self.assertIn("alike", note)
         self.assertLess(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 0.01)
-        self.assertTrue(self.notes(own, "the mesh is its own, 528 points"))
+        self.assertTrue(self.notes(own, "the mesh is its own, 136 points"))
         self.skeleton.write_text(json.dumps(skeleton_of(self.body, self.SPINE)))
         blended = self.check(self.rig(), out="blended", code=own["exit_code"])
         self.assertEqual([f["code"] for f in own["findings"]], [f["code"] for f in blended["findings"]])
@@ -361,7 +361,7 @@ class Points(RigTest, CommandTest):
 
     def test_both_sides_of_a_jump_have_pictures(self):
         self.assert_runs("check", self.body, "--rig", self.rig("--pop", "extension=40:0.06"), "--chest", "neck", "--envelope", "human",
-                         "-o", "pictured", code=1)
+                         "--res", "160x120", "--spp", "4", "-o", "pictured", code=1)
         found = self.findings(json.loads((self.folder / "pictured/report.json").read_text()), "BB037")
         pictured = [finding for finding in found if finding["pictures"]["before"]]
         self.assertEqual(len(pictured), 1)
@@ -401,14 +401,14 @@ class Points(RigTest, CommandTest):
 
     def finer(self):
         """The same tube with other vertices."""
-        return mesh_of(self.write("finer.glb", glb.tube(rings=50, sides=20)))
+        return mesh_of(self.write("finer.glb", glb.tube(rings=25, sides=10)))
 
     def test_a_rig_with_another_mesh_is_judged_on_that_mesh(self):
         own = self.check(self.rig(), out="own", code=None)
         self.serve(self.finer())
         report = self.check(self.rig(), out="finer", code=None)
-        self.assertTrue(self.notes(report, "the mesh is the rig's own, 1000 points"))
-        self.assertEqual(report["characters"][0]["vertices"], 1000)
+        self.assertTrue(self.notes(report, "the mesh is the rig's own, 250 points"))
+        self.assertEqual(report["characters"][0]["vertices"], 250)
         # The weights are read off the motion: two joints a vertex, as the tube has them.
         note = self.notes(report, "LBS against your deformers")[0]
         self.assertLess(float(re.search(r"largest ([0-9.]+) mm", note).group(1)), 1)
@@ -424,7 +424,7 @@ class Points(RigTest, CommandTest):
         self.assertAlmostEqual(found[0]["control_deg"], 41.2345, delta=120 * 2 ** -19)
         line = shlex.split(found[0]["reproduce"])
         self.assert_runs(*line[1:], "--res", "32x32", "--spp", "1", "--chest", "neck", "--export-obj", "own.obj")
-        self.assertEqual(sum(line.startswith("v ") for line in (self.folder / "own.obj").read_text().splitlines()), 1000)
+        self.assertEqual(sum(line.startswith("v ") for line in (self.folder / "own.obj").read_text().splitlines()), 250)
 
     def test_points_of_another_mesh_are_named_and_linear_blending_is_judged(self):
         self.serve({"points": [[0.1, 0.2, 5.0]], "triangles": [], "weights": [[[0, 1.0]]]})
