@@ -14,6 +14,7 @@ sys.path.insert(0, str(SOURCE / "scenes/bridges"))
 import backbend_clip  # noqa: E402  (the bridges' own writer)
 
 SPACING = 1.6 / len(HUMAN)
+SMALL_PICTURES = ("--res", "64x48", "--spp", "1")
 
 
 def column_matrix(height, twist_deg, bend_deg=0.0):
@@ -59,7 +60,7 @@ class JudgingAClip(CommandTest):
 
     def test_steady_motion_has_no_finding_of_a_flip(self):
         clip = twisting_clip(self.folder / "steady.clip", steady)
-        result = self.backbend("check", self.body(), "--baked", clip, "-o", "out")
+        result = self.backbend("check", self.body(), "--baked", clip, *SMALL_PICTURES, "-o", "out")
         report = report_of(self.folder / "out")
         self.assertEqual(result.returncode, report["exit_code"], result.stderr)
         self.assertNotIn("BB001", codes(report))
@@ -69,13 +70,13 @@ class JudgingAClip(CommandTest):
         # Two short sweeps, then one that is called as the first and jumps behind the first's end.
         clip = twisting_clip(self.folder / "again.clip", lambda f: f if f < 20 else flipping(f - 20), frames=60,
                              sweep=lambda f: "rest" if 10 <= f < 20 else "twist")
-        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", "--res", "64x48", "--spp", "1", code=1)
+        self.assert_runs("check", self.body(), "--baked", clip, *SMALL_PICTURES, "-o", "out", code=1)
         found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
         self.assertEqual([(f["sweep"], f["pose_index"], f["frame"]) for f in found], [("twist", 20, 40)])
 
     def test_a_jump_is_found_at_its_frame_joint_and_control_value(self):
         clip = twisting_clip(self.folder / "flip.clip", flipping)
-        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=1)
+        self.assert_runs("check", self.body(), "--baked", clip, *SMALL_PICTURES, "-o", "out", code=1)
         found = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
         self.assertEqual(len(found), 1, found)
         self.assertEqual(found[0]["place"], {"joint": "spine"})
@@ -103,7 +104,7 @@ class JudgingAClip(CommandTest):
 
     def test_the_sums_of_every_check_match_and_the_canary_sings(self):
         clip = twisting_clip(self.folder / "steady.clip", steady)
-        self.backbend("check", self.body(), "--baked", clip, "-o", "out")
+        self.backbend("check", self.body(), "--baked", clip, *SMALL_PICTURES, "-o", "out")
         report = report_of(self.folder / "out")
         for row in report["rigs"][0]["coverage"]:
             self.assertEqual(row["planned"], row["measured"] + row["not_measured"] + row["not_applicable"], row)
@@ -116,7 +117,7 @@ class JudgingAClip(CommandTest):
         body = self.write("other.glb", tube(names))
         pairs = ",".join(f"{ours}={theirs}" for ours, theirs in zip(names, HUMAN))
         self.assert_runs("check", body, "--baked", clip, "--spine", ",".join(names), "--joint-map", pairs,
-                         "-o", "out", code=1)
+                         *SMALL_PICTURES, "-o", "out", code=1)
         self.assertIn("BB001", codes(report_of(self.folder / "out")))
 
     def test_a_character_in_another_unit_has_the_same_findings(self):
@@ -131,7 +132,7 @@ class JudgingAClip(CommandTest):
         found = {}
         for name, unit in (("metres", 1.0), ("centimetres", 100.0)):
             self.write(name + ".glb", tube(unit=unit))
-            result = self.backbend("check", name + ".glb", "--baked", clip, "-o", name)
+            result = self.backbend("check", name + ".glb", "--baked", clip, *SMALL_PICTURES, "-o", name)
             self.assertEqual("another unit" in result.stdout, unit != 1.0, result.stdout + result.stderr)
             found[name] = [(f["code"], f["frame"], f["verdict"], f["place"]) for f in report_of(self.folder / name)["findings"]]
         self.assertEqual(found["metres"], found["centimetres"])
@@ -166,14 +167,14 @@ class JudgingAClip(CommandTest):
 
     def test_pictures_say_whether_a_jump_is_seen(self):
         clip = twisting_clip(self.folder / "flip.clip", flipping)
-        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=1)
+        self.assert_runs("check", self.body(), "--baked", clip, "--res", "160x120", "--spp", "4", "-o", "out", code=1)
         (found,) = [f for f in report_of(self.folder / "out")["findings"] if f["code"] == "BB001"]
         self.assertTrue(found["image"]["measured"], found["image"])
         self.assertEqual(found["image"]["metric"], "pop_score")
 
     def test_fewer_frames_than_tell_a_jump_are_not_called_clean(self):
         clip = twisting_clip(self.folder / "short.clip", steady, frames=4)
-        self.assert_runs("check", self.body(), "--baked", clip, "-o", "out", code=5)
+        self.assert_runs("check", self.body(), "--baked", clip, *SMALL_PICTURES, "-o", "out", code=5)
 
     def test_bad_clips_are_refused_in_one_line_and_nothing_is_written(self):
         body = self.body()
@@ -286,14 +287,14 @@ class JudgingPoints(CommandTest):
     def test_a_flip_is_seen_in_the_points_alone(self):
         for cache in self.caches(flipping):
             with self.subTest(cache.name):
-                self.assert_runs("check", self.body(), "--baked", cache, "-o", cache.name + ".out", code=1)
+                self.assert_runs("check", self.body(), "--baked", cache, *SMALL_PICTURES, "-o", cache.name + ".out", code=1)
                 found = [f for f in report_of(self.folder / (cache.name + ".out"))["findings"] if f["code"] == "BB001"]
                 self.assertEqual([f["frame"] for f in found], [20])
 
     def test_steady_points_hold_no_flip(self):
         for cache in self.caches(steady):
             with self.subTest(cache.name):
-                self.backbend("check", self.body(), "--baked", cache, "-o", cache.name + ".out")
+                self.backbend("check", self.body(), "--baked", cache, *SMALL_PICTURES, "-o", cache.name + ".out")
                 self.assertNotIn("BB001", codes(report_of(self.folder / (cache.name + ".out"))))
 
     def test_points_without_a_body_are_refused(self):
@@ -309,7 +310,7 @@ class JudgingPoints(CommandTest):
             with self.subTest(word):
                 clip = twisting_clip(self.folder / "both.clip", steady,
                                      points=lambda f, widen=widen: blended(steady(f), widen))
-                result = self.backbend("check", body, "--baked", clip, "-o", f"out{widen}")
+                result = self.backbend("check", body, "--baked", clip, *SMALL_PICTURES, "-o", f"out{widen}")
                 line = [line for line in result.stdout.splitlines() if "LBS against your deformers" in line]
                 self.assertEqual(len(line), 1, result.stdout + result.stderr)
                 self.assertIn(word, line[0])
@@ -337,7 +338,7 @@ class JudgingASkeletonsMotion(CommandTest):
     def test_it_is_judged_on_the_character_beside_it(self):
         clip = self.swaying()
         self.assert_runs("body", "walk.bvh", "-o", "walker.glb", "--vertices", "3000")
-        self.assert_runs("check", "walker.glb", "--baked", clip, "-o", "out", code=1)
+        self.assert_runs("check", "walker.glb", "--baked", clip, *SMALL_PICTURES, "-o", "out", code=1)
         self.assert_the_jump_was_found()
         self.assertIn("slice_area", report_of(self.folder / "out")["rigs"][0]["summary"])
 
@@ -420,13 +421,15 @@ class ClaviclesOfALivingRig(CommandTest):
 
 
 class JudgingRealMotion(CommandTest):
+    PICTURES = ("--res", "160x120", "--spp", "1")
+
     def test_captures_as_bvh_hold_no_flip_on_a_body_of_other_names_and_stance(self):
         body = character("mh_female_cmu_13k.glb")
         for name, frames, renamed in (("cmu_49_08_acrobatics.bvh", 576, False),
                                       ("cmu_131_01_mj_style.bvh", 994, True)):
             with self.subTest(name):
                 clip = character("motion/" + name)
-                result = self.backbend("check", body, "--baked", clip, "-o", name)
+                result = self.backbend("check", body, "--baked", clip, *self.PICTURES, "-o", name)
                 report = report_of(self.folder / name)
                 self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
                 # What turns over where the legs join is there under an even bend too: not the spine's.
@@ -437,7 +440,7 @@ class JudgingRealMotion(CommandTest):
 
     def test_captured_acrobatics_hold_no_flip(self):
         clip = character("mh_female_cmu_49_08_baked.glb")
-        result = self.backbend("check", "--baked", clip, "-o", "out")
+        result = self.backbend("check", "--baked", clip, *self.PICTURES, "-o", "out")
         report = report_of(self.folder / "out")
         self.assertEqual(result.returncode, report["exit_code"], result.stderr)
         self.assertEqual(result.returncode, 0, result.stdout)
@@ -448,6 +451,6 @@ class JudgingRealMotion(CommandTest):
         clip = character("mh_female_cmu_49_08_baked.glb")
         reports = []
         for threads in ("1", "3"):
-            self.backbend("check", "--baked", clip, "-o", threads, "--threads", threads)
+            self.backbend("check", "--baked", clip, *self.PICTURES, "-o", threads, "--threads", threads)
             reports.append((self.folder / threads / "report.json").read_bytes())
         self.assertEqual(*reports)
