@@ -51,7 +51,7 @@ def prepare(folder):
     """Writes the suite and its character below `folder`; returns the suite's path."""
     scenes = pathlib.Path(folder) / "scenes"
     scenes.mkdir(parents=True)
-    shutil.copy(harness.human(), scenes)
+    shutil.copy(harness.human(1500), scenes / "human.glb")
     (scenes / "tiny.toml").write_text(SUITE)
     return scenes / "tiny.toml"
 
