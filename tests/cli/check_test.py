@@ -85,12 +85,12 @@ class CheckingAgain(CommandTest):
         self.assertEqual(folder_of("c", environment={"LC_ALL": "de_DE.UTF-8", "TZ": "Asia/Kolkata"}), first)
 
     def test_json_is_the_report_and_stdout_holds_nothing_else(self):
-        result = self.backbend("check", HUMAN, "--quick", "--json", "-o", "out")
+        result = self.backbend("check", human(1500), "--quick", "--json", "-o", "out")
         self.assertIn(result.returncode, (0, 1, 5), result.stderr)
         self.assertEqual(json.loads(result.stdout), json.loads((self.folder / "out/report.json").read_text()))
 
     def test_quiet_says_nothing_on_stderr(self):
-        result = self.backbend("check", HUMAN, "--quick", "--quiet", "-o", "out")
+        result = self.backbend("check", human(1500), "--quick", "--quiet", "-o", "out")
         self.assertEqual(result.stderr, "")
 
 

@@ -52,8 +52,7 @@ class KilledAtRandom(unittest.TestCase):
         holder = tempfile.TemporaryDirectory(prefix="backbend kills ")
         cls.addClassCleanup(holder.cleanup)
         cls.folder = pathlib.Path(holder.name)
-        made = run_backbend(["body", "-o", "human.glb", "--vertices", "2000"], cls.folder)
-        assert made.returncode == 0, made.stderr
+        shutil.copy(harness.human(1500), cls.folder / "human.glb")
         (cls.folder / "short.toml").write_text(SUITE)
         started = time.monotonic()
         done = run_backbend(cls.command("whole"), cls.folder)
@@ -119,8 +118,7 @@ class KilledAtEveryCall(FaultTest, unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         super().setUpClass()
-        made = run_backbend(["body", "-o", "human.glb", "--vertices", "1000"], cls.folder)
-        assert made.returncode == 0, made.stderr
+        shutil.copy(harness.human(1500), cls.folder / "human.glb")
         (cls.folder / "smallest.toml").write_text(SMALLEST)
         cls.out = cls.folder / "out"
         done = run_backbend(cls.command(), cls.folder)
