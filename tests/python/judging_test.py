@@ -19,8 +19,10 @@ def without_program(report):
 
 
 class JudgingLikeTheCommand(ModuleTest):
+    vertices = 1500
+
     def test_the_report_is_that_of_check(self):
-        result = run_backbend(["check", human(), "--rig", "curve", "--quick", "--json", "-o", "out"], self.folder)
+        result = run_backbend(["check", human(self.vertices), "--rig", "curve", "--quick", "--json", "-o", "out"], self.folder)
         told = json.loads(result.stdout)
         mine = json.loads(self.run_script('print(backbend.judge(HUMAN, "curve").text)'))
         self.assertEqual(mine["exit_code"], result.returncode)
@@ -62,7 +64,7 @@ else:
 """)
 
     def test_comparing_two_rigs_is_what_the_command_says(self):
-        result = run_backbend(["compare", "curve", "isner", "--character", human(), "--quick", "--sweeps", "standard",
+        result = run_backbend(["compare", "curve", "isner", "--character", human(self.vertices), "--quick", "--sweeps", "standard",
                                "--json", "-o", "out"], self.folder)
         told = json.loads(result.stdout)
         mine = json.loads(self.run_script(
