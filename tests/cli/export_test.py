@@ -306,11 +306,13 @@ class InBlender(ExportTest, CommandTest):
         return told
 
     def import_character(self, glb, *turned):
+        return self.made_once(("imported", glb.read_bytes(), *turned), ("hero.blend",), lambda: self.import_anew(glb, *turned))
+
+    def import_anew(self, glb, *turned):
         blend = self.folder / "hero.blend"
         script = self.write("import.py", IMPORT)
         self.blender("--background", "--factory-startup", "--python-exit-code", "9", "--python", script, "--", glb,
                      blend, *turned)
-        return blend
 
     def build(self, blend, script, *more, out="hero_even.blend", code=0):
         told = self.blender(blend, "--background", "--factory-startup", "--disable-autoexec", "--python", script, "--",

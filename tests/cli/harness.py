@@ -89,6 +89,10 @@ def human(vertices=None):
     return path
 
 
+# What CommandTest.made_once() keeps: the content of files by their names, by what they were made with.
+MADE = {}
+
+
 class CommandTest(unittest.TestCase):
     """Runs the program in a fresh folder that is its home, too, so that whatever it writes is seen."""
 
@@ -105,6 +109,16 @@ class CommandTest(unittest.TestCase):
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(content if isinstance(content, bytes) else content.encode())
         return path
+
+    def made_once(self, key, names, make):
+        """Files that are slow to make, in this test's folder: `make()` writes those `names` there for the first test that
+        asks with `key`, which says all that they depend on; the others get copies. Returns the first one's path."""
+        if key not in MADE:
+            make()
+            MADE[key] = [(self.folder / name).read_bytes() for name in names]
+        for name, content in zip(names, MADE[key]):
+            self.write(name, content)
+        return self.folder / names[0]
 
     def assert_runs(self, *arguments, code=0, **options):
         """The command ends with `code`; returns what it said."""
