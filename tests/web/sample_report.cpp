@@ -38,6 +38,26 @@ void draw(const fs::path& folder, const std::string& path) {
   write(folder / path, bytes.data(), bytes.size());
 }
 
+/// Draws what the report shows into the folder, and writes the single file.
+void draw_all(const fs::path& folder, const Report& report) {
+  for (const Finding& f : report.findings)
+    for (const auto& path :
+         {f.pictures.before, f.pictures.after, f.pictures.heat, f.pictures.other})
+      draw(folder, path);
+  for (const PicturePair& p : report.pairs)
+    for (const auto& path : {p.a_path, p.b_path, p.heat_path}) draw(folder, path);
+  for (const MediaItem& m : report.media) draw(folder, m.path);
+  for (const RigResult& rig : report.rigs)
+    for (const SweepSeries& s : rig.sweeps)
+      for (const auto& path : s.frame) draw(folder, path);
+  // The single file holds what is judged, not every frame of every sweep: those stay links.
+  write(folder / "alone" / "single.html", render_html_page(report, [](const std::string& path) {
+          const bool judged =
+              path.starts_with("frames/chest/extension/") || path.starts_with("heat/");
+          return judged ? std::optional(sample_picture(path)) : std::nullopt;
+        }));
+}
+
 Report report_of_kind(const std::string& kind) {
   if (kind == "night") return sample_report();
   return sample_report_of(std::stoi(kind));
@@ -62,22 +82,8 @@ int main(int argc, char** argv) {
   const Report report = report_of_kind(kind);
   write_page(folder, report);
   write(folder / "schema.json", std::string(report_schema()));
-  for (const Finding& f : report.findings)
-    for (const auto& path :
-         {f.pictures.before, f.pictures.after, f.pictures.heat, f.pictures.other})
-      draw(folder, path);
-  for (const PicturePair& p : report.pairs)
-    for (const auto& path : {p.a_path, p.b_path, p.heat_path}) draw(folder, path);
-  for (const MediaItem& m : report.media) draw(folder, m.path);
-  for (const RigResult& rig : report.rigs)
-    for (const SweepSeries& s : rig.sweeps)
-      for (const auto& path : s.frame) draw(folder, path);
-  // The single file holds what is judged, not every frame of every sweep: those stay links.
-  write(folder / "alone" / "single.html", render_html_page(report, [](const std::string& path) {
-          const bool judged =
-              path.starts_with("frames/chest/extension/") || path.starts_with("heat/");
-          return judged ? std::optional(sample_picture(path)) : std::nullopt;
-        }));
+  // Thousands of findings are for the table: nothing looks at their pictures.
+  if (kind == "night") draw_all(folder, report);
   TerminalStyle style;
   style.page = (folder / "index.html").string();
   std::cout << terminal_summary(report, style);
