@@ -28,7 +28,7 @@ class Gate:
         super().setUp()
         self.home = self.folder / "home"
         self.home.mkdir()
-        self.good = self.write("hero_v002.glb", human(2000).read_bytes())  # passes; with strays it fails BB062
+        self.good = self.write("hero_v002.glb", human(1500).read_bytes())  # passes; with strays it fails BB062
         self.bad = self.write("bad/hero_v003.glb", glb.with_strays(self.good.read_bytes()))
 
     def program(self, text):

@@ -166,7 +166,7 @@ class ReadingWithOthers(CommandTest):
         self.check_body(self.write("tube.glb", tube()), "curve", most=2)
 
     def test_the_bundled_human_is_posed_and_skinned_as_ours(self):
-        self.check_body(human(), "even", frames=(0, 60))
+        self.check_body(human(1500), "even", frames=(0, 60))
 
     def test_real_characters_are_posed_and_skinned_as_ours(self):
         """Skips with a count where they are absent."""
