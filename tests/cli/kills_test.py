@@ -1,6 +1,6 @@
 """kill -9 at random instants, and at every call that changes a file: every file is whole or absent, and the run
 that takes up what is left ends with the bytes of one that nobody stopped. BACKBEND_KILLS says how many at random
-[5], BACKBEND_KILL_STEP at which of the calls [every 25th]; docs/batteries.md has the last long runs."""
+[5], BACKBEND_KILL_STEP at which of the calls [every 40th]; docs/batteries.md has the last long runs."""
 
 import os
 import pathlib
@@ -18,7 +18,7 @@ from harness import contents, run_backbend
 from night import SMALL_PICTURES, results
 
 KILLS = int(os.environ.get("BACKBEND_KILLS", "5"))
-KILL_STEP = int(os.environ.get("BACKBEND_KILL_STEP", "25"))
+KILL_STEP = int(os.environ.get("BACKBEND_KILL_STEP", "40"))
 
 SUITE = """[suite]
 name = "short"
