@@ -125,7 +125,7 @@ text = bpy.data.texts.new("functions.py")
 text.write("import bpy\\nbpy.app.driver_namespace['jump'] = lambda v: 2.0 if v > 0.7 else 0.0\\n")
 text.use_module = True
 """)
-        report = self.night(*self.ALL, code=1)
+        report = self.night(*self.ALL, code=1, corners=False)
         flips = [finding for finding in report["findings"] if finding["code"] == "BB001"]
         self.assertIn("twist", [finding["sweep"] for finding in flips])
         for finding in flips:
