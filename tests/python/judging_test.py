@@ -64,11 +64,11 @@ else:
 """)
 
     def test_comparing_two_rigs_is_what_the_command_says(self):
-        result = run_backbend(["compare", "curve", "isner", "--character", human(self.vertices), "--quick", "--sweeps", "standard",
+        result = run_backbend(["compare", "even", "isner", "--character", human(self.vertices), "--quick", "--sweeps", "standard",
                                "--json", "-o", "out"], self.folder)
         told = json.loads(result.stdout)
         mine = json.loads(self.run_script(
-            'print(backbend.compare("curve", "isner", character=HUMAN, sweeps="standard").text)'))
+            'print(backbend.compare("even", "isner", character=HUMAN, sweeps="standard").text)'))
         self.assertEqual(mine["comparisons"], told["comparisons"])
         self.assertEqual(mine["findings"], told["findings"])
 
