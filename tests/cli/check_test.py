@@ -109,7 +109,7 @@ step = 15
 """
 
     def check(self, *words):
-        self.backbend("check", human(), "--quick", "-o", "out", *words)
+        self.backbend("check", human(1500), "--quick", "-o", "out", *words)
         return json.loads((self.folder / "out/report.json").read_text())
 
     def proposed(self, report):
@@ -133,7 +133,7 @@ step = 15
         self.assertIn("envelope 'snake' (no arms and no legs", shown)
 
     def test_what_no_sweep_reaches_is_not_measured_and_no_pass(self):
-        (self.folder / "human.glb").write_bytes(human().read_bytes())
+        (self.folder / "human.glb").write_bytes(human(1500).read_bytes())
         self.write("short.toml", self.SUITE % ("true", -45, 45))
         result = self.backbend("nightly", "short.toml", "--quick", "-o", "short")
         report = json.loads((self.folder / "short/report.json").read_text())
@@ -144,7 +144,7 @@ step = 15
         self.assertNotIn(" 0 not measured", result.stdout)
 
     def test_nor_is_what_goes_one_way_only(self):
-        (self.folder / "human.glb").write_bytes(human().read_bytes())
+        (self.folder / "human.glb").write_bytes(human(1500).read_bytes())
         self.write("half.toml", self.SUITE % ("false", 0, 60))
         result = self.backbend("nightly", "half.toml", "--quick", "-o", "half")
         self.assertEqual(result.returncode, 5, result.stdout)

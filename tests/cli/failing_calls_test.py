@@ -12,7 +12,7 @@ import unittest
 import harness
 from harness import CANNOT_WRITE, RETRY, contents, human, run_backbend
 
-HUMAN = human()
+HUMAN = human(1500)
 
 
 class FaultTest:

@@ -5,7 +5,7 @@ import subprocess
 
 from harness import CANNOT_WRITE, CommandTest, RETRY, contents, human
 
-HUMAN = human()
+HUMAN = human(1500)
 
 
 class FillingTheDisk(CommandTest):
