@@ -753,7 +753,7 @@ class Mappings(RigTest, CommandTest):
         self.assertGreaterEqual(clean["extension"], 60)
 
     def test_a_channel_that_the_chest_follows_over_its_envelope_only_passes(self):
-        found = self.findings(self.swept(self.rig("--stop", "extension=80")), "BB049")
+        found = self.findings(self.check(self.rig("--stop", "extension=80")), "BB049")
         self.assertEqual([finding["verdict"] for finding in found], ["stress"])
 
     def test_a_channel_that_turns_back_fails(self):
@@ -935,7 +935,7 @@ class BadServers(RigTest, CommandTest):
         for joint in skeleton["joints"]:
             joint["position"] = [100.0 * v for v in joint["position"]]
         self.skeleton.write_text(json.dumps(skeleton))
-        self.swept(self.rig())
+        self.check(self.rig())
 
     def test_an_interrupt_ends_the_servers(self):
         rig = self.bad("hangs")

@@ -5,7 +5,7 @@ import shutil
 import unittest
 
 import harness
-from harness import INTERNAL, SOURCE, CommandTest
+from harness import BAD_INPUT, INTERNAL, SOURCE, CommandTest
 
 SOLVE = """\
 [rig]
@@ -41,6 +41,12 @@ class Loading(CommandTest):
             loaded = self.libraries(*command)
             self.assertEqual({name for name in loaded if "OpenImageIO" in name or "pictures" in name}, set(), command)
             self.assertLess(len(loaded), MOST_LIBRARIES, command)
+
+    def test_a_check_that_is_refused_loads_no_image_library(self):
+        spoiled = self.write("spoiled.glb", "no glTF")
+        for character in ("none.glb", spoiled):
+            loaded = self.libraries("check", character, "-o", "out", code=BAD_INPUT)
+            self.assertEqual({name for name in loaded if "OpenImageIO" in name or "pictures" in name}, set())
 
     def test_commands_with_pictures_load_them(self):
         loaded = self.libraries("render", harness.human(), "--res", "32x32", "--spp", "1", "-o", "out")

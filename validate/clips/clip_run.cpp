@@ -20,6 +20,7 @@
 #include "validate/judge/verdict.h"
 #include "validate/night/run.h"
 #include "validate/report/libraries.h"
+#include "validate/tasks/pictures_ahead.h"
 
 namespace backbend::validate {
 namespace {
@@ -131,6 +132,7 @@ void name_places(const Stage& stage, const BodyMetrics* metrics, const ClipBody&
 /// `metrics` is null for a skeleton without a body.
 Report judge_body(const ClipRequest& request, const ClipInput& input, const Stage& stage,
                   const BodyMetrics* metrics, Progress& progress) {
+  const PicturesAhead pictures_ahead;  // the report's versions need the library
   const skin::Clip& clip = input.clip;
   const skin::Character& character = stage.character();
   const skin::Anatomy& anatomy = stage.anatomy();
@@ -139,7 +141,6 @@ Report judge_body(const ClipRequest& request, const ClipInput& input, const Stag
   report.title =
       "Judging YOUR RIG: the motion of " + clip.file_name + " on " +
       (metrics == nullptr ? "its own joints (no body was given: chain only)" : character.file_name);
-  report.provenance = program_versions();
   report.provenance["clip " + clip.name] = hash_text(clip.content_hash_high, clip.content_hash_low);
   const ClipBody body(character, anatomy, clip, request.names);
 
@@ -190,6 +191,7 @@ Report judge_body(const ClipRequest& request, const ClipInput& input, const Stag
   // Captured or keyed motion has no rig that could be asked.
   if (is_better_asked_live(record) && record.recording->owner == Owner::rig)
     report.next.push_back(live_command(clip, request.character));
+  report.provenance.merge(program_versions());
   conclude(report);
   return report;
 }

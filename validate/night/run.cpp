@@ -833,7 +833,6 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   Report report;
   report.title = request.title.empty() ? suite.title : request.title;
   report.suite = suite.name;
-  report.provenance = program_versions();
   if (!suite.file.empty()) report.provenance["suite"] = content_hash(read_bytes(suite.file));
   LimitSet limits = limits_for(suite.rules, "");
   if (std::ranges::all_of(suite.rigs, [](const RigPlan& rig) {
@@ -913,6 +912,9 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     throw IncompleteError(request.folder.string() + ": " + std::to_string(missing.size()) +
                           " parts of the job are missing");
   }
+  // Versions need the library of pictures: PicturesAhead has loaded it by now, and a run that was
+  // refused did without.
+  report.provenance.merge(program_versions());
   for (const CharacterFacts& facts : report.characters)
     report.provenance["character " + facts.name] = facts.hash;
   std::stable_partition(
