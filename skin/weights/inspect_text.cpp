@@ -107,16 +107,8 @@ void add_driven(const Character& character, const Anatomy& anatomy, Lines& out) 
     out.add("driven", driver.arms_follow_chest()
                           ? "arms go with the chest, which they hang from"
                           : "arms ride on the spine where they start, below its top");
-  const DriverCoverage coverage = driver_coverage(character, anatomy);
-  if (!coverage.helpers.empty())
-    out.add("driven", plural(coverage.helpers.size(), "helper joint") + ", " +
-                          percent(coverage.helper_share) +
-                          " of torso weight, that go with their parents: " +
-                          some_names(character, coverage.helpers));
-  if (!coverage.unreached.empty())
-    out.add("driven",
-            plural(coverage.unreached.size(), "joint") + ", " + percent(coverage.unreached_share) +
-                " of all weight, that nothing moves: " + some_names(character, coverage.unreached));
+  for (const std::string& line : coverage_lines(character, driver_coverage(character, anatomy)))
+    out.add("driven", line);
 }
 
 void add_weights(const Character& character, const Anatomy& anatomy, Lines& out) {
@@ -205,6 +197,20 @@ void add_tree(const Character& character, const Anatomy& anatomy, Lines& out) {
 }
 
 }  // namespace
+
+std::vector<std::string> coverage_lines(const Character& character,
+                                        const DriverCoverage& coverage) {
+  std::vector<std::string> out;
+  if (!coverage.helpers.empty())
+    out.push_back(
+        plural(coverage.helpers.size(), "helper joint") + ", " + percent(coverage.helper_share) +
+        " of torso weight, that go with their parents: " + some_names(character, coverage.helpers));
+  if (!coverage.unreached.empty())
+    out.push_back(
+        plural(coverage.unreached.size(), "joint") + ", " + percent(coverage.unreached_share) +
+        " of all weight, that nothing moves: " + some_names(character, coverage.unreached));
+  return out;
+}
 
 std::string inspect_text(const Character& character, const Anatomy& anatomy) {
   Lines out;

@@ -5,6 +5,7 @@ import pathlib
 import tempfile
 import unittest
 
+import glb
 from harness import CommandTest, SOURCE, character, contents, human, run_backbend
 
 HUMAN = SOURCE / "scenes/characters/human.toml"
@@ -170,6 +171,31 @@ class Explaining(CommandTest):
         checks = json.loads(self.assert_runs("list", "checks", "--json").stdout)
         kink = next(check for check in checks if check["code"] == "BB010")
         self.assertEqual((kink["limit"], kink["clip_limit"], kink["sense"]), (2, 30, "at most"))
+
+
+class WhatNothingMoves(CommandTest):
+    def notes(self, apart):
+        """Of a check of a tube whose last joint hangs from the chain's, or stands a metre beside it."""
+        names = [*glb.HUMAN, "other"]
+        last = len(names) - 1
+
+        def change(document):
+            if apart:
+                del document["nodes"][last - 1]["children"]
+                document["nodes"][last]["translation"] = [1, 1.6 / len(names) * last, 0]
+                document["scenes"][0]["nodes"].append(last)
+
+        def rigid(_, position, joints, weights):
+            return position, [joints[weights[1] > 0.5], 0, 0, 0], [1.0, 0.0, 0.0, 0.0]
+
+        (self.folder / "tube.glb").write_bytes(glb.tube(names, change, rigid, rings=25))
+        self.backbend("check", "tube.glb", "--chest", "neck", "--quick", "-o", "run")
+        notes = json.loads((self.folder / "run/report.json").read_text())["characters"][0]["notes"]
+        return [note for note in notes if "that nothing moves" in note]
+
+    def test_is_said_beside_the_verdict(self):
+        self.assertEqual(self.notes(apart=False), [])
+        self.assertRegex(self.notes(apart=True)[0], r"1 joint, [0-9.]+ % of all weight, that nothing moves: other$")
 
 
 class CheckingRealCharacters(CommandTest):

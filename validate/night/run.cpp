@@ -6,6 +6,7 @@
 #include <span>
 
 #include "skin/anatomy/import_checks.h"
+#include "skin/weights/inspect.h"
 #include "validate/calibrate/calibrate.h"
 #include "validate/compare/comparison.h"
 #include "validate/compare/surface_match.h"
@@ -275,6 +276,17 @@ RigSearches search_rigs(const Stage& stage, const Suite& suite, solver::Mapping 
   return out;
 }
 
+/// Says what our rigs leave unmoved, where it is more than a prop or corrective joints carry.
+void note_coverage(const Stage& stage, CharacterFacts& facts) {
+  constexpr double kProp = 0.05;        // of all weight
+  constexpr double kCorrectives = 0.2;  // of the torso's
+  skin::DriverCoverage coverage = skin::driver_coverage(stage.character(), stage.anatomy());
+  if (coverage.helper_share < kCorrectives) coverage.helpers.clear();
+  if (coverage.unreached_share < kProp) coverage.unreached.clear();
+  for (std::string& line : skin::coverage_lines(stage.character(), coverage))
+    facts.notes.push_back(std::move(line));
+}
+
 CharacterRun run_character(const RunRequest& request, const Suite& suite,
                            const std::filesystem::path& file, const OutputFolder& folder,
                            Ledger& ledger, Progress& progress, Report& report) {
@@ -321,6 +333,10 @@ CharacterRun run_character(const RunRequest& request, const Suite& suite,
   const Envelope& envelope = choice.envelope;
   facts.envelope = envelope.name;
   facts.envelope_reason = choice.reason + "; " + envelope.text();
+  if (std::ranges::any_of(suite.rigs, [](const RigPlan& rig) {
+        return rig.role != Role::canary && !is_external(rig.spec);
+      }))
+    note_coverage(stage, facts);
   if (request.on_character) request.on_character(report.characters.back());
   const LimitSet limits = limits_for(suite.rules, stage.character().name), table;
   const JudgeContext own_context{stage, limits, envelope, run.words};
