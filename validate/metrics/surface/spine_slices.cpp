@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <map>
+#include <optional>
 
 #include "validate/metrics/math/nan.h"
 #include "validate/metrics/math/rotation.h"
@@ -71,14 +72,14 @@ class LevelCutter {
   /// Which step to take after `last`: where several surfaces meet in one edge (levels of detail
   /// share some), the one that shares two vertices, and so stays on its surface.
   static std::vector<Step>::iterator onward(std::vector<Step>& step,
-                                            const std::vector<Step>& last) {
+                                            const std::optional<Step>& last) {
     const auto shared = [&](const Step& s) {
       int count = 0;
       for (int i = 0; i < 3; ++i)
-        for (int k = 0; k < 3; ++k) count += s.triangle[i] == last[0].triangle[k];
+        for (int k = 0; k < 3; ++k) count += s.triangle[i] == last->triangle[k];
       return count >= 2;
     };
-    if (step.size() > 1 && !last.empty())
+    if (step.size() > 1 && last)
       if (const auto same = std::ranges::find_if(step, shared); same != step.end()) return same;
     return std::prev(step.end());
   }
@@ -89,22 +90,22 @@ class LevelCutter {
     const auto walk = [&](EdgeKey at) {
       Piece piece;
       const EdgeKey start = at;
-      std::vector<Step> last;  // the one that led here
+      std::optional<Step> last;  // the one that led here
       for (;;) {
         Crossing& here = crossings.at(at);
         piece.point.push_back(here.point);
         piece.at.push_back(here.at);
         if (here.step.empty()) break;
         const auto next = onward(here.step, last);
-        last.assign(1, *next);
+        last = *next;
         here.step.erase(next);
-        std::vector<Step>& back = crossings.at(last[0].to).step;
+        std::vector<Step>& back = crossings.at(last->to).step;
         back.erase(std::ranges::find(back, at, &Step::to));
-        if (last[0].to == start) {
+        if (last->to == start) {
           piece.closed = true;
           break;
         }
-        at = last[0].to;
+        at = last->to;
       }
       if (piece.point.size() > 2) out.push_back(std::move(piece));
     };
