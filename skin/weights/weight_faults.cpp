@@ -62,6 +62,8 @@ constexpr double kPatch = 0.005;        // of the places, and ...
 constexpr double kWidePatch = 0.01;     // ... of a hump with its slope
 constexpr std::size_t kLeastForSlopes = 1000;  // places: on fewer a joint's area is all slope
 constexpr double kPatchPlaces = 6.0;           // ... this many: fewer are single slips
+constexpr double kHeavy = 0.2;                 // of a vertex's weight: few places show it, ...
+constexpr double kPlacesHeavy = 4.0;           // ... and one or two are slips
 constexpr double kPlacesBehind = 24.0;     // of a joint above the hips: low bodies leave it a few
 constexpr double kShareBehind = 0.02;      // ... and of all places
 constexpr double kHeldBehind = 0.08;       // of a vertex's weight: it is held back in plain sight
@@ -745,7 +747,7 @@ class FaultFinder {
   }
 
   void find_distant(WeightFaults& out) {
-    std::map<int, WeightFault> wrong, far, wide, cut_off;
+    std::map<int, WeightFault> wrong, far, wide, cut_off, heavy_wrong, heavy;
     const std::vector<bool> stays_behind = find_behind(out.far);
     const bool is_fine = point_.size() >= kLeastForSlopes;
     const double far_away = kFar * size_;
@@ -793,10 +795,13 @@ class FaultFinder {
           if (off >= kIsland * size_) add(wide, w.node, rival, w.weight, off, p);
         }
         distance = distance_to_double(w.node, w.weight, point_[p]);
-        if (is_wrong && distance > across)
+        if (is_wrong && distance > across) {
           add(wrong, w.node, image, w.weight, distance, p);
-        else if (!is_wrong && distance >= (alone ? kIsland : kSpilt) * size_)
+          if (w.weight >= kHeavy) add(heavy_wrong, w.node, image, w.weight, distance, p);
+        } else if (!is_wrong && distance >= (alone ? kIsland : kSpilt) * size_) {
           add(far, w.node, rival, w.weight, distance, p);
+          if (w.weight >= kHeavy) add(heavy, w.node, rival, w.weight, distance, p);
+        }
       }
     }
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
@@ -805,8 +810,11 @@ class FaultFinder {
     keep_patches(far);
     keep_patches(wide, kPlacesUneven, kWidePatch);
     find_cut_off(cut_off);
-    keep_patches(cut_off, kPatchPlaces, kSmallPatch);
-    for (const auto* more : {&wide, &cut_off}) far.insert(more->begin(), more->end());
+    keep_patches(cut_off, kPatchPlaces, 0.0);
+    keep_patches(heavy_wrong, kPlacesHeavy, 0.0);
+    keep_patches(heavy, kPlacesHeavy, 0.0);
+    wrong.insert(heavy_wrong.begin(), heavy_wrong.end());
+    for (const auto* more : {&wide, &cut_off, &heavy}) far.insert(more->begin(), more->end());
     take(wrong, out.wrong_side);
     take(far, out.far);
   }
