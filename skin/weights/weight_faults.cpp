@@ -317,7 +317,7 @@ class FaultFinder {
   /// the weight falls, over edges of the mesh, and then rises again by kHump or more. Painted
   /// weights fall from their area on; what rises again was spilt, or is a second area of the
   /// joint's own.
-  enum class Hump : char { none, small, leads };  // leads: the joint weighs most at its peak
+  enum class Hump : char { none, small, leads };  // leads: the joint weighs most somewhere
   Hump hump_at(int node, Index place) {
     auto& hump = hump_[node];
     if (hump.empty()) hump = humps_of(node);
@@ -343,7 +343,9 @@ class FaultFinder {
     std::vector<double>& peak_weight = hump_peak_[node];
     peak_weight.assign(weights_.size(), 0.0);
     const auto mark = [&](const Area& area) {
-      const Hump kind = main_[area.peak] == node ? Hump::leads : Hump::small;
+      const bool leads =
+          std::ranges::any_of(area.places, [&](Index q) { return main_[q] == node; });
+      const Hump kind = leads ? Hump::leads : Hump::small;
       for (const Index q : area.places) {
         hump[q] = kind;
         peak_weight[q] = weight_at(area.peak, node);

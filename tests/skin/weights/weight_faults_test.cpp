@@ -644,31 +644,35 @@ TEST(FarInfluence, OfAPatchThatAFarJointMovesAloneIsNamed) {
 }
 
 TEST(FarInfluence, OfFourPlacesIsNamedWhereItIsHeavy) {
-  REQUIRE_CHARACTER("bunny.glb");
-  const Character character = read_character(shared_character("bunny.glb"));
-  const Anatomy anatomy = find_anatomy(character);
-  const std::vector<glm::vec3> rest = rest_mesh(character).position;
-  const int vertebra = anatomy.spine[anatomy.chest_index / 2];
-  const glm::vec3 belly =
-      glm::vec3(character.nodes[static_cast<std::size_t>(vertebra)].world_from_node[3]) +
-      glm::vec3(0.0F, 0.0F, 0.1F * static_cast<float>(anatomy.height));
-  std::map<float, std::uint32_t> place_at;  // by its distance
-  for (std::size_t v = 0; v < rest.size(); ++v)
-    place_at[glm::distance(rest[v], belly)] = character.place[v];
-  for (const int places : {2, 4})
-    for (const float share : {0.1F, 0.4F}) {
-      std::set<std::uint32_t> chosen;
-      for (auto at = place_at.begin(); static_cast<int>(chosen.size()) < places; ++at)
-        chosen.insert(at->second);
-      Character spoiled = character;
-      const int hand = anatomy.left_arm.back();
-      for (std::size_t v = 0; v < rest.size(); ++v)
-        if (chosen.count(character.place[v]))
-          give(spoiled.influences[v], skin_joint(spoiled, hand), share);
-      EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, hand),
-                places == 4 && share > 0.2F)
-          << places << " places, " << share;
-    }
+  // 40 % of a hand are about what the vertebra below keeps on the human: neither leads everywhere.
+  for (const char* file : {"mh_male_13k.glb", "bunny.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    const std::vector<glm::vec3> rest = rest_mesh(character).position;
+    const int vertebra = anatomy.spine[anatomy.chest_index / 2];
+    const glm::vec3 belly =
+        glm::vec3(character.nodes[static_cast<std::size_t>(vertebra)].world_from_node[3]) +
+        glm::vec3(0.0F, 0.0F, 0.1F * static_cast<float>(anatomy.height));
+    std::map<float, std::uint32_t> place_at;  // by its distance
+    for (std::size_t v = 0; v < rest.size(); ++v)
+      place_at[glm::distance(rest[v], belly)] = character.place[v];
+    for (const int places : {2, 4})
+      for (const float share : {0.1F, 0.4F}) {
+        std::set<std::uint32_t> chosen;
+        for (auto at = place_at.begin(); static_cast<int>(chosen.size()) < places; ++at)
+          chosen.insert(at->second);
+        Character spoiled = character;
+        const int hand = anatomy.left_arm.back();
+        for (std::size_t v = 0; v < rest.size(); ++v)
+          if (chosen.count(character.place[v]))
+            give(spoiled.influences[v], skin_joint(spoiled, hand), share);
+        EXPECT_EQ(names(find_weight_faults(spoiled, anatomy).far, kFar, hand),
+                  places == 4 && share > 0.2F)
+            << places << " places, " << share;
+      }
+  }
 }
 
 TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhereAllThatItLiesOnIsFarFromItsJoint) {
