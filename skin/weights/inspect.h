@@ -15,8 +15,8 @@ std::string inspect_json(const Character& character, const Anatomy& anatomy);
 /// The same for a person: one fact a line, the skeleton as a tree at the end.
 std::string inspect_text(const Character& character, const Anatomy& anatomy);
 
-/// What our drivers do not move by itself, in words: a line for the helpers and one for what is
-/// unreached, each where there are some.
+/// What our rigs leave unmoved, in words: a line for the helpers and one for what is unreached,
+/// each where there are some.
 std::vector<std::string> coverage_lines(const Character& character, const DriverCoverage& coverage);
 
 }  // namespace backbend::skin
