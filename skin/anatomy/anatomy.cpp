@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <iterator>
 #include <limits>
+#include <map>
 
 #include "skin/anatomy/anatomy_hints.h"
 #include "skin/anatomy/arm_attachment.h"
@@ -20,6 +22,9 @@ namespace {
 
 using Index = std::size_t;
 
+// Limbs whose roots are this near (of the size) stand in the same place.
+constexpr double kSameLimb = 0.03;
+
 class Finder {
  public:
   Finder(const Character& character, const AnatomyHints& hints)
@@ -28,6 +33,7 @@ class Finder {
   Anatomy find() {
     limbs_ = find_limbs(character_, shape_, head_by_name(shape_));
     find_spine();
+    set_other_figures_aside();
     find_arms_and_legs();
     prefer_the_chain_with_limbs();
     find_tail();
@@ -139,6 +145,57 @@ class Finder {
       refuse("joints such as " + name(beside) + " do not stand between the hips " +
              name(out_.spine.front()) + " and the head " + name(out_.head) +
              ": was the hierarchy lost in the export?");
+  }
+
+  /// The uppermost node above `node` (or itself) that the hips do not hang from; -1 where `node`
+  /// stands above the hips.
+  int branch_beside_hips(int node) const {
+    int branch = -1;
+    for (; node >= 0 && !shape_.is_ancestor(character_, node, out_.spine.front());
+         node = character_.nodes[static_cast<Index>(node)].parent)
+      branch = node;
+    return branch;
+  }
+
+  /// A file may hold several figures, a rider and a horse. A branch beside the spine with two pairs
+  /// of limbs is one of its own where the spine's has two as well: its limbs, its tail and its
+  /// joints belong to nothing that this spine moves.
+  void set_other_figures_aside() {
+    const auto is_own = [&](const LimbPair& limb) {
+      const int parent = limb.pair.parent;
+      return !shape_.is_joint[static_cast<Index>(parent)] ||
+             shape_.is_ancestor(character_, parent, out_.spine.front()) ||
+             std::ranges::any_of(out_.spine, [&](int node) {
+               return shape_.is_ancestor(character_, node, parent);
+             });
+    };
+    std::vector<LimbPair> own;
+    std::ranges::copy_if(limbs_, std::back_inserter(own), is_own);
+    if (own.size() < 2) return;
+    // A second skeleton in the same place is the same figure's, as exporters write for each mesh.
+    const auto is_apart = [&](const LimbPair& limb) {
+      return std::ranges::none_of(own, [&](const LimbPair& other) {
+        return glm::distance(shape_.position[static_cast<Index>(limb.pair.left)],
+                             shape_.position[static_cast<Index>(other.pair.left)]) <
+               kSameLimb * shape_.size;
+      });
+    };
+    std::map<int, int> limbs_of;  // of each branch beside the spine
+    for (const LimbPair& limb : limbs_)
+      if (!is_own(limb) && is_apart(limb) &&
+          shape_.weight_below[static_cast<Index>(limb.pair.left)] > 0.0)
+        ++limbs_of[branch_beside_hips(limb.pair.parent)];
+    for (const auto& [branch, limbs] : limbs_of) {
+      if (limbs < 2) continue;
+      other_figures_.push_back(branch);
+      say("another figure: " + name(branch) + " has limbs of its own, and stays as it stands");
+    }
+    std::erase_if(limbs_, [&](const LimbPair& limb) { return is_other_figure(limb.pair.parent); });
+  }
+
+  bool is_other_figure(int node) const {
+    return std::ranges::any_of(
+        other_figures_, [&](int figure) { return shape_.is_ancestor(character_, figure, node); });
   }
 
   /// From a limb's root outwards to the hand or foot: where it forks into fingers, or ends.
@@ -263,7 +320,7 @@ class Finder {
       const NameFacts& facts = shape_.name[n];
       if (facts.part != BodyPart::clavicle || facts.side != side || facts.control || facts.helper ||
           facts.front || facts.back || !(shape_.weight[n] > 0.0) || node == root ||
-          shape_.is_ancestor(character_, node, root))
+          shape_.is_ancestor(character_, node, root) || is_other_figure(node))
         continue;
       // Below the root there is the rest of the arm; a mechanism carries its clavicle in its place.
       if (mechanism ? !is_copy(character_, root, node) : shape_.is_ancestor(character_, root, node))
@@ -312,7 +369,8 @@ class Finder {
     if (body_behind_hips_) return;
     int root = -1;
     for (Index n = 0; n < shape_.name.size() && root < 0; ++n)
-      if (shape_.name[n].part == BodyPart::tail && shape_.is_joint[n] && !shape_.name[n].control)
+      if (shape_.name[n].part == BodyPart::tail && shape_.is_joint[n] && !shape_.name[n].control &&
+          !is_other_figure(static_cast<int>(n)))
         root = static_cast<int>(n);
     if (root < 0 || on_spine(root)) return;
     // What stands between the body and the first joint called tail belongs to it.
@@ -445,8 +503,10 @@ class Finder {
         out_.followers.push_back({below, above});
         say("loose joint " + name(below) + " goes with " + name(above) + ", the clavicle");
       }
+    std::vector<bool> aside(driven.size());
+    for (Index n = 0; n < aside.size(); ++n) aside[n] = is_other_figure(static_cast<int>(n));
     for (const Follower& loose :
-         find_loose_joints(character_, shape_, driven, out_.spine.front(), out_.reasons))
+         find_loose_joints(character_, shape_, driven, aside, out_.spine.front(), out_.reasons))
       out_.followers.push_back(loose);
   }
 
@@ -475,6 +535,7 @@ class Finder {
   const AnatomyHints& hints_;
   SkeletonShape shape_;
   std::vector<LimbPair> limbs_;
+  std::vector<int> other_figures_;  // the uppermost node of each
   MirrorPair arm_pair_, leg_pair_;
   int template_neck_ = -1;  // the base of the neck where a known rig's names say so
   std::string neck_why_;    // why neck_index is the base of the neck

@@ -66,10 +66,12 @@ std::string without_number(const std::string& name) {
 class LooseJoints {
  public:
   LooseJoints(const Character& character, const SkeletonShape& shape,
-              const std::vector<bool>& driven, int hip, std::vector<std::string>& reasons)
+              const std::vector<bool>& driven, const std::vector<bool>& aside, int hip,
+              std::vector<std::string>& reasons)
       : character_(character),
         shape_(shape),
         driven_(driven),
+        aside_(aside),
         hip_(hip),
         reasons_(reasons),
         carried_(driven) {}
@@ -102,7 +104,7 @@ class LooseJoints {
   /// A joint with weight that the body does not hang from. Joints above it that move nothing may
   /// carry half a body's mechanism: each that moves something is placed by itself.
   bool is_loose(Index n) const {
-    return shape_.is_joint[n] && shape_.weight[n] > 0.0 &&
+    return shape_.is_joint[n] && shape_.weight[n] > 0.0 && !aside_[n] &&
            !shape_.is_ancestor(character_, static_cast<int>(n), hip_);
   }
 
@@ -174,7 +176,7 @@ class LooseJoints {
 
   const Character& character_;
   const SkeletonShape& shape_;
-  const std::vector<bool>& driven_;
+  const std::vector<bool>&driven_, &aside_;
   const int hip_;
   std::vector<std::string>& reasons_;
   std::vector<bool> carried_;
@@ -185,9 +187,10 @@ class LooseJoints {
 }  // namespace
 
 std::vector<Follower> find_loose_joints(const Character& character, const SkeletonShape& shape,
-                                        const std::vector<bool>& driven, int hip,
+                                        const std::vector<bool>& driven,
+                                        const std::vector<bool>& aside, int hip,
                                         std::vector<std::string>& reasons) {
-  return LooseJoints(character, shape, driven, hip, reasons).find();
+  return LooseJoints(character, shape, driven, aside, hip, reasons).find();
 }
 
 }  // namespace backbend::skin

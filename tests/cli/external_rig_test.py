@@ -440,7 +440,7 @@ class Points(RigTest, CommandTest):
 
     def test_points_of_another_mesh_are_named_and_linear_blending_is_judged(self):
         self.serve({"points": [[0.1, 0.2, 5.0]], "triangles": [], "weights": [[[0, 1.0]]]})
-        report = self.swept(self.rig())  # without triangles there is no surface
+        report = self.swept(self.rig())  # without triangles it has no surface
         self.assertTrue(self.notes(report, "are not the vertices of tube.glb"))
         self.assertEqual(self.notes(report, "LBS against your deformers"), [])
 

@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 
 #include "validate/files/output_folder.h"
+#include "validate/tasks/seconds_of.h"
 #include "validate/text/escape.h"
 #include "validate/text/json_object.h"
 #include "validate/verdicts/waivers.h"
@@ -112,9 +112,7 @@ double estimate_minutes(const CalibrationPlan& plan, std::span<const Calibration
     small.fault_poses = std::max<std::size_t>(1, plan.fault_poses * poses / plan.clean_poses);
     CalibrationWatch watch;
     watch.on_step = poll;
-    const auto start = std::chrono::steady_clock::now();
-    calibrate(small, bodies, watch);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    return seconds_of([&] { calibrate(small, bodies, watch); });
   };
   const double few = seconds_with(kFew), twice = seconds_with(2 * kFew);
   const double a_pose = std::max(0.0, twice - few) / kFew;

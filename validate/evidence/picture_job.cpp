@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <functional>
 #include <glm/geometric.hpp>
@@ -20,6 +19,7 @@
 #include "validate/evidence/video.h"
 #include "validate/files/hash.h"
 #include "validate/model/report.h"
+#include "validate/tasks/seconds_of.h"
 #include "validate/tasks/side_by_side.h"
 
 namespace backbend::validate {
@@ -316,12 +316,6 @@ std::vector<TurntableView> turntable_views(int views, int light_views,
     all.push_back({cameras.front(), turn_deg, "light " + number_text(turn_deg, 1) + " deg"});
   }
   return all;
-}
-
-double seconds_of(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
 /// Seconds for one frame, tracing and encoding, judged by a smaller one of at most about so many.

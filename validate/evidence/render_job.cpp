@@ -1,6 +1,5 @@
 #include "validate/evidence/render_job.h"
 
-#include <chrono>
 #include <memory>
 
 #include "validate/evidence/extremes.h"
@@ -11,6 +10,7 @@
 #include "validate/model/report.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/tasks/pictures_ahead.h"
+#include "validate/tasks/seconds_of.h"
 
 namespace backbend::validate {
 namespace {
@@ -114,10 +114,9 @@ RenderEstimate estimate_extremes(const RenderRequest& request, const std::vector
   RenderEstimate out;
   out.minutes_a_frame = minutes_a_picture(source, 0, request, true);
   Progress silent(Progress::Style::none);
-  const auto start = std::chrono::steady_clock::now();
-  find_extremes(source.stage(), request.rig, request.mapping, {sweeps.front()}, envelope, silent);
-  const double first_s =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  const double first_s = seconds_of([&] {
+    find_extremes(source.stage(), request.rig, request.mapping, {sweeps.front()}, envelope, silent);
+  });
   double poses = 0.0;
   for (const Sweep& sweep : sweeps) poses += static_cast<double>(sweep.pose_count());
   out.minutes = first_s / 60.0 * poses / static_cast<double>(sweeps.front().pose_count());

@@ -1,7 +1,6 @@
 #include "validate/farm/job.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -13,6 +12,7 @@
 #include "validate/judge/confirmed.h"
 #include "validate/metrics/chain/rig_probe.h"
 #include "validate/sweeps/external_spec.h"
+#include "validate/tasks/seconds_of.h"
 
 namespace backbend::validate {
 namespace {
@@ -21,12 +21,6 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::uintmax_t kMostPlanBytes = 1 << 20;
-
-double seconds_for(const std::function<void()>& work) {
-  const auto start = std::chrono::steady_clock::now();
-  work();
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
 
 /// What a file holds. One that cannot be read is an entry of the report, and may have no sidecar.
 std::string hash_of(const fs::path& file) {
@@ -118,11 +112,11 @@ JobEstimate estimate(const RunRequest& request) {
   Progress silent(Progress::Style::none);
   SweepRecord& sweep = rig.sweeps.front();
   const std::size_t middle = sweep.poses.size() / 2;
-  const double pose_s = seconds_for([&] {
+  const double pose_s = seconds_of([&] {
     measure_poses(stage, body, rig, rig_at_rest(*rig.system),
                   std::span(sweep.poses).subspan(middle, 1), silent);
   });
-  const double jumps_s = seconds_for([&] { search_flips(rig, sweep.sweep); });
+  const double jumps_s = seconds_of([&] { search_flips(rig, sweep.sweep); });
   const double cores = std::max(1u, std::thread::hardware_concurrency());
   const double searches =
       static_cast<double>(job.characters * job.rigs * job.mappings * job.sweeps);
@@ -140,7 +134,7 @@ JobEstimate estimate(const RunRequest& request) {
     settings.samples = 1;
     settings.mode = render::Mode::primary;
     settings.position_and_albedo = true;
-    seconds += static_cast<double>(job.small_pictures) * seconds_for([&] {
+    seconds += static_cast<double>(job.small_pictures) * seconds_of([&] {
                  photographer.pose(posed);
                  photographer.shoot("profile", settings);
                });
@@ -153,7 +147,7 @@ JobEstimate estimate(const RunRequest& request) {
     // Frames of sweeps are small ones.
     const double frame_share = std::min(1.0, 320.0 * 240.0 * std::min(8, plan.samples) /
                                                  (1.0 * plan.width * plan.height * plan.samples));
-    const double full = seconds_for([&] { photographer.shoot("profile", settings); });
+    const double full = seconds_of([&] { photographer.shoot("profile", settings); });
     seconds += full * (frame_share * static_cast<double>(frames) +
                        static_cast<double>(job.pictures - frames));
   }

@@ -1,7 +1,6 @@
 #include "validate/tune/tune.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <map>
 #include <set>
@@ -11,6 +10,7 @@
 #include "validate/judge/searched_character.h"
 #include "validate/sweeps/external_spec.h"
 #include "validate/sweeps/sweep_named.h"
+#include "validate/tasks/seconds_of.h"
 #include "validate/tune/choice_sheet.h"
 #include "validate/tune/trade_search.h"
 
@@ -52,12 +52,11 @@ class Tuner {
 
   TuneResult run() {
     progress_.start("rigs", request_.evaluations);
-    const auto start = std::chrono::steady_clock::now();
-    const std::optional<RigGauge> given = gauge(request_.rig.spec);
-    const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
+    std::optional<RigGauge> given;
+    const double took_s = seconds_of([&] { given = gauge(request_.rig.spec); });
     out_.given.gauge = *given;
     if (request_.plan_only) {
-      out_.minutes = took.count() * static_cast<double>(request_.evaluations) / 60.0;
+      out_.minutes = took_s * static_cast<double>(request_.evaluations) / 60.0;
       progress_.finish();
       measure_as_check(out_.given, request_.rig.spec);
       return finished();

@@ -16,11 +16,6 @@ using nlohmann::json;
 
 std::string percent(double share) { return number_text(100.0 * share, 0); }
 
-std::string padded(std::string text, std::size_t width) {
-  text.resize(std::max(width, text.size()), ' ');
-  return text;
-}
-
 std::string options_text(const TuneChoice& choice) {
   std::vector<std::string> out;
   for (const auto& [key, value] : choice.options) out.push_back(key + " = " + value);

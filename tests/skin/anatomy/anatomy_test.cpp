@@ -632,6 +632,55 @@ TEST(Anatomy, TakesTheLongestOfSeveralPairsThatAreCalledArms) {
     }
 }
 
+/// The stick figure again, `scale` as large, its names behind `pony_`; below the node of that name,
+/// or as a tree of its own.
+void add_second_figure(Character& character, const std::string& below, const glm::dvec3& at,
+                       double scale) {
+  const Character one = stick_figure();
+  std::vector<int> copy(one.nodes.size(), below.empty() ? -1 : stick_node(character, below));
+  for (std::size_t n = 1; n < one.nodes.size(); ++n) {  // not the scene
+    const Node& node = one.nodes[n];
+    copy[n] = add_node(character, "pony_" + node.name, copy[static_cast<std::size_t>(node.parent)],
+                       at + scale * glm::dvec3(node.world_from_node[3]));
+    stick_vertex(character, copy[n]);
+  }
+}
+
+TEST(Anatomy, OfTheFigureWithTheSpineIsItsOwnWhateverOtherFigureTheFileHolds) {
+  Character alone = stick_figure();
+  stick_vertex(alone, stick_node(alone, "scene"));  // both hang from a joint, too
+  const Anatomy expected = find_anatomy(alone);
+  for (const char* below : {"", "scene"})
+    for (const double scale : {0.8, 2.0})
+      for (const double beside : {0.1, 3.0}) {  // its hips touch the thigh of the first, or not
+        SCOPED_TRACE(std::string(below) + " " + std::to_string(scale));
+        Character character = alone;
+        add_second_figure(character, below, {beside, 0.9 * (1.0 - scale), 0.0}, scale);
+        hang(character, "pony_tail", stick_node(character, "pony_hips"), {0.0, 0.0, -0.3});
+        const Anatomy anatomy = find_anatomy(character);
+        EXPECT_EQ(anatomy.spine, expected.spine);
+        EXPECT_EQ(anatomy.left_arm, expected.left_arm);
+        EXPECT_EQ(anatomy.right_arm, expected.right_arm);
+        EXPECT_EQ(anatomy.left_leg, expected.left_leg);
+        EXPECT_EQ(anatomy.right_leg, expected.right_leg);
+        EXPECT_EQ(anatomy.tail, expected.tail);
+        EXPECT_EQ(anatomy.chest_index, expected.chest_index);
+        EXPECT_TRUE(anatomy.followers.empty());
+        EXPECT_TRUE(anatomy.sure);
+        EXPECT_EQ(reason_of(anatomy, "another figure: "),
+                  "another figure: 'pony_hips' has limbs of its own, and stays as it stands");
+      }
+}
+
+TEST(Anatomy, OfAFigureWhoseSkeletonIsThereTwiceIsOneFigures) {
+  Character character = stick_figure();
+  add_second_figure(character, "", glm::dvec3(0.0), 1.0);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(reason_of(anatomy, "another figure: "), "");
+  ASSERT_FALSE(anatomy.followers.empty());
+  EXPECT_EQ(anatomy.followers.front().leader, stick_node(character, "hips"));
+}
+
 TEST(Anatomy, IsOverriddenByHints) {
   const Character character = stick_figure();
   AnatomyHints hints;

@@ -613,6 +613,12 @@ TEST(WrongSide, OfLimbsWhoseWeightsAreSwappedIsNamed) {
   EXPECT_FALSE(names(wrong, kWrongSide, anatomy.spine[2]));
 }
 
+/// Where the vertebra halfway up to the chest stands.
+glm::vec3 middle_vertebra(const Character& character, const Anatomy& anatomy) {
+  const int vertebra = anatomy.spine[anatomy.chest_index / 2];
+  return character.nodes[static_cast<std::size_t>(vertebra)].world_from_node[3];
+}
+
 TEST(FarInfluence, OfAPatchThatAFarJointMovesAloneIsNamed) {
   for (const char* file : {"mh_male_13k.glb", "quaternius_female_24k.glb"}) {
     SCOPED_TRACE(file);
@@ -620,11 +626,9 @@ TEST(FarInfluence, OfAPatchThatAFarJointMovesAloneIsNamed) {
     const Character character = read_character(shared_character(file));
     const Anatomy anatomy = find_anatomy(character);
     const std::vector<glm::vec3> rest = rest_mesh(character).position;
-    const glm::vec3 vertebra =
-        character.nodes[static_cast<std::size_t>(anatomy.spine[anatomy.chest_index / 2])]
-            .world_from_node[3];
     const auto height = static_cast<float>(anatomy.height);
-    const glm::vec3 middle = vertebra + glm::vec3(0.02F, 0.0F, 0.07F) * height;
+    const glm::vec3 middle =
+        middle_vertebra(character, anatomy) + glm::vec3(0.02F, 0.0F, 0.07F) * height;
     // The hand, and the head; of the belly as much as a hand covers, and as the whole of it.
     for (const int node : {anatomy.left_arm.back(), anatomy.head})
       for (const float radius : {0.05F, 0.09F})
@@ -651,10 +655,8 @@ TEST(FarInfluence, OfFourPlacesIsNamedWhereItIsHeavy) {
     const Character character = read_character(shared_character(file));
     const Anatomy anatomy = find_anatomy(character);
     const std::vector<glm::vec3> rest = rest_mesh(character).position;
-    const int vertebra = anatomy.spine[anatomy.chest_index / 2];
-    const glm::vec3 belly =
-        glm::vec3(character.nodes[static_cast<std::size_t>(vertebra)].world_from_node[3]) +
-        glm::vec3(0.0F, 0.0F, 0.1F * static_cast<float>(anatomy.height));
+    const glm::vec3 belly = middle_vertebra(character, anatomy) +
+                            glm::vec3(0.0F, 0.0F, 0.1F * static_cast<float>(anatomy.height));
     std::map<float, std::uint32_t> place_at;  // by its distance
     for (std::size_t v = 0; v < rest.size(); ++v)
       place_at[glm::distance(rest[v], belly)] = character.place[v];
