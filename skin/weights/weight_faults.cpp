@@ -12,6 +12,7 @@
 #include "skin/character/closest_point.h"
 #include "skin/character/point_cells.h"
 #include "skin/character/printable.h"
+#include "skin/weights/costume_pieces.h"
 #include "skin/weights/fault_map.h"
 #include "skin/weights/skin_places.h"
 #include "skin/weights/weight_borders.h"
@@ -24,15 +25,16 @@ namespace {
 using Index = std::size_t;
 
 // Lengths are shares of the body's largest side.
-constexpr double kOffMiddle = 0.12;     // nearer the middle both sides share vertices
-constexpr double kAsFarOut = 0.6;       // ... or further out than this share of the joint's own
-constexpr double kAcross = 0.9;         // ... of the joint's own, from its area
-constexpr double kFar = 0.15;           // from a joint's area
-constexpr double kSpilt = 0.2;          // a weight that fades halves within less
-constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
-constexpr double kPiece = 0.05;         // of the places: a piece of costume, bound as a whole
-constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
-constexpr double kHumpJoints = 2.0;     // along the skeleton, for a weight that rises again where it should fade
+constexpr double kOffMiddle = 0.12;    // nearer the middle both sides share vertices
+constexpr double kAsFarOut = 0.6;      // ... or further out than this share of the joint's own
+constexpr double kAcross = 0.9;        // ... of the joint's own, from its area
+constexpr double kFar = 0.15;          // from a joint's area
+constexpr double kSpilt = 0.2;         // a weight that fades halves within less
+constexpr double kIsland = 0.08;       // ... and one that stands alone needs no more
+constexpr double kPiece = 0.05;        // of the places: a piece of costume, bound as a whole
+constexpr std::size_t kArmJoints = 2;  // of an arm: clavicle and upper arm
+constexpr double kHumpJoints =
+    2.0;  // along the skeleton, for a weight that rises again where it should fade
 constexpr double kLedJoints = 2.5;      // ... and leads there, as far off as kFar
 constexpr double kWhole = 0.95;         // of a joint's largest weight: as much as anywhere
 constexpr double kHump = 0.04;          // of a vertex's weight: how far it rises
@@ -165,7 +167,8 @@ class FaultFinder {
   /// meet, the lower peak's is a hump as high as its peak is above the meeting place.
   std::vector<Hump> humps_of(int node) {
     struct Area {
-      Index peak = 0;  // its heaviest place
+      Index peak = 0;     // its heaviest place
+      double held = 0.0;  // the weight of all
       std::vector<Index> places;
     };
     std::vector<std::pair<double, Index>> order;
@@ -196,8 +199,13 @@ class FaultFinder {
           own = other;
           continue;
         }
+        // On a piece of costume weights are as high as one likes (a hat is bound more firmly than
+        // the head below it): of peaks on two shells the one with less weight around it.
+        const Area &a = areas[own], &b = areas[other];
         const bool own_is_lower =
-            places_.weight_at(areas[own].peak, node) < places_.weight_at(areas[other].peak, node);
+            places_.shell[a.peak] == places_.shell[b.peak]
+                ? places_.weight_at(a.peak, node) < places_.weight_at(b.peak, node)
+                : a.held < b.held;
         const Area& lower = areas[own_is_lower ? own : other];
         if (places_.weight_at(lower.peak, node) + negative >= kHump) mark(lower);
         const Index peak = areas[own_is_lower ? other : own].peak;
@@ -208,19 +216,23 @@ class FaultFinder {
         for (const Index q : from.places) area_of[q] = own;
         areas[own].places.insert(areas[own].places.end(), from.places.begin(), from.places.end());
         areas[own].peak = peak;
+        areas[own].held += from.held;
+        from.held = 0.0;
         from.places.clear();
       }
       if (own == kDry) {
         own = areas.size();
-        areas.push_back({p, {}});
+        areas.push_back({p, 0.0, {}});
       }
       area_of[p] = own;
+      areas[own].held -= negative;
       areas[own].places.push_back(p);
     }
-    // What no edges join to the heaviest.
+    // What no edges join to the area that holds most of the weight.
+    if (areas.empty()) return hump;
+    const Area& own = *std::ranges::max_element(areas, {}, &Area::held);
     for (const Area& area : areas)
-      if (!area.places.empty() && area_of[area.peak] != area_of[order.front().second] &&
-          places_.weight_at(area.peak, node) >= kHump)
+      if (&area != &own && !area.places.empty() && places_.weight_at(area.peak, node) >= kHump)
         mark(area);
     return hump;
   }
@@ -350,7 +362,6 @@ class FaultFinder {
     std::vector<Index> places;
     std::map<int, Index> around;  // edges that lead out of it, by the joint that moves most there
     std::map<int, Index> below;   // what it lies on, of a shell other than the largest: as `around`
-    bool is_shell = false;        // nothing else is on its shell
   };
 
   /// The patches of each joint.
@@ -374,8 +385,7 @@ class FaultFinder {
           }
         }
       }
-      patch.is_shell = patch.places.size() == places_.shell_size[places_.shell[start]];
-      if (!patch.is_shell && places_.shell[start] == places_.largest_shell) continue;
+      if (places_.shell[start] == places_.largest_shell) continue;
       for (const Index p : patch.places)
         for (Index e = places_.linked.first[p]; e < places_.linked.first[p + 1]; ++e)
           if (const Index q = places_.linked.of[e];
@@ -411,13 +421,13 @@ class FaultFinder {
       const PointCells cells(std::move(own), kFar * places_.size);
       for (Index k = 0; k < patches.size(); ++k) {
         const Patch& patch = patches[k];
-        // Of a costume's piece, what it lies on tells, be the piece whole or a sleeve.
+        // Of a sleeve, what it lies on tells; whole pieces have a question of their own.
         const bool lies_far =
             !patch.below.empty() && std::ranges::all_of(patch.below, [&](const auto& each) {
               return places_.steps_between(each.first, node) >= kFarJoints;
             });
-        const std::map<int, Index>& amid = patch.is_shell || lies_far ? patch.below : patch.around;
-        if (static_cast<std::ptrdiff_t>(k) == area || amid.empty() ||
+        const std::map<int, Index>& amid = lies_far ? patch.below : patch.around;
+        if (static_cast<std::ptrdiff_t>(k) == area || patch.around.empty() ||
             static_cast<double>(patch.places.size()) < kPatchPlaces)
           continue;
         const int rival =
@@ -425,14 +435,10 @@ class FaultFinder {
         const double steps = places_.steps_between(rival, node);
         const double distance = off(cells, patch);
         const bool vertebra = node == anatomy_.spine.front() || on_torso(node);
-        bool asked =
-            steps >= kFarJoints ? !vertebra || on_torso(rival) : !vertebra && on_torso(rival);
-        double near = kIsland;
-        if (patch.is_shell || lies_far) {
-          asked = lies_far;
-          near = kFar;
-        }
-        if (!asked || steps < kHumpJoints || distance < near * places_.size) continue;
+        const bool asked = lies_far || (steps >= kFarJoints ? !vertebra || on_torso(rival)
+                                                            : !vertebra && on_torso(rival));
+        if (!asked || steps < kHumpJoints || distance < (lies_far ? kFar : kIsland) * places_.size)
+          continue;
         for (const Index p : patch.places)
           add_fault(places_, out, node, rival, places_.weight_at(p, node), distance, p);
       }
@@ -471,7 +477,7 @@ class FaultFinder {
   }
 
   void find_distant(WeightFaults& out) {
-    FaultMap wrong, far, wide, cut_off, heavy_wrong, heavy;
+    FaultMap wrong, far, wide, cut_off, heavy_wrong, heavy, wrong_pieces, pieces;
     const std::vector<bool> stays_behind = find_behind(out.far);
     const bool is_fine = places_.point.size() >= kLeastForSlopes;
     const double far_away = kFar * places_.size;
@@ -537,11 +543,13 @@ class FaultFinder {
     keep_patches(far);
     keep_patches(wide, kPlacesUneven, kWidePatch);
     find_cut_off(cut_off);
+    find_misbound_pieces(character_, anatomy_, places_, mirror_, image_, wrong_pieces, pieces);
     keep_patches(cut_off, kPatchPlaces, 0.0);
     keep_patches(heavy_wrong, kPlacesHeavy, 0.0);
     keep_patches(heavy, kPlacesHeavy, 0.0);
-    wrong.insert(heavy_wrong.begin(), heavy_wrong.end());
-    for (const auto* more : {&wide, &cut_off, &heavy}) far.insert(more->begin(), more->end());
+    for (const auto* more : {&heavy_wrong, &wrong_pieces}) wrong.insert(more->begin(), more->end());
+    for (const auto* more : {&wide, &cut_off, &heavy, &pieces})
+      far.insert(more->begin(), more->end());
     take_faults(wrong, out.wrong_side);
     take_faults(far, out.far);
   }

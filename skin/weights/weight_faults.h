@@ -51,7 +51,8 @@ struct WeightFaults {
   /// and 0.9 % that have 0.05 of it and one 0.08, or on 12 and 0.2 % where the mirror images of a
   /// quarter of them have less than 0.8 of it. On a body that mirrors itself also humps of eight
   /// places to 0.15 of the torso with 0.08 of the weight of a joint two or more away that the other
-  /// side has nowhere within 0.03.
+  /// side has nowhere within 0.03. And whole pieces of costume: skin/weights/costume_pieces.h, as
+  /// in `wrong_side`.
   WeightAnswer far;
   /// Left against right: the share of a joint's weight that its mirror image has and it lacks
   /// (a middle joint: one side of the other's), over places with a mirror image: a place there, or

@@ -14,7 +14,6 @@ namespace {
 
 using Index = std::size_t;
 
-
 class SeamFinder {
  public:
   SeamFinder(const Character& character, const Anatomy& anatomy, const SkinPlaces& places)

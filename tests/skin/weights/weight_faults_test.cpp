@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdio>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_inverse.hpp>
 #include <map>
 #include <set>
 
@@ -700,6 +701,100 @@ TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhereAllThatItLiesOnIsFarFromItsJoint
   EXPECT_FALSE(with_pouch(anatomy.spine[1]));
   EXPECT_TRUE(with_pouch(anatomy.head));
   EXPECT_TRUE(with_pouch(anatomy.left_arm.back()));
+}
+
+/// A copy of the surface within `radius` (of the height) of its place nearest to `beside`, as a
+/// piece bound to a joint.
+Character with_bound_piece(const Character& character, double height, const glm::vec3& beside,
+                           float radius, int node) {
+  const std::vector<glm::vec3> rest = rest_mesh(character).position;
+  const glm::vec3 middle = *std::ranges::min_element(
+      rest, {}, [&](const glm::vec3& at) { return glm::distance(at, beside); });
+  Character dressed = character;
+  const std::size_t first = add_piece(dressed, height, [&](const glm::vec3& at) {
+    return glm::distance(at, middle) < radius * static_cast<float>(height);
+  });
+  EXPECT_GE(dressed.vertex_count() - first, 12u);
+  for (std::size_t v = first; v < dressed.vertex_count(); ++v) {
+    dressed.influences[v] = {};
+    give(dressed.influences[v], skin_joint(dressed, node), 1.0F);
+  }
+  return dressed;
+}
+
+TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhateverJointFarFromItHoldsIt) {
+  for (const char* file :
+       {"mh_male_13k.glb", "quaternius_female_24k.glb", "mh_female_cmu_13k.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    const glm::vec3 belly = middle_vertebra(character, anatomy) +
+                            glm::vec3(0.0F, 0.0F, 0.08F * static_cast<float>(anatomy.height));
+    const auto named = [&](int node) {
+      return names(find_weight_faults(
+                       with_bound_piece(character, anatomy.height, belly, 0.06F, node), anatomy)
+                       .far,
+                   kFar, node);
+    };
+    EXPECT_FALSE(named(anatomy.spine[anatomy.chest_index / 2]));
+    for (const int node : {anatomy.head, anatomy.left_arm.back(), anatomy.left_leg[2]})
+      EXPECT_TRUE(named(node)) << node;
+  }
+}
+
+TEST(FarInfluence, OfAPieceOnItsOwnJointIsNamedWhereThatHangsFromAFarOne) {
+  for (const char* file : {"mh_male_13k.glb", "quaternius_female_24k.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    const int hips = anatomy.spine.front();
+    for (const int parent : {hips, anatomy.spine[anatomy.chest_index]}) {
+      Character tailed = character;
+      Node tail = character.nodes[static_cast<std::size_t>(hips)];
+      tail.name = "tail";
+      tail.parent = parent;
+      const int node = static_cast<int>(tailed.nodes.size());
+      tailed.nodes.push_back(tail);
+      tailed.joints.push_back({node, glm::affineInverse(tail.world_from_node)});
+      const glm::vec3 behind = glm::vec3(tail.world_from_node[3]) -
+                               glm::vec3(0.0F, 0.0F, 0.08F * static_cast<float>(anatomy.height));
+      const WeightAnswer far =
+          find_weight_faults(with_bound_piece(tailed, anatomy.height, behind, 0.07F, node), anatomy)
+              .far;
+      EXPECT_EQ(names(far, kFar, node), parent != hips);
+    }
+  }
+}
+
+TEST(FarInfluence, OfTheHeadIsNotWhereAHatIsBoundMoreFirmlyThanTheHead) {
+  REQUIRE_CHARACTER("bunny.glb");  // its head has two thirds of its weight at most
+  const Character character = read_character(shared_character("bunny.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  const auto height = static_cast<float>(anatomy.height);
+  for (const float up : {0.7F, 0.85F}) {
+    const Character dressed = with_bound_piece(
+        character, anatomy.height, {0.0F, up * height, -0.1F * height}, 0.09F, anatomy.head);
+    EXPECT_LE(find_weight_faults(dressed, anatomy).far.worst(), kFar) << up;
+  }
+}
+
+TEST(WrongSide, OfAPieceThatTheOtherSidesJointHoldsIsNamed) {
+  for (const char* file : {"mh_male_13k.glb", "mh_female_cmu_13k.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    const glm::vec3 shoulder =
+        character.nodes[static_cast<std::size_t>(anatomy.left_arm[1])].world_from_node[3];
+    for (const auto* arm : {&anatomy.left_arm, &anatomy.right_arm}) {
+      const Character dressed =
+          with_bound_piece(character, anatomy.height, shoulder, 0.05F, (*arm)[1]);
+      EXPECT_EQ(names(find_weight_faults(dressed, anatomy).wrong_side, kWrongSide, (*arm)[1]),
+                arm == &anatomy.right_arm);
+    }
+  }
 }
 
 TEST(FarInfluence, OfSleevesAndGlovesThatHoldEachOthersWeightsIsNamed) {
