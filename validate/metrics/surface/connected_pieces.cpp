@@ -5,6 +5,8 @@
 #include <limits>
 #include <numeric>
 
+#include "skin/character/point_cells.h"
+
 namespace backbend::validate {
 
 std::vector<std::uint32_t> connected_pieces(std::span<const glm::uvec3> triangle,
@@ -56,6 +58,47 @@ std::vector<std::uint8_t> rigid_pieces(std::span<const glm::uvec3> triangle,
   for (std::size_t v = 0; v < place.size(); ++v)
     rigid[v] = is_plate(reach[piece[place[v]]]) ? 1 : 0;
   return rigid;
+}
+
+std::vector<std::uint8_t> standing_props(std::span<const glm::uvec3> triangle,
+                                         std::span<const std::uint32_t> place,
+                                         std::uint32_t place_count,
+                                         std::span<const int> joint_of_vertex,
+                                         std::span<const glm::vec3> position, double off) {
+  constexpr std::uint32_t kFewest = 6;
+  constexpr int kNotSeen = -2, kSeveral = -1;
+  struct Facts {
+    int joint = kNotSeen;
+    std::uint32_t places = 0, standing = 0;
+  };
+  const std::vector<std::uint32_t> piece = connected_pieces(triangle, place, place_count);
+  std::vector<Facts> facts(place_count);  // of each piece, at its name
+  std::vector<glm::dvec3> point(place_count);
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    int& joint = facts[piece[place[v]]].joint;
+    joint = joint == kNotSeen || joint == joint_of_vertex[v] ? joint_of_vertex[v] : kSeveral;
+    point[place[v]] = position[v];
+  }
+  for (const std::uint32_t at : piece) ++facts[at].places;
+  const auto largest = static_cast<std::uint32_t>(
+      std::ranges::max_element(facts, {}, &Facts::places) - facts.begin());
+  const auto may_be = [&](std::uint32_t at) {
+    return facts[at].joint >= 0 && at != largest && facts[at].places >= kFewest;
+  };
+  std::vector<std::uint8_t> props(place.size(), 0);
+  if (std::ranges::none_of(piece, may_be)) return props;
+
+  const skin::PointCells cells(point, off);
+  for (std::uint32_t at = 0; at < place_count; ++at)
+    if (may_be(piece[at]) && cells.nearest(point[at], [&](std::size_t other) {
+          return piece[other] != piece[at];
+        }) == cells.size())
+      ++facts[piece[at]].standing;
+  for (std::size_t v = 0; v < place.size(); ++v) {
+    const std::uint32_t at = piece[place[v]];
+    props[v] = may_be(at) && 2 * facts[at].standing >= facts[at].places ? 1 : 0;
+  }
+  return props;
 }
 
 }  // namespace backbend::validate

@@ -5,11 +5,15 @@
 #include <glm/geometric.hpp>
 
 #include "skin/character/matrix_facts.h"
+#include "validate/metrics/surface/connected_pieces.h"
 #include "validate/metrics/surface/spine_coordinate.h"
 #include "validate/metrics/surface/torso.h"
 
 namespace backbend::validate {
 namespace {
+
+constexpr float kAlone = 0.98f;      // of a vertex's weight, for a joint to move it alone
+constexpr double kStandsOff = 0.02;  // of the height: further off, a piece is no garment
 
 /// The skin's joints that are those of the spine: each spine joint itself, and what stands in its
 /// place and goes with it, as a `_bind` joint of no length.
@@ -44,6 +48,17 @@ std::optional<SpineJoints> spine_joints(const skin::Character& character,
       out.joint.push_back(static_cast<std::uint16_t>(*chosen));
     else if (i < driven)
       return std::nullopt;
+  }
+  return out;
+}
+
+/// The joint that moves each vertex all but alone; -1 where none does.
+std::vector<int> lone_joints(const skin::Character& character) {
+  std::vector<int> out;
+  for (const skin::Influences& influences : character.influences) {
+    const auto heaviest = std::ranges::max_element(influences.weight) - influences.weight.begin();
+    const auto k = static_cast<std::size_t>(heaviest);
+    out.push_back(influences.weight[k] >= kAlone ? influences.joint[k] : -1);
   }
   return out;
 }
@@ -88,8 +103,12 @@ std::optional<std::vector<skin::Influences>> proxy_weights(const skin::Character
   const std::vector<float> coordinate =
       spine_coordinate(mesh, SpineLine(driver.rest_chain().joint));
 
+  const std::vector<std::uint8_t> prop =
+      standing_props(character.triangles, character.place, character.place_count,
+                     lone_joints(character), rest.position, kStandsOff * anatomy.height);
   std::vector<skin::Influences> out = character.influences;
   for (std::size_t v = 0; v < out.size(); ++v) {
+    if (prop[v]) continue;
     const double s = coordinate[character.place[v]];
     if (!std::isfinite(s)) continue;
     std::vector<Entry> entries;

@@ -11,7 +11,7 @@ namespace backbend::validate {
 /// driven spine joints goes to the two joints that it stands between, in the proportion of its
 /// distance from them along the spine. A joint that stands in a spine joint's place and goes with
 /// it is that joint. Shares of arms, legs and head stay as they were, and so does every vertex off
-/// the torso.
+/// the torso and every rigid prop that stands off the body: no painter would bend a pack.
 ///
 /// `rest_position`: the mesh at rest, world space, one per vertex. Nothing where a driven spine
 /// joint, or what stands in its place, moves no skin, so that the proportion cannot be given to it.

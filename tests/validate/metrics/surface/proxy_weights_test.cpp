@@ -64,6 +64,45 @@ TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) 
   EXPECT_GT(arms, 100u);
 }
 
+/// Adds a square sheet, 0.2 wide, `off` behind the trunk's surface, of 25 vertices that two joints
+/// move, the second with so much of it. Its first vertex.
+std::size_t add_sheet(skin::Character& character, float off, float second) {
+  const std::size_t first = character.vertex_count();
+  const float behind = std::ranges::min(character.bind_position, {}, &glm::vec3::z).z - off;
+  skin::Influences influences;
+  influences.joint = {3, 4};
+  influences.weight = {1.0f - second, second};
+  for (int k = 0; k < 25; ++k) {
+    const int column = k % 5, row = k / 5;
+    const glm::vec2 across(0.05f * static_cast<float>(column), 0.05f * static_cast<float>(row));
+    character.bind_position.emplace_back(across.x - 0.1f, 1.1f + across.y, behind);
+    character.bind_normal.emplace_back(0.0f, 0.0f, -1.0f);
+    character.influences.push_back(influences);
+    character.place.push_back(character.place_count++);
+    const auto at = static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(k);
+    if (column == 4 || row == 4) continue;
+    character.triangles.emplace_back(at, at + 5, at + 1);
+    character.triangles.emplace_back(at + 1, at + 5, at + 6);
+  }
+  return first;
+}
+
+TEST(ProxyWeights, LeaveARigidPackAsItIsAndBendWhatLiesClose) {
+  const auto body = tube_body(6);
+  for (const float off : {0.01f, 0.1f})
+    for (const float second : {0.0f, 0.01f, 0.3f}) {
+      SCOPED_TRACE(std::to_string(off) + " " + std::to_string(second));
+      skin::Character packed = body->character();
+      const std::size_t first = add_sheet(packed, off, second);
+      const std::vector<skin::Influences> made = proxies(packed, body->stage().anatomy());
+      std::size_t kept = 0;
+      for (std::size_t v = first; v < made.size(); ++v)
+        kept += made[v].joint == packed.influences[v].joint &&
+                made[v].weight == packed.influences[v].weight;
+      EXPECT_EQ(kept, off > 0.05f && second < 0.1f ? 25u : 0u);
+    }
+}
+
 TEST(ProxyWeights, AJointOfNoLengthOnASpineJointIsTheSpines) {
   const auto body = tube_body(6);
   const std::vector<skin::Influences> clean = proxies(body->character(), body->stage().anatomy());
