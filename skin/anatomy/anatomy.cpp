@@ -28,7 +28,10 @@ constexpr double kSameLimb = 0.03;
 class Finder {
  public:
   Finder(const Character& character, const AnatomyHints& hints)
-      : character_(character), hints_(hints), shape_(measure_skeleton(character)) {}
+      : character_(character),
+        hints_(hints),
+        shape_(measure_skeleton(character)),
+        aside_(character.nodes.size(), false) {}
 
   Anatomy find() {
     limbs_ = find_limbs(character_, shape_, head_by_name(shape_));
@@ -187,15 +190,28 @@ class Finder {
         ++limbs_of[branch_beside_hips(limb.pair.parent)];
     for (const auto& [branch, limbs] : limbs_of) {
       if (limbs < 2) continue;
-      other_figures_.push_back(branch);
-      say("another figure: " + name(branch) + " has limbs of its own, and stays as it stands");
+      out_.other_figures.push_back(branch);
+      say("another figure: " + name(branch) + " has limbs of its own, and is left out");
     }
+    aside_ = nodes_of_other_figures(character_, out_);
     std::erase_if(limbs_, [&](const LimbPair& limb) { return is_other_figure(limb.pair.parent); });
+    if (out_.other_figures.empty()) return;
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+    for (Index v = 0; v < shape_.rest.size(); ++v) {
+      if (!is_own_vertex(v)) continue;
+      low = glm::min(low, glm::dvec3(shape_.rest[v]));
+      high = glm::max(high, glm::dvec3(shape_.rest[v]));
+    }
+    shape_.low = low;
+    shape_.high = high;
+    shape_.size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   }
 
-  bool is_other_figure(int node) const {
-    return std::ranges::any_of(
-        other_figures_, [&](int figure) { return shape_.is_ancestor(character_, figure, node); });
+  bool is_other_figure(int node) const { return aside_[static_cast<Index>(node)]; }
+
+  /// By the joint with the largest weight.
+  bool is_own_vertex(Index v) const {
+    return !is_other_figure(character_.joints[character_.influences[v].joint[0]].node);
   }
 
   /// From a limb's root outwards to the hand or foot: where it forks into fingers, or ends.
@@ -503,10 +519,8 @@ class Finder {
         out_.followers.push_back({below, above});
         say("loose joint " + name(below) + " goes with " + name(above) + ", the clavicle");
       }
-    std::vector<bool> aside(driven.size());
-    for (Index n = 0; n < aside.size(); ++n) aside[n] = is_other_figure(static_cast<int>(n));
     for (const Follower& loose :
-         find_loose_joints(character_, shape_, driven, aside, out_.spine.front(), out_.reasons))
+         find_loose_joints(character_, shape_, driven, aside_, out_.spine.front(), out_.reasons))
       out_.followers.push_back(loose);
   }
 
@@ -520,9 +534,11 @@ class Finder {
 
   void measure() {
     double low = std::numeric_limits<double>::infinity(), high = -low;
-    for (const glm::vec3& p : shape_.rest) {
-      low = std::min(low, glm::dot(glm::dvec3(p), out_.up));
-      high = std::max(high, glm::dot(glm::dvec3(p), out_.up));
+    for (Index v = 0; v < shape_.rest.size(); ++v) {
+      if (!is_own_vertex(v)) continue;
+      const double along = glm::dot(glm::dvec3(shape_.rest[v]), out_.up);
+      low = std::min(low, along);
+      high = std::max(high, along);
     }
     out_.height = high - low;
     out_.spine_length = arc_length(points(out_.spine, out_.chest_index + 1));
@@ -534,8 +550,8 @@ class Finder {
   const Character& character_;
   const AnatomyHints& hints_;
   SkeletonShape shape_;
+  std::vector<bool> aside_;  // of each node: of another figure
   std::vector<LimbPair> limbs_;
-  std::vector<int> other_figures_;  // the uppermost node of each
   MirrorPair arm_pair_, leg_pair_;
   int template_neck_ = -1;  // the base of the neck where a known rig's names say so
   std::string neck_why_;    // why neck_index is the base of the neck
@@ -545,6 +561,15 @@ class Finder {
 };
 
 }  // namespace
+
+std::vector<bool> nodes_of_other_figures(const Character& character, const Anatomy& anatomy) {
+  std::vector<bool> out(character.nodes.size(), false);
+  for (const int figure : anatomy.other_figures) out[static_cast<Index>(figure)] = true;
+  for (Index n = 0; n < out.size(); ++n)  // parents stand first
+    if (const int parent = character.nodes[n].parent; parent >= 0)
+      out[n] = out[n] || out[static_cast<Index>(parent)];
+  return out;
+}
 
 Anatomy find_anatomy(const Character& character, const AnatomyHints& hints) {
   return Finder(character, hints).find();

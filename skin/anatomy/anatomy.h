@@ -43,10 +43,11 @@ struct Anatomy {
   std::vector<int> left_arm, right_arm;  // clavicle outwards; empty where there are none
   std::vector<int> left_leg, right_leg;  // thigh (or what stands before it) downwards
   std::vector<int> tail;
+  std::vector<int> other_figures;   // the uppermost node of each, which this spine does not move
   std::vector<Follower> followers;  // feet on IK roots, a jaw beside the head: see Follower
   int head = -1;
   glm::dvec3 up{0, 1, 0}, forward{0, 0, 1}, left{1, 0, 0};  // unit, world space
-  double height = 0.0;                                      // rest extent along up
+  double height = 0.0;                                      // rest extent along up, of this figure
   double spine_length = 0.0;  // rest arc length hips .. chest: the reference length
   bool sure = true;
   std::vector<std::string> reasons;  // why this choice, one line each
@@ -55,6 +56,9 @@ struct Anatomy {
 /// Finds the anatomy from names, topology, weights and geometry together. Throws CharacterError
 /// where no spine is found, or where the choice is unsure and hints are needed.
 Anatomy find_anatomy(const Character& character, const AnatomyHints& hints = {});
+
+/// Of each node whether it belongs to another figure in the file.
+std::vector<bool> nodes_of_other_figures(const Character& character, const Anatomy& anatomy);
 
 /// Body parts that mattes and per-region metrics speak of.
 enum class Region : std::uint8_t {

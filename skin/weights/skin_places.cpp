@@ -76,6 +76,10 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
     : character_(character), anatomy_(anatomy) {
   std::vector<bool> unweighted(character.vertex_count(), false);
   for (const std::uint32_t v : character.unweighted) unweighted[v] = true;
+  const std::vector<bool> aside = nodes_of_other_figures(character, anatomy);
+  const auto is_own = [&](std::size_t v) {
+    return !aside[static_cast<Index>(character.joints[character.influences[v].joint[0]].node)];
+  };
   vertex.assign(character.place_count, 0);
   weights.resize(character.place_count);
   for (Index v = character.vertex_count(); v-- > 0;)
@@ -83,7 +87,7 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
   const PosedMesh rest = rest_mesh(character);
   for (const std::uint32_t v : vertex) point.emplace_back(rest.position[v]);
   for (Index p = 0; p < weights.size(); ++p)
-    if (!unweighted[vertex[p]]) weights[p] = weights_of(character, vertex[p]);
+    if (!unweighted[vertex[p]] && is_own(vertex[p])) weights[p] = weights_of(character, vertex[p]);
   for (const Node& node : character.nodes) parent.push_back(node.parent);
   for (const Follower& one : anatomy.followers) parent[static_cast<Index>(one.node)] = one.leader;
   main.assign(weights.size(), -1);
@@ -98,13 +102,15 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
       }
     }
   }
-  glm::dvec3 low = point.empty() ? glm::dvec3(0.0) : point.front(), high = low;
-  for (const glm::dvec3& p : point) {
-    low = glm::min(low, p);
-    high = glm::max(high, p);
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (Index p = 0; p < point.size(); ++p) {
+    if (!is_own(vertex[p])) continue;
+    ++own_count;
+    low = glm::min(low, point[p]);
+    high = glm::max(high, point[p]);
   }
   const glm::dvec3 sides = high - low;
-  size = std::max({sides.x, sides.y, sides.z});
+  size = std::max({sides.x, sides.y, sides.z, 0.0});
   all = std::accumulate(total.begin(), total.end(), 0.0);
   measure_torso();
   if (size > 0.0 && all > 0.0) list_edges();
@@ -228,8 +234,9 @@ void SkinPlaces::find_shells() {
         }
     }
   }
-  largest_shell = static_cast<Index>(std::max_element(shell_size.begin(), shell_size.end()) -
-                                     shell_size.begin());
+  std::vector<Index> moved(shell_size.size(), 0);
+  for (Index p = 0; p < shell.size(); ++p) moved[shell[p]] += main[p] >= 0;
+  largest_shell = static_cast<Index>(std::max_element(moved.begin(), moved.end()) - moved.begin());
 }
 
 /// From each place of a shell to the nearest place of another: a belt's or a tuft's weights go on

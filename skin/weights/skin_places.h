@@ -45,6 +45,7 @@ inline constexpr double kFarJoints = 3.0;
 
 /// A character's skin by place, at rest, as the faults of its weights are looked for: vertices at
 /// one rest place are one, with the weights of the first. World space, lengths in the file's unit.
+/// Places of another figure in the file are without weights, and do not count for the size.
 struct SkinPlaces {
   SkinPlaces(const Character& character, const Anatomy& anatomy);
 
@@ -61,10 +62,11 @@ struct SkinPlaces {
   PlaceNeighbours edges, linked;        // along the surface; and from shell to shell, too
   std::vector<std::size_t> shell;       // of each place: a piece that no edges join to others
   std::vector<std::size_t> shell_size;  // of each shell, in places
-  std::size_t largest_shell = 0;
-  double all = 0.0;         // the sum of all weights
-  double size = 0.0;        // the body's largest side
-  double half_width = 0.0;  // of the torso, from the chain to the surface
+  std::size_t largest_shell = 0;        // by places with weight
+  std::size_t own_count = 0;            // places that are not another figure's
+  double all = 0.0;                     // the sum of all weights
+  double size = 0.0;                    // the body's largest side
+  double half_width = 0.0;              // of the torso, from the chain to the surface
 
   glm::dvec3 at(int node) const;
   double weight_at(std::size_t place, int node) const;

@@ -279,7 +279,7 @@ class FaultFinder {
 
   /// Single slips are for the check of stray vertices.
   void keep_patches(FaultMap& faults, double fewest = kPatchPlaces, double share = kPatch) const {
-    const double least = std::max(fewest, share * static_cast<double>(places_.point.size()));
+    const double least = std::max(fewest, share * static_cast<double>(places_.own_count));
     for (auto each = faults.begin(); each != faults.end();)
       each =
           static_cast<double>(each->second.places) < least ? faults.erase(each) : std::next(each);
@@ -479,7 +479,7 @@ class FaultFinder {
   void find_distant(WeightFaults& out) {
     FaultMap wrong, far, wide, cut_off, heavy_wrong, heavy, wrong_pieces, pieces;
     const std::vector<bool> stays_behind = find_behind(out.far);
-    const bool is_fine = places_.point.size() >= kLeastForSlopes;
+    const bool is_fine = places_.own_count >= kLeastForSlopes;
     const double far_away = kFar * places_.size;
     bool sided = false;
     for (Index n = 0; n < image_.size(); ++n)
@@ -634,7 +634,7 @@ class FaultFinder {
     return static_cast<double>(
                std::count_if(image.begin(), image.end(),
                              [](const PlaceWeights& each) { return !each.empty(); })) /
-           static_cast<double>(places_.point.size());
+           static_cast<double>(places_.own_count);
   }
 
   /// Patches of the torso where a weight, of a joint two or more away, rises again and that the
@@ -701,9 +701,8 @@ class FaultFinder {
       const auto count = static_cast<double>(each.second.places);
       const bool all_risen = static_cast<double>(risen[each.first]) >= kMostlyRisen * count;
       const double least =
-          all_risen
-              ? std::max(kPatchPlaces, kSmallPatch * static_cast<double>(places_.point.size()))
-              : std::max(kPlacesOneSided, kPatch * static_cast<double>(places_.point.size()));
+          all_risen ? std::max(kPatchPlaces, kSmallPatch * static_cast<double>(places_.own_count))
+                    : std::max(kPlacesOneSided, kPatch * static_cast<double>(places_.own_count));
       const double most = all_risen ? kMostOfTorsoRisen : kMostOfTorso;
       return count < least || count > most * static_cast<double>(torso);
     });
@@ -776,8 +775,8 @@ class FaultFinder {
     }
     FaultMap by_joint;
     // Sides that are not built alike were painted one by one, and are never quite alike.
-    const bool unlike = static_cast<double>(images_by_place_) <
-                        kMirrored * static_cast<double>(places_.point.size());
+    const bool unlike =
+        static_cast<double>(images_by_place_) < kMirrored * static_cast<double>(places_.own_count);
     for (auto& [key, fault] : faults) {
       fault.node = key.first;
       const int image_of = image_[static_cast<Index>(key.first)];

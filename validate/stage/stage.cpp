@@ -39,6 +39,29 @@ render::Encoding encoding_of(const skin::Character& character, int image) {
   return is_color ? render::Encoding::srgb : render::Encoding::data;
 }
 
+/// Takes the triangles of other figures in the file off: nothing moves these, and a camera may
+/// stand inside one. Vertices keep their numbers.
+void take_off_other_figures(skin::Character& character, const skin::Anatomy& anatomy) {
+  if (anatomy.other_figures.empty()) return;
+  const std::vector<bool> aside = skin::nodes_of_other_figures(character, anatomy);
+  const auto is_other = [&](std::uint32_t v) {
+    const auto joint = character.influences[v].joint[0];  // the largest weight stands first
+    return aside[static_cast<std::size_t>(character.joints[joint].node)];
+  };
+  std::vector<glm::uvec3> kept;
+  std::vector<std::uint32_t> kept_before{0};  // of each triangle, and one past the last
+  for (const glm::uvec3& t : character.triangles) {
+    if (!is_other(t.x) || !is_other(t.y) || !is_other(t.z)) kept.push_back(t);
+    kept_before.push_back(static_cast<std::uint32_t>(kept.size()));
+  }
+  for (skin::Part& part : character.parts) {
+    const std::uint32_t end = kept_before[part.first_triangle + part.triangle_count];
+    part.first_triangle = kept_before[part.first_triangle];
+    part.triangle_count = end - part.first_triangle;
+  }
+  character.triangles = std::move(kept);
+}
+
 }  // namespace
 
 skin::Character load_character(const std::filesystem::path& file) {
@@ -86,14 +109,18 @@ Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenC
       driver_(character_, anatomy_),
       regions_(skin::vertex_regions(character_, anatomy_)),
       rest_(skin::rest_mesh(character_)),
-      controls_(std::move(controls)) {}
+      controls_(std::move(controls)) {
+  take_off_other_figures(character_, anatomy_);
+}
 
 Stage::Stage(skin::Character character, skin::Anatomy anatomy)
     : character_(std::move(character)),
       anatomy_(std::move(anatomy)),
       driver_(character_, anatomy_),
       regions_(skin::vertex_regions(character_, anatomy_)),
-      rest_(skin::rest_mesh(character_)) {}
+      rest_(skin::rest_mesh(character_)) {
+  take_off_other_figures(character_, anatomy_);
+}
 
 std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec) const {
   if (!is_external(spec)) return solver::build_system(spec, rest_chain());

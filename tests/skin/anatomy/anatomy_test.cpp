@@ -668,7 +668,7 @@ TEST(Anatomy, OfTheFigureWithTheSpineIsItsOwnWhateverOtherFigureTheFileHolds) {
         EXPECT_TRUE(anatomy.followers.empty());
         EXPECT_TRUE(anatomy.sure);
         EXPECT_EQ(reason_of(anatomy, "another figure: "),
-                  "another figure: 'pony_hips' has limbs of its own, and stays as it stands");
+                  "another figure: 'pony_hips' has limbs of its own, and is left out");
       }
 }
 

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_inverse.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <map>
 #include <set>
 
@@ -840,6 +841,67 @@ TEST(FarInfluence, IsNotFurtherAlongJointsThatStandInOnePlace) {
       character.nodes.push_back(leaf);
     }
     EXPECT_LE(find_weight_faults(character, anatomy).far.worst(), kFar);
+  }
+}
+
+TEST(WeightFaults, OfAFigureAreTheSameBesideAnotherOne) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  exchange_sides(character, anatomy);
+  for (const bool beside : {false, true}) {
+    Character both = character;
+    if (beside) {  // the same figure again, three times as large and far away
+      const auto nodes = static_cast<int>(character.nodes.size());
+      const auto joints = static_cast<std::uint16_t>(character.joints.size());
+      const auto vertices = static_cast<std::uint32_t>(character.vertex_count());
+      const glm::dmat4 move =
+          glm::scale(glm::translate(glm::dmat4(1.0), {9.0, 0.0, 0.0}), glm::dvec3(3.0));
+      for (Node node : character.nodes) {
+        node.name = "other_" + node.name;
+        if (node.parent >= 0) node.parent += nodes;
+        node.world_from_node = move * node.world_from_node;
+        both.nodes.push_back(node);
+      }
+      for (SkinJoint joint : character.joints) {
+        joint.node += nodes;
+        both.joints.push_back(joint);
+      }
+      for (std::uint32_t v = 0; v < vertices; ++v) {
+        both.bind_position.push_back(character.bind_position[v]);
+        both.bind_normal.push_back(character.bind_normal[v]);
+        if (!character.uv.empty()) both.uv.push_back(character.uv[v]);
+        Influences influences = character.influences[v];
+        for (std::uint16_t& joint : influences.joint) joint += joints;
+        both.influences.push_back(influences);
+        both.place.push_back(character.place[v] + character.place_count);
+      }
+      both.place_count += character.place_count;
+      for (const glm::uvec3& t : character.triangles) both.triangles.push_back(t + vertices);
+      Part part = character.parts.front();
+      part.name = "other";
+      part.first_vertex = vertices;
+      part.vertex_count = vertices;
+      part.first_triangle = static_cast<std::uint32_t>(character.triangles.size());
+      part.triangle_count = static_cast<std::uint32_t>(character.triangles.size());
+      both.parts.push_back(part);
+    }
+    const Anatomy found = find_anatomy(both);
+    EXPECT_EQ(found.other_figures.size(), beside ? 1u : 0u);
+    EXPECT_NEAR(found.height, anatomy.height, 1e-6);
+    const WeightFaults alone = find_weight_faults(character, anatomy);
+    const WeightFaults faults = find_weight_faults(both, found);
+    ASSERT_FALSE(faults.wrong_side.faults.empty());
+    for (const auto answer : {&WeightFaults::wrong_side, &WeightFaults::far,
+                              &WeightFaults::asymmetry, &WeightFaults::order}) {
+      ASSERT_EQ((faults.*answer).faults.size(), (alone.*answer).faults.size());
+      EXPECT_EQ((faults.*answer).not_applicable, (alone.*answer).not_applicable);
+      for (std::size_t k = 0; k < (alone.*answer).faults.size(); ++k) {
+        EXPECT_EQ((faults.*answer).faults[k].node, (alone.*answer).faults[k].node);
+        EXPECT_EQ((faults.*answer).faults[k].value, (alone.*answer).faults[k].value);
+        EXPECT_EQ((faults.*answer).faults[k].places, (alone.*answer).faults[k].places);
+      }
+    }
   }
 }
 

@@ -45,8 +45,19 @@ function readMesh(view) {
       color[3 * i + k] = palette[3 * heat + k];
     }
   }
-  return { position, index, color, palette, measured, normal: smoothNormals(position, index),
-    center: low.map((v, k) => v + size[k] / 2), radius: Math.hypot(...size) / 2 || 1 };
+  return { position, index, color, palette, measured, normal: smoothNormals(position, index), ...sphereAround(position, index) };
+}
+
+/** Around what the triangles show: another figure's vertices may lie in the file without any. */
+function sphereAround(position, index) {
+  const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+  for (const i of index) {
+    for (let k = 0; k < 3; ++k) {
+      low[k] = Math.min(low[k], position[3 * i + k]);
+      high[k] = Math.max(high[k], position[3 * i + k]);
+    }
+  }
+  return { center: low.map((v, k) => (v + high[k]) / 2), radius: Math.hypot(...low.map((v, k) => high[k] - v)) / 2 || 1 };
 }
 
 /** Normals of the vertices, each triangle counting by its area. */
