@@ -5,6 +5,7 @@
 #include <iterator>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "skin/anatomy/anatomy_hints.h"
 #include "skin/anatomy/arm_attachment.h"
@@ -161,8 +162,9 @@ class Finder {
   }
 
   /// A file may hold several figures, a rider and a horse. A branch beside the spine with two pairs
-  /// of limbs is one of its own where the spine's has two as well: its limbs, its tail and its
-  /// joints belong to nothing that this spine moves.
+  /// of limbs at two joints (a dragon's wings may share one) is one of its own where the spine's
+  /// has two pairs as well: its limbs, its tail and its joints belong to nothing that this spine
+  /// moves.
   void set_other_figures_aside() {
     const auto is_own = [&](const LimbPair& limb) {
       const int parent = limb.pair.parent;
@@ -183,13 +185,13 @@ class Finder {
                kSameLimb * shape_.size;
       });
     };
-    std::map<int, int> limbs_of;  // of each branch beside the spine
+    std::map<int, std::set<int>> shoulders_of;  // of each branch beside the spine
     for (const LimbPair& limb : limbs_)
       if (!is_own(limb) && is_apart(limb) &&
           shape_.weight_below[static_cast<Index>(limb.pair.left)] > 0.0)
-        ++limbs_of[branch_beside_hips(limb.pair.parent)];
-    for (const auto& [branch, limbs] : limbs_of) {
-      if (limbs < 2) continue;
+        shoulders_of[branch_beside_hips(limb.pair.parent)].insert(limb.pair.parent);
+    for (const auto& [branch, shoulders] : shoulders_of) {
+      if (shoulders.size() < 2) continue;
       out_.other_figures.push_back(branch);
       say("another figure: " + name(branch) + " has limbs of its own, and is left out");
     }

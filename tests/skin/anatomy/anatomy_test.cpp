@@ -672,6 +672,21 @@ TEST(Anatomy, OfTheFigureWithTheSpineIsItsOwnWhateverOtherFigureTheFileHolds) {
       }
 }
 
+TEST(Anatomy, OfAFigureWithTwoPairsOfWingsOnARootOfTheirOwnIsOneFigures) {
+  Character character = stick_figure();
+  const int root = add_node(character, "wings", -1, {0.0, 1.3, -0.1});
+  stick_vertex(character, root);
+  for (const double side : {1.0, -1.0})
+    for (const std::string name : {"wing_front", "wing_back"}) {
+      const std::string end = side > 0.0 ? ".L" : ".R";
+      const int near = hang(character, name + end, root, {0.1 * side, 0.0, 0.0});
+      hang(character, name + "_tip" + end, near, {0.6 * side, 0.1, 0.0});
+    }
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_TRUE(anatomy.other_figures.empty());
+  EXPECT_EQ(anatomy.left_arm, find_anatomy(stick_figure()).left_arm);
+}
+
 TEST(Anatomy, OfAFigureWhoseSkeletonIsThereTwiceIsOneFigures) {
   Character character = stick_figure();
   add_second_figure(character, "", glm::dvec3(0.0), 1.0);
