@@ -28,16 +28,17 @@ std::vector<std::uint8_t> rigid_pieces(std::span<const glm::uvec3> triangle,
                                        std::span<const float> coordinate);
 
 /// Props that are rigid on purpose and stand off the body: a pack, a quiver, a sword on the back. 1
-/// for each vertex of a connected piece of six places or more, beside the largest, that one joint
-/// moves alone, and of which half stands further than `off` from every other piece. What lies close
-/// all over, a plate or a jacket, is none.
+/// for each vertex of a connected piece of six places or more, beside the largest, that goes with
+/// one joint of the spine near which it lies, as in rigid_pieces(), and of which half stands
+/// further than `off` from every other piece. What lies close all over, a plate or a jacket, is
+/// none.
 ///
-/// `joint_of_vertex`: the joint that moves a vertex alone, -1 where several do. `position`: of each
-/// vertex at rest, in the unit of `off`, which is above 0.
+/// `position`: of each vertex at rest, in the unit of `off`, which is above 0.
 std::vector<std::uint8_t> standing_props(std::span<const glm::uvec3> triangle,
                                          std::span<const std::uint32_t> place,
-                                         std::uint32_t place_count,
                                          std::span<const int> joint_of_vertex,
+                                         std::span<const double> fraction,
+                                         std::span<const float> coordinate,
                                          std::span<const glm::vec3> position, double off);
 
 }  // namespace backbend::validate

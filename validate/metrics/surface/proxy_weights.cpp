@@ -52,13 +52,16 @@ std::optional<SpineJoints> spine_joints(const skin::Character& character,
   return out;
 }
 
-/// The joint that moves each vertex all but alone; -1 where none does.
-std::vector<int> lone_joints(const skin::Character& character) {
+/// The driven spine joint that moves each vertex all but alone; -1 where none does.
+std::vector<int> lone_joints(const skin::Character& character, const SpineJoints& spine,
+                             std::size_t driven) {
   std::vector<int> out;
   for (const skin::Influences& influences : character.influences) {
     const auto heaviest = std::ranges::max_element(influences.weight) - influences.weight.begin();
     const auto k = static_cast<std::size_t>(heaviest);
-    out.push_back(influences.weight[k] >= kAlone ? influences.joint[k] : -1);
+    const int joint = spine.index[influences.joint[k]];
+    const bool alone = influences.weight[k] >= kAlone && joint < static_cast<int>(driven);
+    out.push_back(alone ? joint : -1);
   }
   return out;
 }
@@ -103,9 +106,9 @@ std::optional<std::vector<skin::Influences>> proxy_weights(const skin::Character
   const std::vector<float> coordinate =
       spine_coordinate(mesh, SpineLine(driver.rest_chain().joint));
 
-  const std::vector<std::uint8_t> prop =
-      standing_props(character.triangles, character.place, character.place_count,
-                     lone_joints(character), rest.position, kStandsOff * anatomy.height);
+  const std::vector<std::uint8_t> prop = standing_props(
+      character.triangles, character.place, lone_joints(character, *spine, fraction.size()),
+      fraction, coordinate, rest.position, kStandsOff * anatomy.height);
   std::vector<skin::Influences> out = character.influences;
   for (std::size_t v = 0; v < out.size(); ++v) {
     if (prop[v]) continue;

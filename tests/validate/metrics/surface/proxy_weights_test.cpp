@@ -66,11 +66,12 @@ TEST(ProxyWeights, DoNotDependOnHowBadTheSpinesOwnWeightsWereAndLeaveArmsAlone) 
 
 /// Adds a square sheet, 0.2 wide, `off` behind the trunk's surface, of 25 vertices that two joints
 /// move, the second with so much of it. Its first vertex.
-std::size_t add_sheet(skin::Character& character, float off, float second) {
+std::size_t add_sheet(skin::Character& character, float off, float second,
+                      std::uint16_t joint = 3) {
   const std::size_t first = character.vertex_count();
   const float behind = std::ranges::min(character.bind_position, {}, &glm::vec3::z).z - off;
   skin::Influences influences;
-  influences.joint = {3, 4};
+  influences.joint = {joint, 4};
   influences.weight = {1.0f - second, second};
   for (int k = 0; k < 25; ++k) {
     const int column = k % 5, row = k / 5;
@@ -101,6 +102,16 @@ TEST(ProxyWeights, LeaveARigidPackAsItIsAndBendWhatLiesClose) {
                 made[v].weight == packed.influences[v].weight;
       EXPECT_EQ(kept, off > 0.05f && second < 0.1f ? 25u : 0u);
     }
+}
+
+TEST(ProxyWeights, BendAPackThatIsBoundFarFromWhereItIs) {
+  const auto body = tube_body(6);
+  for (const std::uint16_t joint : {std::uint16_t{0}, std::uint16_t{3}}) {  // the hips at 0.9
+    skin::Character packed = body->character();
+    const std::size_t first = add_sheet(packed, 0.1f, 0.0f, joint);
+    const std::vector<skin::Influences> made = proxies(packed, body->stage().anatomy());
+    EXPECT_EQ(made[first].joint == packed.influences[first].joint, joint == 3) << joint;
+  }
 }
 
 TEST(ProxyWeights, AJointOfNoLengthOnASpineJointIsTheSpines) {
