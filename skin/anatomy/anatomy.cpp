@@ -13,6 +13,7 @@
 #include "skin/anatomy/facing.h"
 #include "skin/anatomy/import_checks.h"
 #include "skin/anatomy/loose_joints.h"
+#include "skin/anatomy/other_figures.h"
 #include "skin/anatomy/rig_templates.h"
 #include "skin/anatomy/skeleton_shape.h"
 #include "skin/anatomy/spine_finder.h"
@@ -198,9 +199,10 @@ class Finder {
     aside_ = nodes_of_other_figures(character_, out_);
     std::erase_if(limbs_, [&](const LimbPair& limb) { return is_other_figure(limb.pair.parent); });
     if (out_.other_figures.empty()) return;
+    const std::vector<bool> is_other = vertices_of_other_figures(character_, out_);
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
     for (Index v = 0; v < shape_.rest.size(); ++v) {
-      if (!is_own_vertex(v)) continue;
+      if (is_other[v]) continue;
       low = glm::min(low, glm::dvec3(shape_.rest[v]));
       high = glm::max(high, glm::dvec3(shape_.rest[v]));
     }
@@ -210,11 +212,6 @@ class Finder {
   }
 
   bool is_other_figure(int node) const { return aside_[static_cast<Index>(node)]; }
-
-  /// By the joint with the largest weight.
-  bool is_own_vertex(Index v) const {
-    return !is_other_figure(character_.joints[character_.influences[v].joint[0]].node);
-  }
 
   /// From a limb's root outwards to the hand or foot: where it forks into fingers, or ends.
   std::vector<int> limb_chain(int root) const {
@@ -536,8 +533,9 @@ class Finder {
 
   void measure() {
     double low = std::numeric_limits<double>::infinity(), high = -low;
+    const std::vector<bool> is_other = vertices_of_other_figures(character_, out_);
     for (Index v = 0; v < shape_.rest.size(); ++v) {
-      if (!is_own_vertex(v)) continue;
+      if (is_other[v]) continue;
       const double along = glm::dot(glm::dvec3(shape_.rest[v]), out_.up);
       low = std::min(low, along);
       high = std::max(high, along);
@@ -563,15 +561,6 @@ class Finder {
 };
 
 }  // namespace
-
-std::vector<bool> nodes_of_other_figures(const Character& character, const Anatomy& anatomy) {
-  std::vector<bool> out(character.nodes.size(), false);
-  for (const int figure : anatomy.other_figures) out[static_cast<Index>(figure)] = true;
-  for (Index n = 0; n < out.size(); ++n)  // parents stand first
-    if (const int parent = character.nodes[n].parent; parent >= 0)
-      out[n] = out[n] || out[static_cast<Index>(parent)];
-  return out;
-}
 
 Anatomy find_anatomy(const Character& character, const AnatomyHints& hints) {
   return Finder(character, hints).find();

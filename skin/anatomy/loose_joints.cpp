@@ -176,7 +176,8 @@ class LooseJoints {
 
   const Character& character_;
   const SkeletonShape& shape_;
-  const std::vector<bool>&driven_, &aside_;
+  const std::vector<bool>& driven_;
+  const std::vector<bool>& aside_;
   const int hip_;
   std::vector<std::string>& reasons_;
   std::vector<bool> carried_;

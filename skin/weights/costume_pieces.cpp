@@ -16,7 +16,7 @@ constexpr Index kFewestOfPiece = 6;     // places
 constexpr double kSideOfOwn = 0.6;      // of a joint's distance from the middle
 constexpr double kOffPiece = 0.08;      // of the body's size, between a piece and its joints' areas
 constexpr double kTouchesPiece = 0.04;  // ... and between the nearest ends of both
-constexpr double kNearSteps = 2.0;  // joints along the skeleton: what a piece lies on is no nearer
+constexpr double kNearSteps = 2.0;  // joints along the skeleton to what a piece lies on, at least
 constexpr double kFarShare = 0.5;   // of what it lies on, kFarJoints away
 
 /// Shells that go as one, and the joints that move most on them.

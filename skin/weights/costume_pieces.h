@@ -12,12 +12,12 @@ namespace backbend::skin {
 /// the joint that moves it most. A piece is a shell of six places or more beside the largest;
 /// shells that touch and are bound to one joint are one piece.
 ///
-/// `wrong_side`: a piece that lies wholly on the other side of the middle than its joints do,
-/// further out than 0.6 of what they are. `far`: a piece that lies on nothing nearer than two
-/// joints along the skeleton, half of it three or more, and whose joints have their own
-/// areas 0.08 of the body's size from it; or hang from a joint whose area is so far from where
-/// their branch starts (a tail that was parented to the chest). `image`: of each node the one on
-/// the other side.
+/// `wrong_side`: a piece that lies wholly on the other side of the middle than its joints do, on
+/// average more than 0.6 as far out. `far`: a piece that lies on nothing nearer than two joints
+/// along the skeleton, half of it three or more, and whose joints have their own areas away from it
+/// (half of it 0.08 of the body's size, all of it 0.04), or hang from a joint whose area is 0.08
+/// from where their branch starts (a tail that was parented to the chest). `image`: of each node
+/// the one on the other side.
 void find_misbound_pieces(const Character& character, const Anatomy& anatomy,
                           const SkinPlaces& places, const Mirror& mirror,
                           const std::vector<int>& image, FaultMap& wrong_side, FaultMap& far);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "skin/anatomy/chain_arc.h"
+#include "skin/anatomy/other_figures.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/point_cells.h"
 #include "skin/deform/skinning.h"
@@ -76,10 +77,7 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
     : character_(character), anatomy_(anatomy) {
   std::vector<bool> unweighted(character.vertex_count(), false);
   for (const std::uint32_t v : character.unweighted) unweighted[v] = true;
-  const std::vector<bool> aside = nodes_of_other_figures(character, anatomy);
-  const auto is_own = [&](std::size_t v) {
-    return !aside[static_cast<Index>(character.joints[character.influences[v].joint[0]].node)];
-  };
+  const std::vector<bool> is_other = vertices_of_other_figures(character, anatomy);
   vertex.assign(character.place_count, 0);
   weights.resize(character.place_count);
   for (Index v = character.vertex_count(); v-- > 0;)
@@ -87,7 +85,8 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
   const PosedMesh rest = rest_mesh(character);
   for (const std::uint32_t v : vertex) point.emplace_back(rest.position[v]);
   for (Index p = 0; p < weights.size(); ++p)
-    if (!unweighted[vertex[p]] && is_own(vertex[p])) weights[p] = weights_of(character, vertex[p]);
+    if (!unweighted[vertex[p]] && !is_other[vertex[p]])
+      weights[p] = weights_of(character, vertex[p]);
   for (const Node& node : character.nodes) parent.push_back(node.parent);
   for (const Follower& one : anatomy.followers) parent[static_cast<Index>(one.node)] = one.leader;
   main.assign(weights.size(), -1);
@@ -104,7 +103,7 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
   }
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
   for (Index p = 0; p < point.size(); ++p) {
-    if (!is_own(vertex[p])) continue;
+    if (is_other[vertex[p]]) continue;
     ++own_count;
     low = glm::min(low, point[p]);
     high = glm::max(high, point[p]);

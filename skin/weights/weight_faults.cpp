@@ -25,16 +25,15 @@ namespace {
 using Index = std::size_t;
 
 // Lengths are shares of the body's largest side.
-constexpr double kOffMiddle = 0.12;    // nearer the middle both sides share vertices
-constexpr double kAsFarOut = 0.6;      // ... or further out than this share of the joint's own
-constexpr double kAcross = 0.9;        // ... of the joint's own, from its area
-constexpr double kFar = 0.15;          // from a joint's area
-constexpr double kSpilt = 0.2;         // a weight that fades halves within less
-constexpr double kIsland = 0.08;       // ... and one that stands alone needs no more
-constexpr double kPiece = 0.05;        // of the places: a piece of costume, bound as a whole
-constexpr std::size_t kArmJoints = 2;  // of an arm: clavicle and upper arm
-constexpr double kHumpJoints =
-    2.0;  // along the skeleton, for a weight that rises again where it should fade
+constexpr double kOffMiddle = 0.12;     // nearer the middle both sides share vertices
+constexpr double kAsFarOut = 0.6;       // ... or further out than this share of the joint's own
+constexpr double kAcross = 0.9;         // ... of the joint's own, from its area
+constexpr double kFar = 0.15;           // from a joint's area
+constexpr double kSpilt = 0.2;          // a weight that fades halves within less
+constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
+constexpr double kPiece = 0.05;         // of the places: a piece of costume, bound as a whole
+constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
+constexpr double kHumpJoints = 2.0;     // along the skeleton, for a weight that rises again
 constexpr double kLedJoints = 2.5;      // ... and leads there, as far off as kFar
 constexpr double kWhole = 0.95;         // of a joint's largest weight: as much as anywhere
 constexpr double kHump = 0.04;          // of a vertex's weight: how far it rises

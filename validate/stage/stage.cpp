@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "render/image/png.h"
+#include "skin/anatomy/other_figures.h"
 #include "skin/body/body.h"
 #include "skin/gltf/gltf_reader.h"
 #include "validate/files/import.h"
@@ -43,15 +44,11 @@ render::Encoding encoding_of(const skin::Character& character, int image) {
 /// stand inside one. Vertices keep their numbers.
 void take_off_other_figures(skin::Character& character, const skin::Anatomy& anatomy) {
   if (anatomy.other_figures.empty()) return;
-  const std::vector<bool> aside = skin::nodes_of_other_figures(character, anatomy);
-  const auto is_other = [&](std::uint32_t v) {
-    const auto joint = character.influences[v].joint[0];  // the largest weight stands first
-    return aside[static_cast<std::size_t>(character.joints[joint].node)];
-  };
+  const std::vector<bool> is_other = skin::vertices_of_other_figures(character, anatomy);
   std::vector<glm::uvec3> kept;
   std::vector<std::uint32_t> kept_before{0};  // of each triangle, and one past the last
   for (const glm::uvec3& t : character.triangles) {
-    if (!is_other(t.x) || !is_other(t.y) || !is_other(t.z)) kept.push_back(t);
+    if (!is_other[t.x] || !is_other[t.y] || !is_other[t.z]) kept.push_back(t);
     kept_before.push_back(static_cast<std::uint32_t>(kept.size()));
   }
   for (skin::Part& part : character.parts) {

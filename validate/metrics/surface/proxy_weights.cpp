@@ -13,7 +13,7 @@ namespace backbend::validate {
 namespace {
 
 constexpr float kAlone = 0.98f;      // of a vertex's weight, for a joint to move it alone
-constexpr double kStandsOff = 0.02;  // of the height: further off, a piece is no garment
+constexpr double kStandsOff = 0.02;  // of the height, off the body: clothes lie closer
 
 /// The skin's joints that are those of the spine: each spine joint itself, and what stands in its
 /// place and goes with it, as a `_bind` joint of no length.
