@@ -200,7 +200,10 @@ class Hunter {
   RigRecord record(const std::vector<Sweep>& sweeps) const {
     RigRecord rig =
         plan_rig(scene_.stage, scene_.body, scene_.plan, scene_.mapping, sweeps, scene_.envelope);
-    if (scene_.build) rig.system = scene_.build();
+    if (scene_.build) {
+      rig.system = scene_.build();
+      rig.in_plane.reset();  // of another system
+    }
     return rig;
   }
 

@@ -8,6 +8,7 @@
 #include "validate/live/external_rig.h"
 #include "validate/metrics/chain/human_range.h"
 #include "validate/metrics/chain/rig_probe.h"
+#include "validate/sweeps/external_spec.h"
 
 namespace backbend::validate {
 namespace {
@@ -113,12 +114,35 @@ void record_predictability(const solver::SpineSystem& system, SweepRecord& sweep
   }
 }
 
+constexpr double kInPlane = 1e-9;  // of the chain's length: rounding of a symmetric file
+
+/// RigRecord::in_plane of a rig on a character.
+std::unique_ptr<solver::SpineSystem> build_in_plane(const Stage& stage,
+                                                    const solver::SystemSpec& spec) {
+  if (is_external(spec)) return nullptr;
+  solver::RestChain chain = stage.rest_chain();
+  const glm::dvec3 left = stage.anatomy().left, origin = chain.joint.front();
+  double off = 0.0;
+  for (glm::dvec3& p : chain.joint) {
+    const double aside = glm::dot(p - origin, left);
+    off = std::max(off, std::abs(aside));
+    p -= aside * left;
+  }
+  if (off <= kInPlane * chain_length(stage.rest_chain().joint)) return nullptr;
+  try {
+    return solver::build_system(spec, chain);
+  } catch (const solver::RigError&) {
+    return nullptr;  // a spine that lies across: flat, its bones have no length
+  }
+}
+
 RigRecord start(const Stage& stage, const RigPlan& plan, solver::Mapping mapping,
                 const std::vector<Sweep>& sweeps, const Envelope& envelope) {
   RigRecord rig;
   rig.plan = plan;
   rig.mapping = mapping;
   rig.system = stage.build(plan.spec);
+  rig.in_plane = build_in_plane(stage, plan.spec);
   for (const Sweep& sweep : sweeps) {
     SweepRecord record;
     record.sweep = sweep;
@@ -147,13 +171,20 @@ void measure_pose_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord
   PoseDegrees other_side = record.body;
   other_side.side = -other_side.side;
   other_side.twist = -other_side.twist;
-  const solver::SpinePose image = system.solve(controls_at(system, other_side, rig.mapping));
-  const PoseDifference off =
-      pose_difference(pose, mirrored(image, left, rest.position.front()), length);
-  // A rest spine that leaves its middle plane does so in the pose and in the mirror image.
+  const auto asymmetry = [&](const solver::SpineSystem& of, const solver::SpinePose& here) {
+    const solver::SpinePose image = of.solve(controls_at(of, other_side, rig.mapping));
+    return pose_difference(here, mirrored(image, left, rest.position.front()), length);
+  };
+  const PoseDifference off = asymmetry(system, pose);
+  // A rest spine that leaves its middle plane does so in the pose and in the mirror image, and
+  // further up by what the pose makes of it: that is no doing of the rig's, which shows what it
+  // does itself where the spine is laid into the plane.
   const double own =
       pose_difference(rest, mirrored(rest, left, rest.position.front()), length).shift;
-  record.at(MetricId::mirror) = {100.0 * std::max(0.0, off.shift - 2.0 * own), off.joint};
+  double beyond = std::max(0.0, off.shift - 2.0 * own);
+  if (beyond > 0.0 && rig.in_plane)
+    beyond = std::min(beyond, asymmetry(*rig.in_plane, rig.in_plane->solve(record.control)).shift);
+  record.at(MetricId::mirror) = {100.0 * beyond, off.joint};
 
   std::vector<double> level = system.arc_fraction();
   for (double& l : level) l *= share_of_back(stage);

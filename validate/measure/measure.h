@@ -97,6 +97,9 @@ struct RigRecord {
   RigPlan plan;
   solver::Mapping mapping = solver::Mapping::chest;
   std::unique_ptr<solver::SpineSystem> system;
+  // A rig of ours on the rest chain laid into the body's middle plane, by which its own mirror
+  // asymmetry is told from the skeleton's. Null: the chain lies there, or it cannot be built so.
+  std::unique_ptr<solver::SpineSystem> in_plane;
   std::vector<SweepRecord> sweeps;
   CompoundSearch search;            // of the poses between the sweeps
   PoseHunt hunt;                    // what was searched for the worst poses, and
