@@ -2,38 +2,54 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/geometric.hpp>
-#include <limits>
 
 #include "validate/metrics/math/median.h"
+#include "validate/metrics/math/nan.h"
 
 namespace backbend::validate {
 namespace {
 
 using Index = std::size_t;
 
-double aside_of(const glm::dvec3& joint, double fraction, const glm::dvec3& left,
-                const BodyMetrics& body) {
+/// The median of what the slices near a joint say, those left out that say nothing.
+double near_joint(double fraction, const SpineSlices& slices,
+                  const std::function<double(Index)>& reading) {
   constexpr double kNear = 0.1;
   constexpr Index kMost = 5;
-  const SpineSlices& slices = body.slices();
-  std::vector<std::pair<double, double>> found;  // how far along the spine, how far aside
+  std::vector<std::pair<double, double>> found;  // how far along the spine, what is read there
   for (Index i = 0; i < slices.slice.size(); ++i) {
-    const Slice& slice = slices.slice[i];
-    const double off = std::abs(slice.s - fraction);
-    if (slice.ring.empty() || off > kNear || slice.spine_share < kSpineSlice) continue;
-    if (!slice.line[0].surface || !slice.line[kLineCount / 2].surface) continue;  // an arm's hole
+    const double off = std::abs(slices.slice[i].s - fraction);
+    if (slices.slice[i].ring.empty() || off > kNear) continue;
+    const double value = reading(i);
+    if (!std::isnan(value)) found.emplace_back(off, value);
+  }
+  std::ranges::sort(found);
+  std::vector<double> nearest;
+  for (Index i = 0; i < std::min(kMost, found.size()); ++i) nearest.push_back(found[i].second);
+  return nearest.empty() ? kNan : upper_median(nearest);
+}
+
+double aside_of(const glm::dvec3& joint, double fraction, const glm::dvec3& left,
+                const BodyMetrics& body) {
+  return near_joint(fraction, body.slices(), [&](Index i) {
+    const Slice& slice = body.slices().slice[i];
+    if (slice.spine_share < kSpineSlice) return kNan;
+    if (!slice.line[0].surface || !slice.line[kLineCount / 2].surface)
+      return kNan;  // an arm's hole
     const glm::dvec3* line = body.rest_slices().line.data() + i * kLineCount;
     const glm::dvec3& normal = body.rest_slices().area[i];
     const glm::dvec3 across = left - normal * (glm::dot(left, normal) / glm::dot(normal, normal));
     const double to_left = glm::dot(line[0] - joint, across),
                  to_right = glm::dot(line[kLineCount / 2] - joint, across);
-    if (to_left > to_right) found.emplace_back(off, -(to_left + to_right) / (to_left - to_right));
-  }
-  std::ranges::sort(found);
-  std::vector<double> aside;
-  for (Index i = 0; i < std::min(kMost, found.size()); ++i) aside.push_back(found[i].second);
-  return aside.empty() ? std::numeric_limits<double>::quiet_NaN() : upper_median(aside);
+    return to_left > to_right ? -(to_left + to_right) / (to_left - to_right) : kNan;
+  });
+}
+
+double outside_of(double fraction, const BodyMetrics& body) {
+  return near_joint(fraction, body.slices(),
+                    [&](Index i) { return body.slices().slice[i].outside; });
 }
 
 }  // namespace
@@ -61,9 +77,8 @@ std::vector<JointPlace> joint_places(const Stage& stage, const BodyMetrics& body
   std::vector<JointPlace> out;
   for (Index k = 1; k <= anatomy.chest_index; ++k)
     out.push_back({anatomy.spine[k],
-                   has_left ? aside_of(at(k), fraction[k], anatomy.left, body)
-                            : std::numeric_limits<double>::quiet_NaN(),
-                   turned_back(k)});
+                   has_left ? aside_of(at(k), fraction[k], anatomy.left, body) : kNan,
+                   outside_of(fraction[k], body), turned_back(k)});
   return out;
 }
 

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <glm/geometric.hpp>
 
 #include "skin/anatomy/import_checks.h"
+#include "skin/anatomy/limb_shift.h"
 #include "validate/judge/joint_places.h"
 
 namespace backbend::validate {
@@ -24,6 +26,20 @@ struct InputFact {
 
 void worst_first(std::vector<InputFact>& facts) {
   std::ranges::stable_sort(facts, std::ranges::greater(), &InputFact::value);
+}
+
+/// Where a shift leads, in words that go before what it leads away from.
+std::string direction_text(const skin::Anatomy& anatomy, const glm::dvec3& shift) {
+  struct Way {
+    glm::dvec3 direction;
+    std::string_view ahead, behind;
+  };
+  const Way ways[] = {{anatomy.up, "above", "below"},
+                      {anatomy.forward, "in front of", "behind"},
+                      {anatomy.left, "to the left of", "to the right of"}};
+  const Way& most = *std::ranges::max_element(
+      ways, {}, [&](const Way& way) { return std::abs(glm::dot(way.direction, shift)); });
+  return std::string(glm::dot(most.direction, shift) > 0.0 ? most.ahead : most.behind);
 }
 
 class InputJudge {
@@ -186,7 +202,7 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
   }
   input.ask("BB068", off);
 
-  std::vector<InputFact> aside, turned_back;
+  std::vector<InputFact> aside, outside, turned_back;
   for (const JointPlace& place : joint_places(context.stage, body)) {
     const Text side = place.aside > 0.0 ? "left" : "right";
     const double percent = 100.0 * std::abs(place.aside);
@@ -194,12 +210,18 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
       aside.push_back({percent, -1, place.node, 0.0, 0,
                        input.joint(place.node) + " stands " + number_text(percent, 0) +
                            " % of the body's half width to the " + side + " of its middle"});
+    if (std::isfinite(place.outside))
+      outside.push_back({100.0 * place.outside, -1, place.node, 0.0, 0,
+                         input.joint(place.node) + " stands outside the body, " +
+                             number_text(100.0 * place.outside, 0) +
+                             " % of its radius there from the surface"});
     const double back = 100.0 * place.turned_back;
     turned_back.push_back({back, -1, place.node, 0.0, 0,
                            "the chain turns back at " + input.joint(place.node) + ", over " +
                                number_text(back, 1) + " % of the spine"});
   }
   worst_first(aside);
+  worst_first(outside);
   worst_first(turned_back);
   if (aside.empty())
     input.leave_out("BB071",
@@ -208,6 +230,22 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
   else
     input.ask("BB071", aside);
   input.ask("BB072", turned_back);
+  if (outside.empty())
+    input.leave_out("BB073", "no cross-section is near a joint");
+  else
+    input.ask("BB073", outside);
+  const skin::Anatomy& anatomy = context.stage.anatomy();
+  if (const auto limbs = skin::find_limb_shift(character, anatomy)) {
+    const double off = glm::length(limbs->shift);
+    input.ask("BB074", {{100.0 * limbs->beside, -1, limbs->node, 1000.0 * off, 0,
+                         "the limbs stand " + number_text(1000.0 * off, 0) + " mm (" +
+                             number_text(100.0 * off / anatomy.height, 1) + " % of the height) " +
+                             direction_text(anatomy, limbs->shift) + " their bones, which lie " +
+                             number_text(100.0 * limbs->beside, 0) +
+                             " % of the way from the middle of what they move to its surface"}});
+  } else {
+    input.leave_out("BB074", "the limbs' bones agree on no shift from what they move");
+  }
   return input.take();
 }
 

@@ -396,6 +396,25 @@ constexpr std::array kChecks = {
           Owner::skeleton, "a joint moved past the next or the one before",
           "put the joints in their order along the spine, and bind again", "",
           "directions of bones at rest"},
+    Check{"BB073", "joint outside", Subject::input,
+          "how far a joint of the spine stands at rest outside the body's surface, as a share of "
+          "the radius of the cross-section there",
+          "% of radius", 25.0, Sense::at_most, true,
+          "all joints of the bodies of eleven kinds that were tried stand inside; a quarter is 3 "
+          "cm on a human, beyond which the body bends about a place in the air",
+          Owner::skeleton,
+          "joints drawn in front of the body or behind it, a body moved after its skeleton was "
+          "made",
+          "move the named joint into the body, and bind again", "", "cross-sections at rest"},
+    Check{"BB074", "limbs beside their bones", Subject::input,
+          "how far the limbs' bones lie at rest from the middle of what they move towards its "
+          "surface, where one shift takes all of them there",
+          "% of half width", 100.0, Sense::at_most, true,
+          "at 100 the bones lie on the skin, beyond it outside; a shift that limbs of sound bodies "
+          "agree on stays below 60, even of wings and fins",
+          Owner::skeleton, "a body moved after its skeleton was made, another body's skeleton",
+          "move body or skeleton by the shift that is named, and bind again", "",
+          "places of vertices around bones at rest"},
 };
 
 constexpr bool codes_rise() {

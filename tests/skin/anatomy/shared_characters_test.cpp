@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "skin/anatomy/anatomy.h"
+#include "skin/anatomy/limb_shift.h"
 #include "skin/deform/skinning.h"
 #include "skin/gltf/gltf_reader.h"
 #include "skin/weights/inspect.h"
@@ -102,6 +103,15 @@ TEST_P(EveryCharacter, StandsAtRestWhereItsBindPoseIsItsSizeAndPlaces) {
   }
   const auto places = facts["places"].get<double>();
   EXPECT_NEAR(character.place_count, places, bind_is_rest ? 0.01 * places : 0.0);
+}
+
+TEST_P(EveryCharacter, HasTheBonesOfItsLimbsInsideOfThem) {
+  REQUIRE_CHARACTER(GetParam());
+  const Character character = read_character(shared_character(GetParam()));
+  const auto shift = find_limb_shift(character, find_anatomy(character));
+  if (shift) {
+    EXPECT_LT(shift->beside, 0.6);
+  }
 }
 
 INSTANTIATE_TEST_SUITE_P(Shared, EveryCharacter,

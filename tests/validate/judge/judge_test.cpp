@@ -8,8 +8,11 @@
 #include <atomic>
 #include <cmath>
 #include <functional>
+#include <glm/gtc/matrix_transform.hpp>
 #include <set>
 
+#include "skin/body/body.h"
+#include "tests/source_folder.h"
 #include "tests/validate/spoiled_rig.h"
 #include "validate/calibrate/calibration_body.h"
 #include "validate/calibrate/faults.h"
@@ -137,6 +140,31 @@ TEST(Behaviour, OfTheEvenSpineIsCleanAndWhollyMeasured) {
   for (const Coverage& each : coverage_of(rig)) EXPECT_EQ(each.not_measured, 0) << each.code;
 }
 
+TEST(Behaviour, OfASpineThatIsNotStraightIsNoMirrorAsymmetryOfTheRig) {
+  skin::Character character = tube_body(8)->character();
+  const skin::Anatomy& anatomy = tube().anatomy();
+  for (std::size_t k = 1; k < anatomy.chest_index; ++k) {  // to the left and back again
+    const auto node = static_cast<std::size_t>(anatomy.spine[k]);
+    const double aside = (k % 3 == 0 ? -0.01 : 0.006) * anatomy.spine_length;
+    character.nodes[node].world_from_node[3] += glm::dvec4(aside * anatomy.left, 0.0);
+  }
+  const Stage stage(character, skin::AnatomyHints{});
+  const std::vector<PoseDegrees> ends = {PoseDegrees{}, parse_pose("flexion=90,side=45,twist=60")};
+  const std::vector<Sweep> corner = {path_sweep("corner", ends, 15)};
+  RigRecord rig = measure_chain_only(stage, read_rig("even"), solver::Mapping::chest, corner,
+                                     *find_envelope("human"));
+  EXPECT_LT(worst(rig, MetricId::mirror), 1e-6);
+  // What the rig itself does is still seen.
+  ASSERT_NE(rig.in_plane, nullptr);
+  const auto lean = [](std::span<const double> control, solver::SpinePose& pose) {
+    if (sum_of(control) != 0.0) pose.position[4].x += 0.02;
+  };
+  rig.in_plane = std::make_unique<Spoiled>(std::move(rig.in_plane), lean);
+  rig.system = std::make_unique<Spoiled>(std::move(rig.system), lean);
+  measure_behaviour(stage, rig);
+  EXPECT_GT(worst(rig, MetricId::mirror), 1.0);
+}
+
 TEST(Behaviour, AJointThatLeansToOneSideIsAMirrorAsymmetryOfTwiceItsLean) {
   const double length = chain_length(measured("even").system->rest().position);
   const RigRecord rig = spoiled([&](std::span<const double> control, solver::SpinePose& pose) {
@@ -233,13 +261,19 @@ const skin::Anatomy& tube_anatomy() {
   return anatomy;
 }
 
-/// What is said of joints' places where one of the tube's is moved, in shares of the spine's
-/// length.
-std::vector<Finding> places_with(std::size_t joint, const glm::dvec3& shift) {
+/// What is said of joints' places where some of the tube's are moved, in shares of the spine's
+/// length, and bound there.
+std::vector<Finding> places_with(std::size_t first, std::size_t last, const glm::dvec3& shift) {
   skin::Character character = tube_body(8)->character();
   const skin::Anatomy& anatomy = tube_anatomy();
-  const auto node = static_cast<std::size_t>(anatomy.spine[joint]);
-  character.nodes[node].world_from_node[3] += glm::dvec4(shift * anatomy.spine_length, 0.0);
+  for (std::size_t k = first; k <= last; ++k) {
+    glm::dmat4& world = character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node;
+    const glm::dmat4 before = world;
+    world[3] += glm::dvec4(shift * anatomy.spine_length, 0.0);
+    for (auto& each : character.joints)
+      if (each.node == anatomy.spine[k])
+        each.joint_from_mesh = glm::inverse(world) * before * each.joint_from_mesh;
+  }
   const Stage stage(character, skin::AnatomyHints{});
   const LimitSet limits;
   const Envelope envelope = *find_envelope("human");
@@ -257,7 +291,7 @@ TEST(JudgeInput, AJointOfTheSpineBesideTheBodysMiddleIsNamedAndBlamed) {
   const std::string name =
       tube_body(8)->character().nodes[static_cast<std::size_t>(anatomy.spine[4])].name;
   for (const double side : {1.0, -1.0}) {
-    const std::vector<Finding> found = places_with(4, left * (0.1 * side));
+    const std::vector<Finding> found = places_with(4, 4, left * (0.1 * side));
     ASSERT_EQ(found.size(), 1u);
     EXPECT_EQ(found[0].code, "BB071");
     EXPECT_EQ(found[0].joint, name);
@@ -265,8 +299,53 @@ TEST(JudgeInput, AJointOfTheSpineBesideTheBodysMiddleIsNamedAndBlamed) {
     EXPECT_EQ(found[0].verdict, Verdict::fail);
     EXPECT_NE(found[0].detail.find(side > 0 ? "to the left" : "to the right"), std::string::npos);
   }
-  EXPECT_TRUE(places_with(4, left * 0.01).empty());
-  EXPECT_TRUE(places_with(4, anatomy.forward * 0.1).empty());
+  EXPECT_TRUE(places_with(4, 4, left * 0.01).empty());
+  EXPECT_TRUE(places_with(4, 4, anatomy.forward * 0.1).empty());
+}
+
+TEST(JudgeInput, ASpineOutsideTheBodyIsNamedAndBlamed) {
+  const skin::Anatomy& anatomy = tube_anatomy();
+  for (const double side : {1.0, -1.0}) {
+    const glm::dvec3 way = anatomy.forward * side;
+    const std::vector<Finding> found = places_with(0, anatomy.chest_index, way * 0.3);
+    ASSERT_EQ(found.size(), 3u) << side;  // three joints of a check are findings
+    for (const Finding& each : found) {
+      EXPECT_EQ(each.code, "BB073");
+      EXPECT_FALSE(each.joint.empty());
+      EXPECT_EQ(each.owner, Owner::skeleton);
+      EXPECT_EQ(each.verdict, Verdict::fail);
+    }
+    EXPECT_TRUE(places_with(0, anatomy.chest_index, way * 0.1).empty());
+  }
+}
+
+TEST(JudgeInput, ABodyBesideItsSkeletonIsNamedWithTheShift) {
+  const skin::Character human = skin::make_body(
+      skin::read_body_description(source_folder() / "scenes/characters/human.toml"), {4000});
+  const skin::Anatomy anatomy = skin::find_anatomy(human);
+  const std::vector<std::pair<glm::dvec3, std::string>> ways = {
+      {anatomy.up, "below"}, {anatomy.forward, "behind"}, {-anatomy.left, "to the left of"}};
+  for (const auto& [way, word] : ways) {
+    skin::Character character = human;
+    const glm::dmat4 shift =
+        glm::translate(glm::dmat4(1.0), way * (0.1 * anatomy.height));  // of the skeleton alone
+    for (skin::Node& node : character.nodes) node.world_from_node = shift * node.world_from_node;
+    for (auto& joint : character.joints)
+      joint.joint_from_mesh = joint.joint_from_mesh * glm::inverse(shift);
+    const Stage stage(character, skin::AnatomyHints{});
+    const LimitSet limits;
+    const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+    const std::vector<Finding> found =
+        judge_input(measured("even"), {stage, limits, *find_envelope("human"), "tube.glb"},
+                    read_input(stage), metrics, true)
+            .findings;
+    const auto beside = std::ranges::find(found, "BB074", &Finding::code);
+    ASSERT_NE(beside, found.end()) << word;
+    EXPECT_EQ(beside->verdict, Verdict::fail);
+    EXPECT_EQ(beside->owner, Owner::skeleton);
+    EXPECT_NEAR(beside->geometry.at("millimetres"), 100.0 * anatomy.height, 30.0) << word;
+    EXPECT_NE(beside->detail.find(word + " their bones"), std::string::npos) << beside->detail;
+  }
 }
 
 TEST(JudgeInput, OfABodyWithoutLimbsNoJointIsCalledAside) {
@@ -281,12 +360,13 @@ TEST(JudgeInput, OfABodyWithoutLimbsNoJointIsCalledAside) {
 
 TEST(JudgeInput, AJointPastItsNeighbourIsNamed) {
   const glm::dvec3 up = tube_anatomy().up;
-  const std::vector<Finding> above = places_with(4, up * 0.18), below = places_with(4, up * -0.18);
+  const std::vector<Finding> above = places_with(4, 4, up * 0.18),
+                             below = places_with(4, 4, up * -0.18);
   for (const std::vector<Finding>* found : {&above, &below}) {
     ASSERT_FALSE(found->empty());
     for (const Finding& each : *found) EXPECT_EQ(each.code, "BB072");
   }
-  EXPECT_TRUE(places_with(4, up * 0.06).empty());
+  EXPECT_TRUE(places_with(4, 4, up * 0.06).empty());
 }
 
 TEST(CompoundLoad, IsTheRootOfTheSumOfSquaresOfWhatEachChannelNeeds) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <optional>
 
@@ -273,21 +274,60 @@ Piece largest_ring(std::vector<Piece> pieces, const glm::dvec3& middle, const Ac
   return best;
 }
 
-Slice choose_ring(const RestMesh& mesh, std::vector<Piece> pieces, double s,
+constexpr double kFarthestBeside = 3.0;  // radii: a ring further off is of something else
+
+/// The ring beside the middle that the spine moves: the largest closed one, for a spine that
+/// stands outside the body. No points where there is none.
+Piece ring_beside(const RestMesh& mesh, const std::vector<Piece>& pieces) {
+  Piece best;
+  double largest = 0.0;
+  for (const Piece& piece : pieces) {
+    const double area = glm::length(vector_area(piece.at, piece.at.front()));
+    if (!piece.closed || area <= largest) continue;
+    double share = 0.0;
+    for (const SlicePoint& p : piece.point) share += spine_share(mesh, p);
+    if (share < kSpineSlice * static_cast<double>(piece.point.size())) continue;  // a leg
+    largest = area;
+    best = piece;
+  }
+  return best;
+}
+
+/// How far a point outside a ring stands from it, in radii of a disc of the ring's area.
+double radii_outside(const Piece& ring, const glm::dvec3& point) {
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < ring.at.size(); ++i) {
+    const glm::dvec3 from = ring.at[i], step = ring.at[(i + 1) % ring.at.size()] - from;
+    const double squared = glm::dot(step, step);
+    const double share =
+        squared > 0.0 ? std::clamp(glm::dot(point - from, step) / squared, 0.0, 1.0) : 0.0;
+    nearest = std::min(nearest, glm::distance(point, from + share * step));
+  }
+  return nearest / std::sqrt(glm::length(vector_area(ring.at, point)) / kPi);
+}
+
+Slice choose_ring(const RestMesh& mesh, const std::vector<Piece>& pieces, double s,
                   const glm::dvec3& middle, const Across& across) {
   // The body below a breastplate is what bends.
   std::vector<Piece> soft;
   for (const Piece& piece : pieces)
     if (mesh.rigid.empty() || mesh.rigid[piece.point.front().a] == 0) soft.push_back(piece);
-  Piece ring = largest_ring(std::move(soft), middle, across);
-  if (ring.at.empty()) ring = largest_ring(std::move(pieces), middle, across);
+  Piece ring = largest_ring(soft, middle, across);
+  if (ring.at.empty()) ring = largest_ring(pieces, middle, across);
+  double outside = 0.0;
   if (ring.at.empty()) {
-    Slice none;
-    none.s = s;
-    return none;
+    ring = ring_beside(mesh, soft);
+    if (!ring.at.empty()) outside = radii_outside(ring, middle);
+    if (ring.at.empty() || outside > kFarthestBeside) {
+      Slice none;
+      none.s = s;
+      return none;
+    }
   }
   if (ring.closed && glm::dot(vector_area(ring.at, middle), across.tangent) < 0.0) reverse(ring);
-  return finish(mesh, std::move(ring), s, across);
+  Slice slice = finish(mesh, std::move(ring), s, across);
+  slice.outside = outside;
+  return slice;
 }
 
 }  // namespace

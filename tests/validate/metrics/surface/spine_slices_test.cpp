@@ -136,6 +136,30 @@ TEST(CutSlices, WhereAnArmWasTakenOffTheRingIsClosedStraight) {
   EXPECT_TRUE(whole.slices.slice[31].line[0].surface);
 }
 
+TEST(CutSlices, OfABodyThatTheSpineStandsOutsideOfAreItsRingsAndSayHowFar) {
+  for (const double away : {0.05, 0.12, 0.2}) {
+    Tube tube(10);
+    for (glm::vec3& p : tube.position) p.z += static_cast<float>(away);
+    const SlicedTube t(std::move(tube));
+    EXPECT_EQ(t.slices.measured(), 64u) << away;
+    const double outside = std::max(0.0, away - 0.1) / 0.1;
+    for (const Slice& slice : t.slices.slice) EXPECT_NEAR(slice.outside, outside, 0.01) << away;
+    EXPECT_NEAR(glm::length(t.rest_slices.area[31]), polygon_area(0.1, 48), 1e-5) << away;
+    EXPECT_GT(t.rest_slices.area[31].y, 0.0) << away;
+  }
+}
+
+TEST(CutSlices, ALegBesideTheSpineIsNoSlice) {
+  Tube tube(10);
+  for (glm::vec3& p : tube.position) p.x += 0.12f;
+  const std::vector<float> moved_by_the_leg(tube.position.size(), 0.1f);
+  RestMesh mesh = tube.mesh();
+  mesh.spine_share = moved_by_the_leg;
+  const SpineLine line(tube.spine);
+  const SpineSlices slices = cut_slices(mesh, line, spine_coordinate(mesh, line), {1, 0, 0}, 64);
+  EXPECT_EQ(slices.measured(), 0u);
+}
+
 TEST(CutSlices, ARingBesideTheSpineIsNoSlice) {
   Tube tube(10);
   for (glm::vec3& p : tube.position) p.x += 0.5f;  // like a leg

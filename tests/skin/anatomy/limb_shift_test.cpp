@@ -1,0 +1,87 @@
+// The shift between a body's limbs and their bones is found, and none where the limbs show none.
+#include "skin/anatomy/limb_shift.h"
+
+#include <gtest/gtest.h>
+
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "skin/body/body.h"
+#include "tests/source_folder.h"
+
+namespace backbend::skin {
+namespace {
+
+/// The bundled human with few vertices.
+const Character& body() {
+  static const Character made =
+      make_body(read_body_description(source_folder() / "scenes/characters/human.toml"), {4000});
+  return made;
+}
+
+/// The same with its skeleton moved away from the body, which is bound to it as it is.
+Character with_skeleton_moved(const glm::dvec3& by) {
+  Character character = body();
+  const glm::dmat4 motion = glm::translate(glm::dmat4(1.0), by);
+  for (Node& node : character.nodes) node.world_from_node = motion * node.world_from_node;
+  for (auto& joint : character.joints)
+    joint.joint_from_mesh = joint.joint_from_mesh * glm::inverse(motion);
+  return character;
+}
+
+TEST(LimbShift, IsWhatTheSkeletonWasMovedByTheOtherWayRound) {
+  const Character& still = body();
+  const Anatomy anatomy = find_anatomy(still);
+  for (const glm::dvec3& way : {anatomy.up, anatomy.forward, -anatomy.forward, anatomy.left}) {
+    const glm::dvec3 by = 0.1 * anatomy.height * way;
+    const Character moved = with_skeleton_moved(by);
+    const auto found = find_limb_shift(moved, find_anatomy(moved));
+    ASSERT_TRUE(found.has_value());
+    EXPECT_LT(glm::distance(found->shift, -by), 0.02 * anatomy.height);
+    EXPECT_GT(found->beside, 1.0);
+    EXPECT_GE(found->node, 0);
+  }
+}
+
+TEST(LimbShift, OfAFigureWhoseBonesLieInItsLimbsStaysInside) {
+  const Character& still = body();
+  const auto found = find_limb_shift(still, find_anatomy(still));
+  if (found) {
+    EXPECT_LT(found->beside, 0.5);
+  }
+}
+
+TEST(LimbShift, OfSleevesThatHangFromTheArmsIsNotBesideTheBones) {
+  Character character = body();
+  const Anatomy anatomy = find_anatomy(character);
+  // Every second place of the arms' lower side hangs down as far as the arms are long.
+  std::vector<bool> arm(character.nodes.size(), false);
+  for (const auto* limb : {&anatomy.left_arm, &anatomy.right_arm})
+    for (const int node : *limb) arm[static_cast<std::size_t>(node)] = true;
+  std::size_t hanging = 0;
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    const Influences& influences = character.influences[v];
+    const auto& joint = character.joints[influences.joint[0]];
+    if (influences.weight[0] < 0.9f || !arm[static_cast<std::size_t>(joint.node)]) continue;
+    const glm::dvec3 at(character.nodes[static_cast<std::size_t>(joint.node)].world_from_node[3]);
+    glm::vec3& p = character.bind_position[v];
+    if (glm::dot(glm::dvec3(p) - at, anatomy.up) > 0.0) continue;
+    p -= glm::vec3(0.2 * anatomy.height * anatomy.up);
+    ++hanging;
+  }
+  ASSERT_GT(hanging, 10u);
+  const auto found = find_limb_shift(character, anatomy);
+  if (found) {
+    EXPECT_LT(found->beside, 1.0);
+  }
+}
+
+TEST(LimbShift, OfAFigureWithoutLimbsIsNone) {
+  const Character& still = body();
+  Anatomy anatomy = find_anatomy(still);
+  for (auto* limb : {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg, &anatomy.right_leg})
+    limb->clear();
+  EXPECT_FALSE(find_limb_shift(still, anatomy).has_value());
+}
+
+}  // namespace
+}  // namespace backbend::skin
