@@ -27,13 +27,13 @@ constexpr std::size_t kSweepPoses = 21;  // of the sweeps in which flips are loo
 /// Holds every pose that a body is drawn in.
 render::Bounds wide_box(const BodyPoses& poses) {
   const Stage& stage = poses.body().stage();
-  render::Bounds box = render::bounds_of(stage.rest().position);
+  render::Bounds box = stage.bounds(stage.rest());
   const double bend = radians_from(90.0), side = radians_from(45.0);
   for (const solver::BodyPose& pose :
        {solver::BodyPose{bend, 0, 0, 0}, solver::BodyPose{0, bend, 0, 0},
         solver::BodyPose{0, 0, side, 0}, solver::BodyPose{0, 0, -side, 0}}) {
     const std::vector<double> control = poses.rig().controls_for(pose, solver::Mapping::chest);
-    box.add(render::bounds_of(stage.pose(poses.rig(), control).mesh.position));
+    box.add(stage.bounds(stage.pose(poses.rig(), control).mesh));
   }
   return box;
 }

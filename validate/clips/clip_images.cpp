@@ -18,8 +18,8 @@ PosedCharacter posed_at(const ClipScene& scene, Index frame) {
 
 /// The box of some frames and the rest pose.
 render::Bounds box_of(const ClipScene& scene, const std::vector<PosedCharacter>& frames) {
-  render::Bounds box = render::bounds_of(scene.stage.rest().position);
-  for (const PosedCharacter& each : frames) box.add(render::bounds_of(each.mesh.position));
+  render::Bounds box = scene.stage.bounds(scene.stage.rest());
+  for (const PosedCharacter& each : frames) box.add(scene.stage.bounds(each.mesh));
   return box;
 }
 

@@ -27,7 +27,7 @@ constexpr Index kMostFrames = 96;
 class ClipCamera {
  public:
   ClipCamera(const ClipScene& scene, const PicturePlan& plan)
-      : scene_(scene), photographer_(scene.stage, render::bounds_of(scene.stage.rest().position)) {
+      : scene_(scene), photographer_(scene.stage, scene.stage.bounds(scene.stage.rest())) {
     settings_.width = plan.width;
     settings_.height = plan.height;
     settings_.samples = plan.samples;
@@ -81,7 +81,7 @@ class ClipCamera {
     if (place)
       return render::close_up(view.camera, *place, kCloseUp * scene_.stage.anatomy().spine_length,
                               from, aspect);
-    return render::view_camera(view.camera, render::bounds_of(body.mesh.position), from, aspect);
+    return render::view_camera(view.camera, scene_.stage.bounds(body.mesh), from, aspect);
   }
 
   render::Picture still(const PosedCharacter& body, const render::Camera& camera) {
@@ -100,7 +100,7 @@ class ClipCamera {
   render::Picture small(Index frame, double radius) {
     const render::Settings settings = scrubber_frame(settings_);
     const PosedCharacter body = posed(frame);
-    const render::Bounds box = render::bounds_of(body.mesh.position);
+    const render::Bounds box = scene_.stage.bounds(body.mesh);
     photographer_.pose(body);
     const render::Camera camera =
         render::close_up("profile", 0.5 * (box.low + box.high), radius, facing(frame),
@@ -176,8 +176,7 @@ void picture_finding(const ClipScene& scene, ClipCamera& camera, const OutputFol
 double largest_radius(const ClipScene& scene, const SweepRecord& sweep, Index step) {
   double radius = 0.0;
   for (Index i = 0; i < sweep.poses.size(); i += step) {
-    const render::Bounds box =
-        render::bounds_of(scene.body.mesh(frame_of(sweep.poses[i])).position);
+    const render::Bounds box = scene.stage.bounds(scene.body.mesh(frame_of(sweep.poses[i])));
     if (!box.is_empty()) radius = std::max(radius, 0.5 * glm::distance(box.low, box.high));
   }
   return radius;

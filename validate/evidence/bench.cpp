@@ -16,8 +16,8 @@ render::RayCost bench_rays(const RenderRequest& request, int repeats) {
   geometry.normal = posed.mesh.normal;
   scene.set_pose(geometry);
   const double aspect = static_cast<double>(request.settings.width) / request.settings.height;
-  const render::Camera camera = render::view_camera(
-      request.view, render::bounds_of(posed.mesh.position), facing_of(stage.anatomy()), aspect);
+  const render::Camera camera = render::view_camera(request.view, stage.bounds(posed.mesh),
+                                                    facing_of(stage.anatomy()), aspect);
   return render::measure_rays(scene, *stage.topology(), posed.mesh.position, camera,
                               request.settings, repeats);
 }

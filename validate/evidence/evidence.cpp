@@ -638,7 +638,7 @@ void shoot_turntable(const FrameRenderer& renderer, const std::vector<RigRecord>
 }  // namespace
 
 render::Bounds framing_of(const Stage& stage, const std::vector<RigRecord>& records) {
-  render::Bounds box = render::bounds_of(stage.rest().position);
+  render::Bounds box = stage.bounds(stage.rest());
   for (const RigRecord& record : records) {
     for (const SweepRecord& sweep : record.sweeps) {
       for (const PoseRecord& pose : sweep.poses) box.add(pose.bounds);

@@ -226,11 +226,11 @@ void export_obj(const Studio& studio, const PosedCharacter& posed) {
 /// The box of a sequence: of sixteen of its poses, enlarged by 1 % for the poses between.
 render::Bounds sequence_box(const Studio& studio) {
   constexpr std::size_t kLooks = 16;
-  render::Bounds box = render::bounds_of(studio.stage.rest().position);
+  render::Bounds box = studio.stage.bounds(studio.stage.rest());
   const std::size_t last = studio.source.count() - 1, looks = std::min(kLooks, last);
   for (std::size_t i = 0; i <= looks; ++i) {
     const std::size_t pose = looks > 0 ? i * last / looks : 0;
-    box.add(render::bounds_of(studio.source.posed(pose).mesh.position));
+    box.add(studio.stage.bounds(studio.source.posed(pose).mesh));
   }
   const double more = 0.01 * glm::length(box.high - box.low);
   box.low -= more;
@@ -529,10 +529,10 @@ RenderedFiles take_labelled(const PoseSource& source, const std::string& kind,
   const Studio studio(source, request);
   folder.prepare();
   std::vector<PosedCharacter> posed;
-  render::Bounds box = render::bounds_of(studio.stage.rest().position);
+  render::Bounds box = studio.stage.bounds(studio.stage.rest());
   for (std::size_t i = 0; i < source.count(); ++i) {
     posed.push_back(source.posed(i));
-    box.add(render::bounds_of(posed.back().mesh.position));
+    box.add(studio.stage.bounds(posed.back().mesh));
   }
   PhotographerPool cameras(studio.stage, box);
   const render::Camera camera =

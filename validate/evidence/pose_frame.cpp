@@ -5,8 +5,8 @@
 namespace backbend::validate {
 
 render::Bounds framing_box(const Stage& stage, const PosedCharacter& posed) {
-  render::Bounds box = render::bounds_of(stage.rest().position);
-  box.add(render::bounds_of(posed.mesh.position));
+  render::Bounds box = stage.bounds(stage.rest());
+  box.add(stage.bounds(posed.mesh));
   return box;
 }
 

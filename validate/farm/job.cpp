@@ -124,8 +124,8 @@ JobEstimate estimate(const RunRequest& request) {
       (static_cast<double>(job.poses + job.searched) * pose_s + searches * jumps_s) / cores;
 
   const PosedCharacter posed = stage.pose(*rig.system, sweep.poses[middle].control);
-  render::Bounds box = render::bounds_of(stage.rest().position);
-  box.add(render::bounds_of(posed.mesh.position));
+  render::Bounds box = stage.bounds(stage.rest());
+  box.add(stage.bounds(posed.mesh));
   Photographer photographer(stage, box);
   render::Settings settings;
   settings.width = 320;

@@ -258,6 +258,7 @@ class Hunter {
         const PosedCharacter posed = scene_.stage.pose(*rig_.system, pose.control);
         measure_pose(scene_.body, at_rest_, posed, pose,
                      needs_crossing_ ? Crossing::measured : Crossing::left_out);
+        pose.bounds = scene_.stage.bounds(posed.mesh);
         points[i].motion = motion_of(posed.spine, rig_.system->rest(), length, &posed);
       } else {
         points[i].motion =

@@ -274,7 +274,6 @@ void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedChar
                    posed.blended ? std::span<const glm::dmat4>{} : posed.world_from_node);
   record_chain(*rig.system, posed.spine, measures.chain, record);
   record_mesh({body, measures}, record);
-  record.bounds = render::bounds_of(posed.mesh.position);
 }
 
 RigRecord plan_rig(const Stage& stage, const BodyMetrics& body, const RigPlan& plan,
@@ -294,7 +293,9 @@ void measure_poses(const Stage& stage, const BodyMetrics& body, const RigRecord&
   for (const PoseRecord& pose : poses) controls.push_back(pose.control);
   rig.system->prepare(controls, solver::Detail::all);
   oneapi::tbb::parallel_for(std::size_t{0}, poses.size(), [&](std::size_t i) {
-    measure_pose(body, at_rest, stage.pose(*rig.system, poses[i].control), poses[i]);
+    const PosedCharacter posed = stage.pose(*rig.system, poses[i].control);
+    measure_pose(body, at_rest, posed, poses[i]);
+    poses[i].bounds = stage.bounds(posed.mesh);
     progress.step();
   });
 }

@@ -34,7 +34,7 @@ struct PoseRecord {
   std::array<Measured, kMetricCount> metric;
   std::bitset<kMetricCount> left_out;  // metrics that say nothing of this pose, or were not asked
   ArmDrift arms;
-  render::Bounds bounds;  // of the posed mesh, world space
+  render::Bounds bounds;  // of the posed body, world space; set by measure_poses() and hunts
 
   const Measured& at(MetricId id) const { return metric[static_cast<std::size_t>(id)]; }
   Measured& at(MetricId id) { return metric[static_cast<std::size_t>(id)]; }

@@ -66,8 +66,8 @@ std::vector<std::uint8_t> repair_sheet(const RepairedBody& body, Progress& progr
   const Finding* finding = shown_finding(body);
   const PoseDegrees pose = pose_of(body, finding);
   const Side before(body.before, body.anatomy, pose), after(body.after, body.anatomy, pose);
-  render::Bounds box = render::bounds_of(before.posed.mesh.position);
-  box.add(render::bounds_of(after.posed.mesh.position));
+  render::Bounds box = before.stage.bounds(before.posed.mesh);
+  box.add(after.stage.bounds(after.posed.mesh));
   Photographer old_body(before.stage, box), new_body(after.stage, box);
   render::Settings settings;
   settings.width = kWidth;

@@ -192,7 +192,7 @@ std::vector<Property> skin_properties(const Stage& stage, const RigPlan& rig, st
 std::vector<Property> render_properties(const Stage& stage, const RigPlan& rig) {
   const auto system = stage.build(rig.spec);
   const PosedCharacter body = posed(stage, *system, {.extension = 30, .twist = 15});
-  render::Bounds box = render::bounds_of(body.mesh.position);
+  render::Bounds box = stage.bounds(body.mesh);
   Photographer photographer(stage, box);
   photographer.pose(body);
 

@@ -41,10 +41,14 @@ render::Encoding encoding_of(const skin::Character& character, int image) {
 }
 
 /// Takes the triangles of other figures in the file off: nothing moves these, and a camera may
-/// stand inside one. Vertices keep their numbers.
-void take_off_other_figures(skin::Character& character, const skin::Anatomy& anatomy) {
-  if (anatomy.other_figures.empty()) return;
+/// stand inside one. Vertices keep their numbers. Gives which of them are left: none said where
+/// all are.
+std::vector<std::uint8_t> take_off_other_figures(skin::Character& character,
+                                                 const skin::Anatomy& anatomy) {
+  std::vector<std::uint8_t> left;
+  if (anatomy.other_figures.empty()) return left;
   const std::vector<bool> is_other = skin::vertices_of_other_figures(character, anatomy);
+  for (const bool other : is_other) left.push_back(other ? 0 : 1);
   std::vector<glm::uvec3> kept;
   std::vector<std::uint32_t> kept_before{0};  // of each triangle, and one past the last
   for (const glm::uvec3& t : character.triangles) {
@@ -57,6 +61,7 @@ void take_off_other_figures(skin::Character& character, const skin::Anatomy& ana
     part.triangle_count = end - part.first_triangle;
   }
   character.triangles = std::move(kept);
+  return left;
 }
 
 }  // namespace
@@ -107,7 +112,7 @@ Stage::Stage(skin::Character character, const skin::AnatomyHints& hints, DrivenC
       regions_(skin::vertex_regions(character_, anatomy_)),
       rest_(skin::rest_mesh(character_)),
       controls_(std::move(controls)) {
-  take_off_other_figures(character_, anatomy_);
+  shown_ = take_off_other_figures(character_, anatomy_);
 }
 
 Stage::Stage(skin::Character character, skin::Anatomy anatomy)
@@ -116,7 +121,15 @@ Stage::Stage(skin::Character character, skin::Anatomy anatomy)
       driver_(character_, anatomy_),
       regions_(skin::vertex_regions(character_, anatomy_)),
       rest_(skin::rest_mesh(character_)) {
-  take_off_other_figures(character_, anatomy_);
+  shown_ = take_off_other_figures(character_, anatomy_);
+}
+
+render::Bounds Stage::bounds(const skin::PosedMesh& mesh) const {
+  if (shown_.size() != mesh.position.size()) return render::bounds_of(mesh.position);
+  render::Bounds box;
+  for (std::size_t v = 0; v < shown_.size(); ++v)
+    if (shown_[v] != 0) box.add(glm::dvec3(mesh.position[v]));
+  return box;
 }
 
 std::unique_ptr<solver::SpineSystem> Stage::build(const solver::SystemSpec& spec) const {

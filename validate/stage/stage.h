@@ -1,4 +1,5 @@
 #pragma once
+#include <cstdint>
 #include <filesystem>
 #include <map>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "render/trace/cameras.h"
 #include "render/trace/scene.h"
 #include "skin/anatomy/anatomy.h"
 #include "skin/anatomy/sidecar.h"
@@ -58,6 +60,9 @@ class Stage {
   DrivenChain chain() const { return chain_; }
   const std::vector<skin::Region>& regions() const { return regions_; }
   const skin::PosedMesh& rest() const { return rest_; }
+  /// Bounds of the figure in a pose, for cameras: other figures in the file do not count. Of a mesh
+  /// with other vertices than the character's those of all.
+  render::Bounds bounds(const skin::PosedMesh& mesh) const;
   const skin::SpineDriver& driver() const { return driver_; }
   const solver::RestChain& rest_chain() const { return driver_.rest_chain(); }
 
@@ -90,6 +95,7 @@ class Stage {
   std::vector<skin::Region> regions_;
   skin::PosedMesh rest_;
   std::vector<skin::SidecarControl> controls_;
+  std::vector<std::uint8_t> shown_;  // of each vertex, where there is another figure; else empty
   // Layouts for posing many times, made when the first pose needs them.
   mutable std::once_flag linear_made_, dual_made_;
   mutable std::unique_ptr<const skin::SkinningPlan> linear_;

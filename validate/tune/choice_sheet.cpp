@@ -18,12 +18,12 @@ std::vector<std::uint8_t> choice_sheet(const Stage& stage, const std::vector<She
                                        const std::vector<Direction>& poses, solver::Mapping mapping,
                                        Progress& progress) {
   std::vector<PosedCharacter> posed;
-  render::Bounds box = render::bounds_of(stage.rest().position);
+  render::Bounds box = stage.bounds(stage.rest());
   for (const Direction& pose : poses)
     for (const SheetRig& rig : rigs) {
       const auto system = stage.build(rig.spec);
       posed.push_back(stage.pose(*system, controls_at(*system, pose.end, mapping)));
-      box.add(render::bounds_of(posed.back().mesh.position));
+      box.add(stage.bounds(posed.back().mesh));
     }
   Photographer photographer(stage, box);
   render::Settings settings;

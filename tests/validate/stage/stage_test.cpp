@@ -31,10 +31,14 @@ TEST(Stage, ShowsTheFigureWhoseSpineItMovesAndNoOther) {
     skin::AnatomyHints hints;
     hints.hip = hip;
     hints.chest = head;
-    return Stage(both, skin::find_anatomy(both, hints)).character();
+    return std::make_unique<Stage>(both, skin::find_anatomy(both, hints));
   };
-  const skin::Character first = shown("hips", "spine_2"),
-                        second = shown("other_hips", "other_spine_2");
+  const auto first_stage = shown("hips", "spine_2"),
+             second_stage = shown("other_hips", "other_spine_2");
+  const skin::Character &first = first_stage->character(), &second = second_stage->character();
+  // Cameras look at the one that is shown.
+  EXPECT_LT(first_stage->bounds(first_stage->rest()).high.x, 1.5);
+  EXPECT_GT(second_stage->bounds(second_stage->rest()).low.x, 1.5);
   EXPECT_EQ(first.triangles, one.triangles);
   EXPECT_EQ(first.vertex_count(), both.vertex_count());
   EXPECT_EQ(first.parts[0].triangle_count, triangles);
