@@ -6,6 +6,8 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "validate/metrics/surface/connected_pieces.h"
+
 namespace backbend::validate {
 namespace {
 
@@ -87,6 +89,24 @@ struct Limb {
   }
 };
 
+/// Takes off connected pieces that limbs move as a whole: a shoulder pad is no torso where it
+/// reaches inward of the arm's first joint. `of_limb`: of each vertex, whether a limb moves it by
+/// more than half.
+void take_off_pieces_of_limbs(const skin::Character& character, const std::vector<char>& of_limb,
+                              std::vector<std::uint8_t>& torso) {
+  const std::vector<std::uint32_t> piece =
+      connected_pieces(character.triangles, character.place, character.place_count);
+  enum : char { no_surface, a_limbs, another_s };
+  std::vector<char> moved_by(character.place_count, no_surface);  // of each piece, at its name
+  for (const glm::uvec3& t : character.triangles)
+    for (int i = 0; i < 3; ++i) {
+      char& whose = moved_by[piece[character.place[t[i]]]];
+      whose = of_limb[t[i]] && whose != another_s ? a_limbs : another_s;
+    }
+  for (std::size_t v = 0; v < torso.size(); ++v)
+    if (moved_by[piece[character.place[v]]] == a_limbs) torso[v] = 0;
+}
+
 }  // namespace
 
 std::vector<std::uint8_t> torso_mask(const skin::Character& character, const skin::Anatomy& anatomy,
@@ -107,16 +127,21 @@ std::vector<std::uint8_t> torso_mask(const skin::Character& character, const ski
   mark_below(character, off, anatomy.spine);
 
   std::vector<std::uint8_t> torso;
+  std::vector<char> of_limb;
   torso.reserve(character.vertex_count());
   for (std::size_t v = 0; v < character.vertex_count(); ++v) {
     const glm::dvec3 p(rest_position[v]);
-    torso.push_back(weight_of(character, v, off) <= 0.5 &&
-                    std::ranges::none_of(limbs, [&](const Limb& limb) {
-                      return weight_of(character, v, limb.beyond) > 0.5 ||
-                             (weight_of(character, v, limb.whole) > 0.5 &&
-                              glm::dot(p - limb.cut, limb.outward) > 0.0);
-                    }));
+    bool held = false, beyond = false;
+    for (const Limb& limb : limbs) {
+      const bool whole = weight_of(character, v, limb.whole) > 0.5;
+      held |= whole;
+      beyond |= weight_of(character, v, limb.beyond) > 0.5 ||
+                (whole && glm::dot(p - limb.cut, limb.outward) > 0.0);
+    }
+    torso.push_back(weight_of(character, v, off) <= 0.5 && !beyond);
+    of_limb.push_back(held);
   }
+  take_off_pieces_of_limbs(character, of_limb, torso);
   return torso;
 }
 

@@ -16,7 +16,8 @@ namespace backbend::validate {
 /// run on from the spine stay in, whichever joint moves them most: without them the rings of chest
 /// and pelvis would gape. Such legs further down form rings of their own, which do not go round the
 /// spine and so are never part of a slice; an animal's legs would be cut lengthwise, and are out.
-/// `rest_position`: the mesh at rest, world space, one per vertex.
+/// So are connected pieces that such limbs move as a whole, a shoulder pad. `rest_position`: the
+/// mesh at rest, world space, one per vertex.
 std::vector<std::uint8_t> torso_mask(const skin::Character& character, const skin::Anatomy& anatomy,
                                      std::span<const glm::vec3> rest_position);
 

@@ -28,6 +28,12 @@ struct Body {
     influences.weight = {static_cast<float>(weight), static_cast<float>(1.0 - weight)};
     character.bind_position.push_back(glm::vec3(at));
     character.influences.push_back(influences);
+    character.place.push_back(character.place_count++);
+  }
+  /// A triangle of the three vertices that were added last.
+  void triangle() {
+    const std::uint32_t end = character.place_count;
+    character.triangles.push_back({end - 3, end - 2, end - 1});
   }
   std::vector<int> torso() const {
     const auto mask = torso_mask(character, anatomy, character.bind_position);
@@ -67,6 +73,19 @@ TEST(Torso, IsWhatNeitherHeadNorLimbsNorFollowersMoveMost) {
   body.vertex({0, 1.5, 0.2}, body.jaw);
   body.vertex({0, 1.5, 0.2}, body.tongue);
   EXPECT_EQ(body.torso(), (std::vector{1, 1, 0, 1, 0, 0, 0, 0}));
+}
+
+TEST(Torso, HoldsNoPieceThatALimbMovesAsAWhole) {
+  for (const bool pad : {true, false}) {  // a shoulder pad; one whose rim the chest moves
+    Human body;
+    body.vertex({0.15, 1.5, 0}, body.arm);
+    body.vertex({0.19, 1.5, 0}, body.arm, 0.6, body.spine);
+    body.vertex({0.16, 1.5, 0.05}, pad ? body.arm : body.spine);
+    body.triangle();
+    body.vertex({0.19, 1.3, 0}, body.arm);  // of no surface
+    const int in = pad ? 0 : 1;
+    EXPECT_EQ(body.torso(), (std::vector{in, in, in, 1}));
+  }
 }
 
 TEST(Torso, EndsAtThePlaneThroughAShoulderAndWhereverTheForearmWeighsMost) {
