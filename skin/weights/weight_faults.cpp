@@ -51,6 +51,8 @@ constexpr std::size_t kLeastForSlopes = 1000;  // places: on fewer a joint's are
 constexpr double kPatchPlaces = 6.0;           // ... this many: fewer are single slips
 constexpr double kHeavy = 0.2;                 // of a vertex's weight: few places show it, ...
 constexpr double kPlacesHeavy = 4.0;           // ... and fewer are slips
+constexpr double kSure = 0.6;                  // ... but for this much, which no smoothing leaves
+constexpr double kPlacesSure = 2.0;
 constexpr double kPlacesBehind = 24.0;     // of a joint above the hips: low bodies leave it a few
 constexpr double kShareBehind = 0.02;      // ... and of all places
 constexpr double kHeldBehind = 0.08;       // of a vertex's weight: it is held back in plain sight
@@ -227,12 +229,22 @@ class FaultFinder {
       areas[own].held -= negative;
       areas[own].places.push_back(p);
     }
-    // What no edges join to the area that holds most of the weight.
-    if (areas.empty()) return hump;
-    const Area& own = *std::ranges::max_element(areas, {}, &Area::held);
+    // What no edges join to the joint's own area: the one at its bones that holds most of the
+    // weight, for what was spilt may hold more than all of a hand.
+    std::erase_if(areas, [](const Area& area) { return area.places.empty(); });
+    if (areas.size() < 2) return hump;
+    const std::vector<glm::dvec3> bones = places_.points_on_bones(node);
+    const auto at_bones = [&](const Area& area) {
+      return std::ranges::any_of(area.places, [&](Index q) {
+        return std::ranges::any_of(bones, [&](const glm::dvec3& on_bone) {
+          return glm::distance(places_.point[q], on_bone) < kIsland * places_.size;
+        });
+      });
+    };
+    const auto rank = [&](const Area& area) { return std::pair(at_bones(area), area.held); };
+    const Area& own = *std::ranges::max_element(areas, {}, rank);
     for (const Area& area : areas)
-      if (&area != &own && !area.places.empty() && places_.weight_at(area.peak, node) >= kHump)
-        mark(area);
+      if (&area != &own && places_.weight_at(area.peak, node) >= kHump) mark(area);
     return hump;
   }
 
@@ -394,6 +406,15 @@ class FaultFinder {
     return out;
   }
 
+  /// Whether a patch of few places is one all the same: on the body, and a joint's nearly alone.
+  bool is_sure(int node, const Patch& patch) const {
+    return static_cast<double>(patch.places.size()) >= kPlacesSure &&
+           std::ranges::all_of(patch.places, [&](Index p) {
+             return places_.shell[p] == places_.largest_shell &&
+                    places_.weight_at(p, node) >= kSure;
+           });
+  }
+
   /// Patches far from a joint's bones and from its area there, amid what joints far along the
   /// skeleton move; other joints need not weigh on them. Or, of a piece of costume, where all that
   /// they lie on is so far: gloves and sleeves that were swapped are amid each other's joints.
@@ -426,9 +447,9 @@ class FaultFinder {
               return places_.steps_between(each.first, node) >= kFarJoints;
             });
         const std::map<int, Index>& amid = lies_far ? patch.below : patch.around;
-        if (static_cast<std::ptrdiff_t>(k) == area || patch.around.empty() ||
-            static_cast<double>(patch.places.size()) < kPatchPlaces)
-          continue;
+        if (static_cast<std::ptrdiff_t>(k) == area || patch.around.empty()) continue;
+        const bool is_small = static_cast<double>(patch.places.size()) < kPatchPlaces;
+        if (is_small && !is_sure(node, patch)) continue;
         const int rival =
             std::ranges::max_element(amid, {}, [](const auto& each) { return each.second; })->first;
         const double steps = places_.steps_between(rival, node);
@@ -436,7 +457,8 @@ class FaultFinder {
         const bool vertebra = node == anatomy_.spine.front() || on_torso(node);
         const bool asked = lies_far || (steps >= kFarJoints ? !vertebra || on_torso(rival)
                                                             : !vertebra && on_torso(rival));
-        if (!asked || steps < kHumpJoints || distance < (lies_far ? kFar : kIsland) * places_.size)
+        if (!asked || steps < (is_small ? kFarJoints : kHumpJoints) ||
+            distance < (lies_far ? kFar : kIsland) * places_.size)
           continue;
         for (const Index p : patch.places)
           add_fault(places_, out, node, rival, places_.weight_at(p, node), distance, p);
@@ -543,7 +565,7 @@ class FaultFinder {
     keep_patches(wide, kPlacesUneven, kWidePatch);
     find_cut_off(cut_off);
     find_misbound_pieces(character_, anatomy_, places_, mirror_, image_, wrong_pieces, pieces);
-    keep_patches(cut_off, kPatchPlaces, 0.0);
+    keep_patches(cut_off, kPlacesSure, 0.0);
     keep_patches(heavy_wrong, kPlacesHeavy, 0.0);
     keep_patches(heavy, kPlacesHeavy, 0.0);
     for (const auto* more : {&heavy_wrong, &wrong_pieces}) wrong.insert(more->begin(), more->end());
