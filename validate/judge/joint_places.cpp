@@ -21,7 +21,7 @@ double near_joint(double fraction, const SpineSlices& slices,
   std::vector<std::pair<double, double>> found;  // how far along the spine, what is read there
   for (Index i = 0; i < slices.slice.size(); ++i) {
     const double off = std::abs(slices.slice[i].s - fraction);
-    if (slices.slice[i].ring.empty() || off > kNear) continue;
+    if (off > kNear) continue;
     const double value = reading(i);
     if (!std::isnan(value)) found.emplace_back(off, value);
   }
@@ -35,7 +35,7 @@ double aside_of(const glm::dvec3& joint, double fraction, const glm::dvec3& left
                 const BodyMetrics& body) {
   return near_joint(fraction, body.slices(), [&](Index i) {
     const Slice& slice = body.slices().slice[i];
-    if (slice.spine_share < kSpineSlice) return kNan;
+    if (slice.ring.empty() || slice.spine_share < kSpineSlice) return kNan;
     if (!slice.line[0].surface || !slice.line[kLineCount / 2].surface)
       return kNan;  // an arm's hole
     const glm::dvec3* line = body.rest_slices().line.data() + i * kLineCount;

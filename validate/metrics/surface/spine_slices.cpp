@@ -274,7 +274,8 @@ Piece largest_ring(std::vector<Piece> pieces, const glm::dvec3& middle, const Ac
   return best;
 }
 
-constexpr double kFarthestBeside = 3.0;  // radii: a ring further off is of something else
+constexpr double kFarthestBeside = 3.0;   // radii: a ring further off is of something else
+constexpr double kMeasuredBeside = 0.25;  // ... and one so far bends about a place in the air
 
 /// The ring beside the middle that the spine moves: the largest closed one, for a spine that
 /// stands outside the body. No points where there is none.
@@ -316,13 +317,14 @@ Slice choose_ring(const RestMesh& mesh, const std::vector<Piece>& pieces, double
   if (ring.at.empty()) ring = largest_ring(pieces, middle, across);
   double outside = 0.0;
   if (ring.at.empty()) {
+    Slice none;
+    none.s = s;
     ring = ring_beside(mesh, soft);
-    if (!ring.at.empty()) outside = radii_outside(ring, middle);
-    if (ring.at.empty() || outside > kFarthestBeside) {
-      Slice none;
-      none.s = s;
-      return none;
-    }
+    if (ring.at.empty()) return none;
+    outside = radii_outside(ring, middle);
+    if (outside > kFarthestBeside) return none;
+    none.outside = outside;
+    if (outside > kMeasuredBeside) return none;
   }
   if (ring.closed && glm::dot(vector_area(ring.at, middle), across.tangent) < 0.0) reverse(ring);
   Slice slice = finish(mesh, std::move(ring), s, across);

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <span>
 #include <string>
 #include <vector>
@@ -38,7 +39,9 @@ struct Slice {
   double s = 0.0;            // arc fraction, 0 hips .. 1 chest
   double spine_share = 1.0;  // of the ring; below kSpineSlice it is no measure of the spine's bend
   std::vector<SlicePoint> ring;  // empty: the torso has no ring there
-  double outside = 0.0;  // how far the spine stands outside it, in radii of a disc of its area
+  // How far the spine stands outside the surface, in radii of a disc of the cross-section's area; 0
+  // inside, NaN where no ring is near.
+  double outside = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> weight;  // of each point in the centre, by length at rest and share; sum 1
   std::vector<double> cosine;  // weight times the cosine of the point's angle from `left`
   // Where the ring crosses kLineCount half-planes around the spine at rest, the first toward
@@ -61,8 +64,9 @@ struct SpineSlices {
 /// spine) is where each slice's own direction points at rest. A slice is the outermost ring around
 /// the spine: of the closed rings, and of the open pieces together, that go round the line, the one
 /// with the largest area. RestMesh::rigid ones are taken only where no other goes round. Where none
-/// does, the spine stands outside the body (Slice::outside), and the slice is the largest closed
-/// ring that the spine moves, if one is within three of its radii.
+/// does, the spine stands outside the body: by Slice::outside from the largest closed ring that the
+/// spine moves, if one is within three of its radii; within a quarter of one that ring is the
+/// slice.
 SpineSlices cut_slices(const RestMesh& mesh, const SpineLine& line,
                        std::span<const float> coordinate, const glm::dvec3& left, int count,
                        double from = 0.05, double to = 0.95);

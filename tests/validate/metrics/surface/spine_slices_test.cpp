@@ -136,14 +136,15 @@ TEST(CutSlices, WhereAnArmWasTakenOffTheRingIsClosedStraight) {
   EXPECT_TRUE(whole.slices.slice[31].line[0].surface);
 }
 
-TEST(CutSlices, OfABodyThatTheSpineStandsOutsideOfAreItsRingsAndSayHowFar) {
+TEST(CutSlices, OfABodyThatTheSpineStandsOutsideOfSayHowFarAndAreItsRingsWhereItIsNear) {
   for (const double away : {0.05, 0.12, 0.2}) {
     Tube tube(10);
     for (glm::vec3& p : tube.position) p.z += static_cast<float>(away);
     const SlicedTube t(std::move(tube));
-    EXPECT_EQ(t.slices.measured(), 64u) << away;
+    EXPECT_EQ(t.slices.measured(), away < 0.125 ? 64u : 0u) << away;
     const double outside = std::max(0.0, away - 0.1) / 0.1;
     for (const Slice& slice : t.slices.slice) EXPECT_NEAR(slice.outside, outside, 0.01) << away;
+    if (t.slices.measured() == 0) continue;
     EXPECT_NEAR(glm::length(t.rest_slices.area[31]), polygon_area(0.1, 48), 1e-5) << away;
     EXPECT_GT(t.rest_slices.area[31].y, 0.0) << away;
   }
