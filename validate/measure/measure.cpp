@@ -176,15 +176,17 @@ void measure_pose_behaviour(const Stage& stage, const RigRecord& rig, PoseRecord
     return pose_difference(here, mirrored(image, left, rest.position.front()), length);
   };
   const PoseDifference off = asymmetry(system, pose);
-  // A rest spine that leaves its middle plane does so in the pose and in the mirror image, and
-  // further up by what the pose makes of it: that is no doing of the rig's, which shows what it
-  // does itself where the spine is laid into the plane.
+  // A rest spine off its middle plane is off it in the pose and in the mirror image, and a bend
+  // increases the difference. Solved on the spine laid into the plane, the rig shows what is its
+  // own.
   const double own =
       pose_difference(rest, mirrored(rest, left, rest.position.front()), length).shift;
-  double beyond = std::max(0.0, off.shift - 2.0 * own);
-  if (beyond > 0.0 && rig.in_plane)
-    beyond = std::min(beyond, asymmetry(*rig.in_plane, rig.in_plane->solve(record.control)).shift);
-  record.at(MetricId::mirror) = {100.0 * beyond, off.joint};
+  Measured mirror{std::max(0.0, off.shift - 2.0 * own), off.joint};
+  if (mirror.value > 0.0 && rig.in_plane) {
+    const PoseDifference flat = asymmetry(*rig.in_plane, rig.in_plane->solve(record.control));
+    if (flat.shift < mirror.value) mirror = {flat.shift, flat.joint};
+  }
+  record.at(MetricId::mirror) = {100.0 * mirror.value, mirror.place};
 
   std::vector<double> level = system.arc_fraction();
   for (double& l : level) l *= share_of_back(stage);

@@ -50,29 +50,33 @@ TEST(LimbShift, OfAFigureWhoseBonesLieInItsLimbsStaysInside) {
   }
 }
 
-TEST(LimbShift, OfSleevesThatHangFromTheArmsIsNotBesideTheBones) {
+TEST(LimbShift, OfVeilsThatTrailBehindTheLimbsLeavesTheBonesInside) {
   Character character = body();
   const Anatomy anatomy = find_anatomy(character);
-  // Every second place of the arms' lower side hangs down as far as the arms are long.
-  std::vector<bool> arm(character.nodes.size(), false);
-  for (const auto* limb : {&anatomy.left_arm, &anatomy.right_arm})
-    for (const int node : *limb) arm[static_cast<std::size_t>(node)] = true;
-  std::size_t hanging = 0;
-  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
-    const Influences& influences = character.influences[v];
-    const auto& joint = character.joints[influences.joint[0]];
-    if (influences.weight[0] < 0.9f || !arm[static_cast<std::size_t>(joint.node)]) continue;
-    const glm::dvec3 at(character.nodes[static_cast<std::size_t>(joint.node)].world_from_node[3]);
-    glm::vec3& p = character.bind_position[v];
-    if (glm::dot(glm::dvec3(p) - at, anatomy.up) > 0.0) continue;
-    p -= glm::vec3(0.2 * anatomy.height * anatomy.up);
-    ++hanging;
-  }
-  ASSERT_GT(hanging, 10u);
+  const auto at = [&](int node) {
+    return glm::dvec3(character.nodes[static_cast<std::size_t>(node)].world_from_node[3]);
+  };
+  // What is behind a limb's bones trails far behind them, all else of the limb stays.
+  std::size_t trailing = 0;
+  for (const auto* limb :
+       {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg, &anatomy.right_leg})
+    for (std::size_t k = 0; k + 1 < limb->size(); ++k) {
+      const glm::dvec3 from = at((*limb)[k]), along = glm::normalize(at((*limb)[k + 1]) - from);
+      for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+        const Influences& influences = character.influences[v];
+        if (character.joints[influences.joint[0]].node != (*limb)[k]) continue;
+        glm::vec3& p = character.bind_position[v];
+        const glm::dvec3 off = glm::dvec3(p) - from;
+        if (glm::dot(off - glm::dot(off, along) * along, anatomy.forward) > 0.0) continue;
+        p -= glm::vec3(0.2 * anatomy.height * anatomy.forward);
+        ++trailing;
+      }
+    }
+  ASSERT_GT(trailing, 10u);
   const auto found = find_limb_shift(character, anatomy);
-  if (found) {
-    EXPECT_LT(found->beside, 1.0);
-  }
+  ASSERT_TRUE(found.has_value());
+  EXPECT_LT(glm::dot(found->shift, anatomy.forward), -0.05 * anatomy.height);  // the limbs' middles
+  EXPECT_LT(found->beside, 1.0);
 }
 
 TEST(LimbShift, OfAFigureWithoutLimbsIsNone) {

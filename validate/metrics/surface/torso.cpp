@@ -89,9 +89,9 @@ struct Limb {
   }
 };
 
-/// Takes off connected pieces that limbs move as a whole: a shoulder pad is no torso where it
-/// reaches inward of the arm's first joint. `of_limb`: of each vertex, whether a limb moves it by
-/// more than half.
+/// Removes connected pieces that limbs move as a whole: a shoulder pad belongs to the arm, even the
+/// part of it inward of the arm's first joint. `of_limb`: of each vertex, whether a limb moves it
+/// by more than half.
 void take_off_pieces_of_limbs(const skin::Character& character, const std::vector<char>& of_limb,
                               std::vector<std::uint8_t>& torso) {
   const std::vector<std::uint32_t> piece =
