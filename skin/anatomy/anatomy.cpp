@@ -486,10 +486,15 @@ class Finder {
     const int hang = arms.lowest();
     if (hang < 0) return drive_to(out_.neck_index, neck_why_ + "; no arms to infer it from");
     if (hang == 0 ||
-        !(arc_length(points(out_.spine, static_cast<Index>(hang) + 1)) > 1e-6 * shape_.size))
+        !(arc_length(points(out_.spine, static_cast<Index>(hang) + 1)) > 1e-6 * shape_.size)) {
+      // With legs that hang from elsewhere the torso is there, too: a neck was taken for it.
+      if (hints_.spine.empty() && hints_.hip.empty() && !out_.left_leg.empty() &&
+          !shape_.is_ancestor(character_, out_.spine.front(), out_.left_leg.front()))
+        out_.sure = false;
       return drive_to(out_.neck_index, neck_why_ +
                                            "; the arms start at the hips, which leaves no "
                                            "spine below them");
+    }
     const auto index = static_cast<Index>(hang);
     out_.chest = out_.spine[index];
     drive_to(index, why_chest(arms, index));

@@ -17,6 +17,8 @@ using Index = std::size_t;
 constexpr double kShortest = 0.06;  // of the height: a shorter bone says little of its direction
 constexpr double kAgreed = 0.6;     // share of the squared offsets that one shift explains
 constexpr double kAcross = 0.5;     // of the shift, across a bone that is to show it
+constexpr double kAlong = 0.3;      // of the shift, along a bone that shows it
+constexpr double kMostAlong = 0.5;  // ... of the length of those that lie along it
 constexpr float kOwn = 0.5f;        // weight from which on a vertex is the bone's own
 
 struct LimbBone {
@@ -91,6 +93,16 @@ std::optional<LimbShift> find_limb_shift(const Character& character, const Anato
     all += bone.length * glm::dot(offset, offset);
   }
   if (!(left <= (1.0 - kAgreed) * all)) return std::nullopt;
+
+  double lie_along = 0.0, show_along = 0.0;
+  for (const LimbBone& bone : bones) {
+    const double along = glm::dot(bone.along, out.shift);
+    if (glm::length(bone.across(out.shift)) >= kAcross * glm::length(out.shift)) continue;
+    lie_along += bone.length;
+    if (glm::dot(bone.sum / bone.weight - bone.middle, bone.along) / along >= kAlong)
+      show_along += bone.length;
+  }
+  if (show_along < kMostAlong * lie_along) return std::nullopt;
 
   struct Seen {
     double beside, length;

@@ -18,7 +18,9 @@ struct LimbShift {
 /// The shift between a character's limbs and their bones at rest, by least squares over the bones'
 /// distances from the middles of what they move (across each bone, by its length). Bones shorter
 /// than 0.06 of the height count for nothing, nor do those across which the shift hardly goes.
-/// Nullopt where the bones do not agree on one shift, or lie in too few directions to tell one.
+/// Nullopt where the bones do not agree on one shift, or lie in too few directions to tell one, or
+/// where those along the shift have what they move around their own middles (legs below a shoulder
+/// that lies low in its flesh).
 std::optional<LimbShift> find_limb_shift(const Character& character, const Anatomy& anatomy);
 
 }  // namespace backbend::skin

@@ -86,6 +86,13 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
     return apart(joints[j].world_from_mesh, common, box) <= agree;
   };
 
+  // Whether one motion carries a joint to where another one does: both turn about that place.
+  const auto same_place = [&](int node, const glm::dmat4& a, const glm::dmat4& b) {
+    const glm::dvec3 place = origin(nodes[static_cast<Index>(node)].world_from_node);
+    const glm::dvec4 in_mesh = glm::inverse(a) * glm::dvec4(place, 1.0);
+    return glm::distance(glm::dvec3(b * in_mesh), place) <= 0.1 * agree;
+  };
+
   const Index strangers = joints.size() - most;
   for (Index j = 0; j < joints.size(); ++j) {
     const glm::dmat4& own = joints[j].world_from_mesh;
@@ -106,13 +113,13 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
       // they do: it carries those origins to where they are.
       const bool posed = std::all_of(below[j].begin(), below[j].end(), [&](int child) {
         const BoundJoint& lower = joints[static_cast<Index>(child)];
-        const glm::dvec3 place = origin(nodes[static_cast<Index>(lower.node)].world_from_node);
-        const glm::dvec4 in_mesh = glm::inverse(lower.world_from_mesh) * glm::dvec4(place, 1.0);
-        return glm::distance(glm::dvec3(own * in_mesh), place) <= 0.1 * agree;
+        return same_place(lower.node, lower.world_from_mesh, own);
       });
       if (carried && !posed) agreed = &common;
     }
+    // A last joint that is turned about its own origin stands in a pose: nothing tells otherwise.
     if (!agreed && !common_to(j) && below[j].empty() && strangers == 1 &&
+        !same_place(joints[j].node, common, own) &&
         static_cast<double>(most) >= kOneInTheSkin * static_cast<double>(joints.size() - 1))
       agreed = &common;
     if (agreed) out.push_back({joints[j].node, angle_between(*agreed, own), *agreed});

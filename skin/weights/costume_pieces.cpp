@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
 #include <numeric>
 #include <set>
+
+#include "skin/character/point_cells.h"
 
 namespace backbend::skin {
 namespace {
@@ -16,6 +19,7 @@ constexpr Index kFewestOfPiece = 6;     // places
 constexpr double kSideOfOwn = 0.6;      // of a joint's distance from the middle
 constexpr double kOffPiece = 0.08;      // of the body's size, between a piece and its joints' areas
 constexpr double kTouchesPiece = 0.04;  // ... and between the nearest ends of both
+constexpr double kAllOfJoint = 0.9;     // of a joint's weight
 constexpr double kNearSteps = 2.0;  // joints along the skeleton to what a piece lies on, at least
 constexpr double kFarShare = 0.5;   // of what it lies on, kFarJoints away
 
@@ -153,10 +157,31 @@ class PieceFinder {
         above = places_.parent[static_cast<Index>(above)];
       }
       if (above < 0) return false;
-      if (is_away(k, area_beside(joint, places_.points_on_bones(joint), k))) return true;
-      return above != joint && distance_to(area_beside(above, {places_.at(above)}, k),
-                                           places_.at(start)) >= kOffPiece * places_.size;
+      if (!is_its_own(k, joint) &&
+          is_away(k, area_beside(joint, places_.points_on_bones(joint), k)))
+        return true;
+      if (above == joint) return false;
+      // The piece, too: of a prop in a hand only the pivot is elsewhere.
+      const std::vector<glm::dvec3> area = area_beside(above, {places_.at(above)}, k);
+      return distance_to(area, places_.at(start)) >= kOffPiece * places_.size && is_away(k, area);
     });
+  }
+
+  /// Whether a piece is all that its joint moves, and that is no joint of spine or limbs, or stands
+  /// within it: a prop may have its pivot anywhere, and a head that is bound rigidly reaches far
+  /// from its joint, for nothing tells how far its bone does.
+  bool is_its_own(Index k, int joint) const {
+    glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+    double weight = 0.0;
+    for (const Index p : pieces_[k].places) {
+      weight += places_.weight_at(p, joint);
+      low = glm::min(low, places_.point[p]);
+      high = glm::max(high, places_.point[p]);
+    }
+    if (weight < kAllOfJoint * places_.total[static_cast<Index>(joint)]) return false;
+    const glm::dvec3 at = places_.at(joint);
+    return !on_chain_[static_cast<Index>(joint)] ||
+           (glm::all(glm::greaterThanEqual(at, low)) && glm::all(glm::lessThanEqual(at, high)));
   }
 
   /// Whether most of a piece is away from an area, and none of it touches that.
@@ -169,16 +194,33 @@ class PieceFinder {
            std::ranges::min(off) >= kTouchesPiece * places_.size;
   }
 
-  /// `bones`, and where their joint weighs most on the body; on other pieces only near the bones,
-  /// for these may be bound as wrongly as this one.
+  /// `bones`, and where their joint weighs most on the body; of other pieces only those that reach
+  /// to the bones, or to one that does (a limb is of many), for others may be bound as wrongly as
+  /// this one.
   std::vector<glm::dvec3> area_beside(int joint, const std::vector<glm::dvec3>& bones,
                                       Index k) const {
     std::vector<glm::dvec3> area = bones;
-    for (Index p = 0; p < places_.main.size(); ++p)
-      if (places_.main[p] == joint && piece_of_[places_.shell[p]] != k &&
-          (places_.shell[p] == places_.largest_shell ||
-           distance_to(bones, places_.point[p]) < kOffPiece * places_.size))
-        area.push_back(places_.point[p]);
+    std::map<Index, std::vector<glm::dvec3>> apart;  // of each piece that is not joined yet
+    for (Index p = 0; p < places_.main.size(); ++p) {
+      if (places_.main[p] != joint || piece_of_[places_.shell[p]] == k) continue;
+      auto& to =
+          places_.shell[p] == places_.largest_shell ? area : apart[piece_of_[places_.shell[p]]];
+      to.push_back(places_.point[p]);
+    }
+    std::vector<glm::dvec3> reached = bones;
+    for (bool is_more = true; is_more;) {
+      is_more = false;
+      const PointCells cells(reached, kOffPiece * places_.size);
+      std::erase_if(apart, [&](const auto& piece) {
+        const auto reaches = [&](const glm::dvec3& point) {
+          return cells.nearest(point) < cells.size();
+        };
+        if (!std::ranges::any_of(piece.second, reaches)) return false;
+        for (auto* to : {&area, &reached})
+          to->insert(to->end(), piece.second.begin(), piece.second.end());
+        return is_more = true;
+      });
+    }
     return area;
   }
 

@@ -73,6 +73,7 @@ json faults_json(const Character& character, const Anatomy& anatomy) {
           {"far", answer_json(character, anatomy, faults.far)},
           {"asymmetry", answer_json(character, anatomy, faults.asymmetry)},
           {"order", answer_json(character, anatomy, faults.order)},
+          {"levels", answer_json(character, anatomy, faults.levels)},
           {"seams", answer_json(character, anatomy, faults.seams)},
           {"bind_off", bind}};
 }

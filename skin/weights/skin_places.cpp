@@ -22,6 +22,9 @@ using Index = std::size_t;
 constexpr double kShellGap = 0.03;  // from one shell to another that it lies on
 constexpr double kOneStand = 1e-5;  // between joints that stand in one place
 constexpr double kFarSpine = 0.4;   // of the spine's length, where its joints stand densely
+constexpr Index kFewestOfCostume = 6;
+constexpr double kAlike = 0.01;       // of a place's weight, between places of one piece of costume
+constexpr double kMostCostume = 0.8;  // of the spine's weight: else its body is made of pieces
 
 }  // namespace
 
@@ -111,6 +114,14 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
   const glm::dvec3 sides = high - low;
   size = std::max({sides.x, sides.y, sides.z, 0.0});
   all = std::accumulate(total.begin(), total.end(), 0.0);
+  leads_on_.assign(total.size(), 0);
+  for (Index n = 0; n < total.size(); ++n) {
+    Index steps = 0;
+    for (int above = parent[n]; total[n] > 0.0 && above >= 0 && steps < parent.size(); ++steps) {
+      ++leads_on_[static_cast<Index>(above)];
+      above = parent[static_cast<Index>(above)];
+    }
+  }
   measure_torso();
   if (size > 0.0 && all > 0.0) list_edges();
 }
@@ -159,6 +170,10 @@ double SkinPlaces::step_above(int node) const {
   const int above = parent[static_cast<Index>(node)];
   if (above < 0) return 1.0;
   if (glm::distance(at(node), at(above)) < kOneStand * size) return 0.0;
+  // Where controls and joints that move the skin are two chains, each vertebra has one beside it.
+  if (on_spine[static_cast<Index>(above)] >= 0 && !(total[static_cast<Index>(above)] > 0.0) &&
+      total[static_cast<Index>(node)] > 0.0 && leads_on_[static_cast<Index>(node)] == 0)
+    return 0.0;
   if (on_spine[static_cast<Index>(node)] < 0 || on_spine[static_cast<Index>(above)] < 0) return 1.0;
   return std::min(1.0, glm::distance(at(node), at(above)) / spine_step_);
 }
@@ -208,6 +223,7 @@ void SkinPlaces::list_edges() {
     }
   edges = PlaceNeighbours(pairs, weights.size());
   find_shells();
+  find_costume();
   link_shells(pairs);
   linked = PlaceNeighbours(pairs, weights.size());
 }
@@ -236,6 +252,25 @@ void SkinPlaces::find_shells() {
   std::vector<Index> moved(shell_size.size(), 0);
   for (Index p = 0; p < shell.size(); ++p) moved[shell[p]] += main[p] >= 0;
   largest_shell = static_cast<Index>(std::max_element(moved.begin(), moved.end()) - moved.begin());
+}
+
+void SkinPlaces::find_costume() {
+  std::vector<Index> first(shell_size.size(), weights.size());
+  for (const Index count : shell_size) costume.push_back(count >= kFewestOfCostume);
+  double on_costume = 0.0, on_all = 0.0;
+  for (Index p = 0; p < weights.size(); ++p) {
+    Index& known = first[shell[p]];
+    if (known == weights.size()) known = p;
+    if (weight_difference(weights[p], weights[known], nullptr).share > kAlike)
+      costume[shell[p]] = false;
+  }
+  for (Index p = 0; p < weights.size(); ++p)
+    for (const NodeWeight& w : weights[p]) {
+      if (on_spine[static_cast<Index>(w.node)] < 0) continue;
+      on_all += w.weight;
+      if (costume[shell[p]]) on_costume += w.weight;
+    }
+  if (on_costume > kMostCostume * on_all) costume.assign(shell_size.size(), false);
 }
 
 /// From each place of a shell to the nearest place of another: a belt's or a tuft's weights go on

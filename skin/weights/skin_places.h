@@ -45,7 +45,8 @@ inline constexpr double kFarJoints = 3.0;
 
 /// A character's skin by place, at rest, as the faults of its weights are looked for: vertices at
 /// one rest place are one, with the weights of the first. World space, lengths in the file's unit.
-/// Places of another figure in the file are without weights, and do not count for the size.
+/// Places of another figure in the file are without weights, and do not count for the size. Of a
+/// body that is made of such pieces no shell is a costume.
 struct SkinPlaces {
   SkinPlaces(const Character& character, const Anatomy& anatomy);
 
@@ -63,6 +64,7 @@ struct SkinPlaces {
   std::vector<std::size_t> shell;       // of each place: a piece that no edges join to others
   std::vector<std::size_t> shell_size;  // of each shell, in places
   std::size_t largest_shell = 0;        // by places with weight
+  std::vector<bool> costume;            // of each shell: all its places have the same weights
   std::size_t own_count = 0;            // places that are not another figure's
   double all = 0.0;                     // the sum of all weights
   double size = 0.0;                    // the body's largest side
@@ -73,6 +75,7 @@ struct SkinPlaces {
   /// The joint that weighs most on a place beside `node`; -1 for none.
   int heaviest_but(std::size_t place, int node) const;
   /// Joints on the way from one to another along the skeleton: none where two stand in one place,
+  /// none from a joint that holds the weight of a weightless vertebra to that,
   /// and along a spine of many joints, where three are a short way, by its length (kFarJoints are
   /// 0.4 of it, and the torso's half width). Infinite between two trees.
   double steps_between(int a, int b) const;
@@ -85,11 +88,13 @@ struct SkinPlaces {
   double step_above(int node) const;
   void list_edges();
   void find_shells();
+  void find_costume();
   void link_shells(std::vector<std::pair<std::size_t, std::size_t>>& pairs) const;
 
   const Character& character_;
   const Anatomy& anatomy_;
-  double spine_step_ = 1.0;  // as far along the spine counts as one joint of another chain
+  double spine_step_ = 1.0;    // as far along the spine counts as one joint of another chain
+  std::vector<int> leads_on_;  // of each node: joints with weight below it
 };
 
 }  // namespace backbend::skin

@@ -16,6 +16,7 @@
 #include "skin/weights/fault_map.h"
 #include "skin/weights/skin_places.h"
 #include "skin/weights/weight_borders.h"
+#include "skin/weights/weight_levels.h"
 #include "skin/weights/weight_order.h"
 #include "skin/weights/weight_seams.h"
 
@@ -90,6 +91,7 @@ class FaultFinder {
     find_one_sided(out.far);
     find_asymmetry(out.asymmetry, out.wrong_side);
     out.order = find_order_faults(places_, anatomy_);
+    out.levels = find_level_faults(places_, anatomy_);
     out.seams = find_seam_faults(character_, anatomy_, places_);
     return out;
   }
@@ -885,6 +887,7 @@ std::vector<std::string> weight_fault_lines(const Character& character, const An
   add("far from its area", faults.far);
   add("left against right", faults.asymmetry);
   add("out of order along the spine", faults.order);
+  add("off their bones along the spine", faults.levels);
   add("different at one place", faults.seams);
   add("hard border between vertebrae", faults.borders);
   for (const JointBindOff& off : joints_bound_off(character))

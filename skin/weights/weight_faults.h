@@ -66,6 +66,11 @@ struct WeightFaults {
   /// weights, with those of the joints above, begin about a bone away from them because the joint
   /// between was smeared wholly into its neighbour: by how much of the spine's length.
   WeightAnswer order;
+  /// Vertebrae between hips and chest whose weights stand beyond their own bones along the chain
+  /// (the middle of each one's weight against its bone's ends): the median, as a share of the
+  /// spine's length. `node` is the vertebra that has it, `other` the one on whose side its weights
+  /// are.
+  WeightAnswer levels;
   /// Vertices at one place with different weights, half the sum of the differences: they come apart
   /// in motion. Asked of one part of the mesh, and of two parts whose surfaces both end there
   /// and of which none is a prop on a joint of its own.

@@ -30,6 +30,7 @@ class OrderFinder {
         beside(places_.chain.size(), 0.0), leads(places_.chain.size(), 0.0);
     for (Index p = 0; p < places_.weights.size(); ++p)
       for (const NodeWeight& w : places_.weights[p]) {
+        if (places_.costume[places_.shell[p]]) continue;  // a belt hangs where it was put
         if (places_.on_spine[static_cast<Index>(w.node)] < 0) continue;
         const auto k = static_cast<Index>(places_.on_spine[static_cast<Index>(w.node)]);
         weight[k] += w.weight;

@@ -47,6 +47,18 @@ double aside_of(const glm::dvec3& joint, double fraction, const glm::dvec3& left
   });
 }
 
+/// Of each node: whether it moves a vertex, or something that hangs from it does.
+std::vector<bool> nodes_that_move(const skin::Character& character) {
+  std::vector<bool> moves(character.nodes.size(), false);
+  for (const skin::Influences& influences : character.influences)
+    for (Index k = 0; k < skin::kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+      moves[static_cast<Index>(character.joints[influences.joint[k]].node)] = true;
+  for (Index n = moves.size(); n-- > 0;)  // parents stand first
+    if (const int parent = character.nodes[n].parent; moves[n] && parent >= 0)
+      moves[static_cast<Index>(parent)] = true;
+  return moves;
+}
+
 double outside_of(double fraction, const BodyMetrics& body) {
   return near_joint(fraction, body.slices(),
                     [&](Index i) { return body.slices().slice[i].outside; });
@@ -74,11 +86,14 @@ std::vector<JointPlace> joint_places(const Stage& stage, const BodyMetrics& body
   };
   const bool has_left = has_both(anatomy.left_arm, anatomy.right_arm) ||
                         has_both(anatomy.left_leg, anatomy.right_leg);
+  // The end of a chain may lie beyond a fish's tail: it moves nothing.
+  const std::vector<bool> moves = nodes_that_move(stage.character());
   std::vector<JointPlace> out;
   for (Index k = 1; k <= anatomy.chest_index; ++k)
-    out.push_back({anatomy.spine[k],
-                   has_left ? aside_of(at(k), fraction[k], anatomy.left, body) : kNan,
-                   outside_of(fraction[k], body), turned_back(k)});
+    out.push_back(
+        {anatomy.spine[k], has_left ? aside_of(at(k), fraction[k], anatomy.left, body) : kNan,
+         moves[static_cast<Index>(anatomy.spine[k])] ? outside_of(fraction[k], body) : kNan,
+         turned_back(k)});
   return out;
 }
 

@@ -246,6 +246,12 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
   } else {
     input.leave_out("BB074", "the limbs' bones agree on no shift from what they move");
   }
+  input.ask("BB075", faults.levels,
+            [](const Text& joint, const Text& size, const Text& other) -> Text {
+              return "the weights of the vertebrae stand " + size +
+                     " of the spine or more beyond their bones on half of them, those of " + joint +
+                     " on the side of " + other;
+            });
   return input.take();
 }
 

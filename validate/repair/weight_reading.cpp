@@ -56,6 +56,7 @@ void add_file(const skin::Character& character, const ReadingContext& context, W
   add("BB066", 100.0 * out.input.faults.order.worst());
   add("BB067", 100.0 * out.input.faults.seams.worst());
   add("BB069", 100.0 * out.input.faults.borders.worst());
+  add("BB075", 100.0 * out.input.faults.levels.worst());
 }
 
 }  // namespace

@@ -415,6 +415,17 @@ constexpr std::array kChecks = {
           Owner::skeleton, "a body moved after its skeleton was made, another body's skeleton",
           "move body or skeleton by the shift that is named, and bind again", "",
           "places of vertices around bones at rest"},
+    Check{
+        "BB075", "weights off their bones", Subject::input,
+        "how far the weights of the vertebrae stand, by their median, beyond their own bones along "
+        "the spine",
+        "% of spine", 4.0, Sense::at_most, true,
+        "the middle of a vertebra's weight lies on its own bone in sound bodies; with each "
+        "vertebra's weights on the next one it is 4.5 and more beyond, in spines of up to ten "
+        "joints",
+        Owner::weights, "groups that took the next joint's name, a joint added below the spine",
+        "give each vertebra the weights around its own bone, or bind again", "",
+        "weighted middles along the spine"},
 };
 
 constexpr bool codes_rise() {

@@ -1142,5 +1142,26 @@ TEST(VertexRegions, OfLooseJointsAndWhatHangsFromThemAreTheirLeaders) {
             Region::torso);
 }
 
+TEST(Anatomy, OfANeckThatHangsBesideTheSpineIsNotSure) {
+  // Controls carry neck, arms and legs; the vertebrae that move the skin are a chain beside them.
+  Character character = stick_figure(3);
+  const int scene = stick_node(character, "scene");
+  for (const char* name : {"neck", "clavicle.L", "clavicle.R", "thigh.L", "thigh.R"}) {
+    Node& node = character.nodes[static_cast<std::size_t>(stick_node(character, name))];
+    node.parent = scene;
+    node.parent_from_node = node.world_from_node;
+  }
+  const std::vector<std::string> vertebrae = {"hips", "spine_1", "spine_2", "spine_3"};
+  for (std::size_t k = 0; k < vertebrae.size(); ++k)
+    character.nodes[static_cast<std::size_t>(stick_node(character, vertebrae[k]))].name =
+        "def_" + std::to_string(k);
+  const Anatomy found = find_anatomy(character);
+  EXPECT_EQ(character.nodes[static_cast<std::size_t>(found.spine.front())].name, "neck");
+  EXPECT_FALSE(found.sure);
+  AnatomyHints hints;
+  hints.spine = {"def_0", "def_1", "def_2", "def_3"};
+  EXPECT_TRUE(find_anatomy(character, hints).sure);
+}
+
 }  // namespace
 }  // namespace backbend::skin

@@ -108,6 +108,23 @@ TEST(BindOff, IsFoundWithItsJointAndAngle) {
     }
 }
 
+TEST(BindOff, OfALastJointIsAnotherPlaceAndNotAnotherPose) {
+  for (const char* name : {"head", "hand.L", "foot.R"}) {
+    Character character = one_skin();
+    const int node = stick_node(character, name);
+    turn_bind(character, node, 10.0);
+    EXPECT_TRUE(joints_bound_off(character).empty()) << name;
+    character = one_skin();
+    for (SkinJoint& joint : character.joints)
+      if (joint.node == node)
+        joint.joint_from_mesh =
+            glm::translate(glm::dmat4(1.0), glm::dvec3(0.0, 0.05, 0.0)) * joint.joint_from_mesh;
+    const auto off = joints_bound_off(character);
+    ASSERT_EQ(off.size(), 1u) << name;
+    EXPECT_EQ(off[0].node, node);
+  }
+}
+
 TEST(BindOff, IsNoPoseInWhichTheSkinWasBound) {
   // Every joint turned about its own origin, and what hangs from it along.
   for (unsigned seed = 1; seed <= 20; ++seed) {

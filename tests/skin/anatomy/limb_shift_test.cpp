@@ -79,6 +79,17 @@ TEST(LimbShift, OfVeilsThatTrailBehindTheLimbsLeavesTheBonesInside) {
   EXPECT_LT(found->beside, 1.0);
 }
 
+TEST(LimbShift, ThatLegsDoNotShowThoughItIsAlongThemIsNone) {
+  Character character = body();
+  const Anatomy anatomy = find_anatomy(character);
+  for (std::size_t v = 0; v < character.vertex_count(); ++v)
+    for (const auto* arm : {&anatomy.left_arm, &anatomy.right_arm})
+      if (std::ranges::find(*arm, character.joints[character.influences[v].joint[0]].node) !=
+          arm->end())
+        character.bind_position[v] += glm::vec3(0.12 * anatomy.height * anatomy.up);
+  EXPECT_FALSE(find_limb_shift(character, anatomy).has_value());
+}
+
 TEST(LimbShift, OfAFigureWithoutLimbsIsNone) {
   const Character& still = body();
   Anatomy anatomy = find_anatomy(still);

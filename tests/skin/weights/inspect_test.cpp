@@ -149,6 +149,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
            far from its area: none
            left against right: not applicable, the skeleton is not symmetric: joint 'fix_1' has no mirror image
            out of order along the spine: none
+           off their bones along the spine: none
            different at one place: none
            hard border between vertebrae: not applicable, of 0 borders between joints of the spine 0 are soft, 2 and most are needed
            bleed: fix_7 weighs 1 place apart from its area (largest 0.092, vertex 37)
@@ -203,7 +204,8 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
 "largest":0.085999995470047,"places":1,"vertex":37},{"joint":"fix_7",
 "largest":0.09200000017881393,"places":1,"vertex":37}],"faults":{"asymmetry":{"not_applicable":
 "the skeleton is not symmetric: joint 'fix_1' has no mirror image"},"bind_off":[],
-"far":{"joints":0,"worst":[]},"order":{"joints":0,"worst":[]},"seams":{"joints":0,"worst":[]},
+"far":{"joints":0,"worst":[]},"levels":{"joints":0,"worst":[]},
+"order":{"joints":0,"worst":[]},"seams":{"joints":0,"worst":[]},
 "wrong_side":{"joints":0,"worst":[]}},"more_than_four":3,
 "most_influences":8,"off_sum":1210,"symmetry":{"asymmetric_places":6,
 "mirrored_share":0.40860215053763443,"worst":0.6999999992549419,"worst_vertex":23},"tiny":1,

@@ -1,6 +1,7 @@
 // Faults of weights planted on real characters are found and named with their size; their healthy
 // variants have none. The table of what was found is printed.
 #include "skin/weights/weight_faults.h"
+#include "skin/weights/skin_places.h"
 
 #include <gtest/gtest.h>
 
@@ -27,9 +28,9 @@
 namespace backbend::skin {
 namespace {
 
-// As the table of checks has them: BB063 to BB069, as shares.
+// As the table of checks has them: BB063 to BB069 and BB075, as shares.
 constexpr double kWrongSide = 0.07, kFar = 0.05, kAsymmetry = 0.2, kOrder = 0.06, kSeam = 0.2,
-                 kBindOff = 0.001, kHardBorder = 0.5;
+                 kBindOff = 0.001, kHardBorder = 0.5, kOffBones = 0.04;
 
 bool is_clean(const Character& character) {
   const Anatomy anatomy = find_anatomy(character);
@@ -38,6 +39,7 @@ bool is_clean(const Character& character) {
   return faults.wrong_side.worst() <= kWrongSide && faults.far.worst() <= kFar &&
          faults.asymmetry.worst() <= kAsymmetry && faults.order.worst() <= kOrder &&
          faults.seams.worst() <= kSeam && faults.borders.worst() <= kHardBorder &&
+         faults.levels.worst() <= kOffBones &&
          (off.empty() || off.front().shift <= kBindOff * anatomy.height);
 }
 
@@ -86,7 +88,7 @@ TEST_P(PlantedWeights, OfHealthyVariantsAreClean) {
     EXPECT_TRUE(is) << kind << " " << size << ": " << faults.wrong_side.worst() << " "
                     << faults.far.worst() << " " << faults.asymmetry.worst() << " "
                     << faults.order.worst() << " " << faults.seams.worst() << " "
-                    << faults.borders.worst();
+                    << faults.borders.worst() << " " << faults.levels.worst();
   };
   clean("as it is", 0, character);
   clean("smoothed, times", 2, smoothed(character, 2));
@@ -414,6 +416,124 @@ TEST(WeightLeftToAJointAboveTheHips, IsNamedOnBothSidesAndOnTheNeckWhereItIsHeld
   EXPECT_FALSE(patch.is_named(side, 0.07F, true, 0.07F)) << patch.places;
   const glm::vec3 nape = patch.furthest(patch.anatomy.chest_index + 1, {0, 0, -1});
   EXPECT_TRUE(patch.is_named(nape, 0.07F, false, 0.2F)) << patch.places;
+}
+
+TEST(OffBones, AreVertebraeThatEachHaveTheWeightsOfTheNext) {
+  for (const char* file :
+       {"mh_male_13k.glb", "mh_female_cmu_13k.glb", "quaternius_female_24k.glb", "bunny.glb"}) {
+    SCOPED_TRACE(file);
+    REQUIRE_CHARACTER(file);
+    const Character character = read_character(shared_character(file));
+    const Anatomy anatomy = find_anatomy(character);
+    EXPECT_EQ(find_weight_faults(character, anatomy).levels.worst(), 0.0);
+    const std::size_t chest = anatomy.chest_index;
+    Character up = character, down = character;
+    for (std::size_t k = chest; k-- > 0;)
+      move_weight(up, anatomy, anatomy.spine[k], anatomy.spine[k + 1], 1.0);
+    for (std::size_t k = 1; k <= chest; ++k)
+      move_weight(down, anatomy, anatomy.spine[k], anatomy.spine[k - 1], 1.0);
+    for (const Character* moved : {&up, &down}) {
+      const WeightAnswer levels = find_weight_faults(*moved, anatomy).levels;
+      ASSERT_EQ(levels.faults.size(), 1u);
+      EXPECT_GT(levels.worst(), 0.06);
+      const auto index = [&](int node) {
+        return std::ranges::find(anatomy.spine, node) - anatomy.spine.begin();
+      };
+      const WeightFault& fault = levels.faults.front();
+      EXPECT_EQ(index(fault.other) - index(fault.node), moved == &up ? -1 : 1);
+    }
+  }
+}
+
+TEST(OffBones, AreAskedOfTheBoneBelowEachJointWhereTheSpineHangsFromItsChest) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character hanging = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(hanging);
+  for (std::size_t k = 0; k < anatomy.chest_index; ++k)
+    hanging.nodes[static_cast<std::size_t>(anatomy.spine[k])].parent = anatomy.spine[k + 1];
+  hanging.nodes[static_cast<std::size_t>(anatomy.chest)].parent = -1;
+  EXPECT_GT(find_weight_faults(hanging, anatomy).levels.worst(), kOffBones);
+  for (std::size_t k = anatomy.chest_index; k-- > 0;)
+    move_weight(hanging, anatomy, anatomy.spine[k], anatomy.spine[k + 1], 1.0);
+  EXPECT_LE(find_weight_faults(hanging, anatomy).levels.worst(), kOffBones);
+}
+
+/// A ball of places that one joint moves, bound at rest.
+void add_ball(Character& character, const glm::vec3& middle, float radius, int node) {
+  constexpr int kAround = 12, kUp = 7;
+  const auto first = static_cast<std::uint32_t>(character.vertex_count());
+  character.joints.push_back(
+      {node, glm::affineInverse(character.nodes[static_cast<std::size_t>(node)].world_from_node)});
+  Influences influences;
+  influences.joint[0] = static_cast<std::uint16_t>(character.joints.size() - 1);
+  influences.weight[0] = 1.0F;
+  for (int i = 0; i < kUp; ++i)
+    for (int k = 0; k < kAround; ++k) {
+      const float up = 3.0F * (static_cast<float>(i) + 0.5F) / kUp - 1.5F;
+      const float around = 6.2831853F * static_cast<float>(k) / kAround;
+      const glm::vec3 way(std::cos(up) * std::cos(around), std::sin(up),
+                          std::cos(up) * std::sin(around));
+      character.bind_position.push_back(middle + radius * way);
+      character.bind_normal.push_back(way);
+      character.influences.push_back(influences);
+      character.place.push_back(character.place_count++);
+      const auto at = [&](int row, int column) {
+        return first + static_cast<std::uint32_t>(row * kAround + column % kAround);
+      };
+      if (i + 1 == kUp) continue;
+      character.triangles.emplace_back(at(i, k), at(i, k + 1), at(i + 1, k));
+      character.triangles.emplace_back(at(i, k + 1), at(i + 1, k + 1), at(i + 1, k));
+    }
+}
+
+/// A stick figure whose body is of balls: chest, upper arms that rise to the head, shins of three
+/// and feet that hang from the hips, as feet with a target of their own do. The head's ball is
+/// bound to `head`.
+Character ball_figure(const char* head) {
+  Character character = stick_figure(3);
+  const auto node = [&](const char* name) { return stick_node(character, name); };
+  for (const char* name : {"foot.L", "foot.R"})
+    character.nodes[static_cast<std::size_t>(node(name))].parent = node("hips");
+  add_ball(character, {0.0F, 1.15F, 0.0F}, 0.2F, node("spine_3"));
+  add_ball(character, {0.0F, 1.7F, 0.12F}, 0.28F, node(head));
+  for (const char side : {'L', 'R'}) {
+    const float left = side == 'L' ? 1.0F : -1.0F;
+    const auto on = [&](const char* name) {
+      return node((std::string(name) + "." + side).c_str());
+    };
+    add_ball(character, {0.33F * left, 1.53F, 0.12F}, 0.1F, on("arm"));
+    add_ball(character, {0.7F * left, 1.35F, 0.0F}, 0.05F, on("hand"));
+    for (const float down : {0.4F, 0.23F, 0.06F})  // the first at the knee
+      add_ball(character, {0.1F * left, down, 0.0F}, 0.05F, on("shin"));
+    add_ball(character, {0.1F * left, -0.02F, 0.06F}, 0.03F, on("foot"));
+  }
+  return character;
+}
+
+TEST(FarInfluence, OfAHeadOrAShinThatIsOfPiecesIsNone) {
+  const auto is_far = [](const Character& character, const char* name) {
+    const WeightAnswer far = find_weight_faults(character, find_anatomy(character)).far;
+    return std::ranges::any_of(far.faults, [&](const WeightFault& fault) {
+      return fault.node == stick_node(character, name) && fault.value > kFar;
+    });
+  };
+  for (const char* name : {"head", "shin.L", "shin.R"})
+    EXPECT_FALSE(is_far(ball_figure("head"), name)) << name;
+  EXPECT_TRUE(is_far(ball_figure("shin.R"), "shin.R"));
+}
+
+TEST(FarInfluence, OfAPropInAHandIsNoneWhereverItsPivotIs) {
+  const Character character = ball_figure("head");
+  for (const bool in_hand : {true, false}) {
+    Character armed = character;
+    const int hand = stick_node(armed, "hand.L");
+    const int prop = add_node(armed, "prop", hand, {0.7, 0.6, 0.6});
+    add_ball(armed, in_hand ? glm::vec3(0.78F, 1.35F, 0.0F) : glm::vec3(-0.78F, 1.35F, 0.0F), 0.03F,
+             prop);
+    EXPECT_EQ(
+        names(find_weight_faults(armed, find_anatomy(armed)).far, kFar, stick_node(armed, "prop")),
+        !in_hand);
+  }
 }
 
 TEST(FarInfluence, OfAJointThatLeadsHardlyAnywhereIsNoAreaOfItsOwn) {
@@ -764,6 +884,21 @@ Character with_bound_piece(const Character& character, double height, const glm:
   return dressed;
 }
 
+TEST(OrderAlongTheSpine, IsNotAskedOfPiecesOfCostume) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character character = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  const int held_by = anatomy.spine[anatomy.chest_index - 1];
+  const auto height = static_cast<float>(anatomy.height);
+  Character dressed = character;
+  for (const float side : {0.1F, -0.1F})  // pouches at both thighs that the upper back holds
+    dressed = with_bound_piece(dressed, anatomy.height, {side * height, 0.42F * height, 0.05F},
+                               0.1F, held_by);
+  EXPECT_LE(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
+  swap_weights(dressed, held_by, anatomy.spine[anatomy.chest_index - 2]);
+  EXPECT_GT(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
+}
+
 TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhateverJointFarFromItHoldsIt) {
   for (const char* file :
        {"mh_male_13k.glb", "quaternius_female_24k.glb", "mh_female_cmu_13k.glb"}) {
@@ -883,6 +1018,27 @@ TEST(FarInfluence, IsNotFurtherAlongJointsThatStandInOnePlace) {
     }
     EXPECT_LE(find_weight_faults(character, anatomy).far.worst(), kFar);
   }
+}
+
+TEST(StepsAlongTheSkeleton, FromAJointThatHoldsAVertebrasWeightAreThoseFromTheVertebra) {
+  Character character = stick_figure(3);
+  const int lower = stick_node(character, "spine_1"), upper = stick_node(character, "spine_3");
+  const Anatomy anatomy = find_anatomy(character);
+  const double steps = SkinPlaces(character, anatomy).steps_between(lower, upper);
+  EXPECT_GT(steps, 0.0);
+  for (SkinJoint& joint : character.joints)
+    for (const int vertebra : {lower, upper})
+      if (joint.node == vertebra)
+        joint.node = add_node(character, "deform_" + std::to_string(vertebra), vertebra,
+                              glm::dvec3(0.0, 1.0, 0.1));
+  const auto deform = [&](int vertebra) {
+    return stick_node(character, "deform_" + std::to_string(vertebra));
+  };
+  EXPECT_EQ(SkinPlaces(character, anatomy).steps_between(deform(lower), deform(upper)), steps);
+  // Beside a vertebra that has weight of its own such a joint is one of its own.
+  stick_vertex(character, upper);
+  EXPECT_EQ(SkinPlaces(character, anatomy).steps_between(deform(lower), deform(upper)),
+            steps + 1.0);
 }
 
 TEST(WeightFaults, OfAFigureAreTheSameBesideAnotherOne) {

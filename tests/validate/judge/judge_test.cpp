@@ -263,9 +263,22 @@ const skin::Anatomy& tube_anatomy() {
 
 /// What is said of joints' places where some of the tube's are moved, in shares of the spine's
 /// length, and bound there.
-std::vector<Finding> places_with(std::size_t first, std::size_t last, const glm::dvec3& shift) {
+std::vector<Finding> places_with(std::size_t first, std::size_t last, const glm::dvec3& shift,
+                                 bool move_nothing = false) {
   skin::Character character = tube_body(8)->character();
   const skin::Anatomy& anatomy = tube_anatomy();
+  const auto node = [&](int n) -> const skin::Node& {
+    return character.nodes[static_cast<std::size_t>(n)];
+  };
+  for (auto& each : character.joints) {
+    bool above = false;
+    for (int n = each.node; n >= 0; n = node(n).parent) above |= n == anatomy.spine[first];
+    if (!move_nothing || !above) continue;
+    const int below = anatomy.spine[first - 1];  // holds their weight
+    each.joint_from_mesh = glm::inverse(node(below).world_from_node) *
+                           node(each.node).world_from_node * each.joint_from_mesh;
+    each.node = below;
+  }
   for (std::size_t k = first; k <= last; ++k) {
     glm::dmat4& world = character.nodes[static_cast<std::size_t>(anatomy.spine[k])].world_from_node;
     const glm::dmat4 before = world;
@@ -274,7 +287,10 @@ std::vector<Finding> places_with(std::size_t first, std::size_t last, const glm:
       if (each.node == anatomy.spine[k])
         each.joint_from_mesh = glm::inverse(world) * before * each.joint_from_mesh;
   }
-  const Stage stage(character, skin::AnatomyHints{});
+  skin::AnatomyHints hints;
+  hints.hip = node(anatomy.spine.front()).name;
+  hints.chest = node(anatomy.spine[anatomy.chest_index]).name;
+  const Stage stage(character, hints);
   const LimitSet limits;
   const Envelope envelope = *find_envelope("human");
   const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
@@ -317,6 +333,13 @@ TEST(JudgeInput, ASpineOutsideTheBodyIsNamedAndBlamed) {
     }
     EXPECT_TRUE(places_with(0, anatomy.chest_index, way * 0.1).empty());
   }
+}
+
+TEST(JudgeInput, ASpineWhoseEndMovesNothingMayReachOutOfTheBody) {
+  const skin::Anatomy& anatomy = tube_anatomy();
+  const glm::dvec3 way = anatomy.forward * 0.3;
+  ASSERT_FALSE(places_with(anatomy.chest_index, anatomy.chest_index, way).empty());
+  EXPECT_TRUE(places_with(anatomy.chest_index, anatomy.chest_index, way, true).empty());
 }
 
 TEST(JudgeInput, ABodyBesideItsSkeletonIsNamedWithTheShift) {

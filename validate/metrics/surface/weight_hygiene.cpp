@@ -7,7 +7,7 @@
 namespace backbend::validate {
 namespace {
 
-constexpr double kStrayWeight = 0.5;
+constexpr double kStrayWeight = 0.505;  // half, and what stored weights round
 // A tiny weight does not count as membership: rounding to 8 bits leaves many.
 constexpr float kTrace = 0.004f;  // one step of 8 bits
 
