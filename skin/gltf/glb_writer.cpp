@@ -6,6 +6,7 @@
 
 #include "skin/gltf/glb_writer_document.h"
 #include "skin/gltf/glb_writer_skeleton.h"
+#include "skin/gltf/rigid_parts.h"
 #include "skin/gltf/written_influences.h"
 
 namespace backbend::skin {
@@ -93,7 +94,8 @@ int add_mesh(GlbDocument& document, const Character& character,
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_glb(const Character& character, const GlbAnimation* animation) {
+std::vector<std::uint8_t> encode_glb(const Character& given, const GlbAnimation* animation) {
+  const Character character = with_rigid_parts_at_rest(given);
   GlbDocument document;
   std::vector<WrittenInfluences> influences;
   bool unskinned = false;

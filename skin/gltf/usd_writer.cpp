@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/packing.hpp>
 
+#include "skin/gltf/rigid_parts.h"
 #include "skin/gltf/usd_names.h"
 #include "skin/gltf/usd_skeleton.h"
 #include "skin/gltf/written_influences.h"
@@ -317,7 +318,8 @@ void add_header(UsdLines& lines, const UsdScene& scene, std::size_t frames) {
 
 }  // namespace
 
-UsdText usd_text(const Character& character, const GlbAnimation& animation, const UsdScene& scene) {
+UsdText usd_text(const Character& given, const GlbAnimation& animation, const UsdScene& scene) {
+  const Character character = with_rigid_parts_at_rest(given);
   std::vector<WrittenInfluences> influences;
   bool unskinned = false;
   for (std::size_t v = 0; v < character.vertex_count(); ++v) {

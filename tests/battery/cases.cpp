@@ -7,6 +7,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "skin/gltf/rigid_parts.h"
 #include "validate/metrics/math/rotation.h"
 #include "validate/stage/stage.h"
 #include "validate/sweeps/sweep.h"
@@ -98,7 +99,11 @@ struct CaseMaker::Stock {
     // Read first: a file that cannot be read must not leave an empty body behind.
     auto known = original.find(file);
     if (known == original.end())
-      known = original.emplace(file, welded(validate::load_character(folder / file))).first;
+      // Variants join all parts in one, which is bound in one space.
+      known = original
+                  .emplace(file, welded(skin::with_rigid_parts_at_rest(
+                                     validate::load_character(folder / file))))
+                  .first;
     return known->second;
   }
   /// A character with about so many vertices at most; 0: all it has.

@@ -13,6 +13,7 @@
 
 #include "skin/deform/skinning.h"
 #include "skin/gltf/gltf_reader.h"
+#include "skin/gltf/rigid_parts.h"
 #include "tests/skin/gltf_fixture.h"
 
 namespace backbend::skin {
@@ -186,6 +187,47 @@ GlbAnimation spin(const Character& c, double step, int frames) {
     out.world_from_node.push_back(world);
   }
   return out;
+}
+
+TEST(EncodeGlb, BindsARigidPartWhereItStandsAtRest) {
+  Character c = strip_character();
+  Node hat;
+  hat.name = "hat";
+  hat.parent = 2;
+  hat.parent_from_node = glm::scale(
+      glm::rotate(glm::translate(kOne, dvec3(0.1, 0.5, -0.2)), 1.1, dvec3(0, 1, 0)), dvec3(3.0));
+  hat.world_from_node = c.nodes[2].world_from_node * hat.parent_from_node;
+  c.nodes.push_back(hat);
+  c.joints.push_back({3, kOne});  // a mesh on a node
+  Influences on_hat;
+  on_hat.joint[0] = 2;
+  on_hat.weight[0] = 1.0f;
+  for (const glm::vec3 at : {glm::vec3(0), glm::vec3(0.1f, 0, 0), glm::vec3(0, 0, 0.1f)}) {
+    c.bind_position.push_back(at);
+    c.bind_normal.emplace_back(0.0f, 1.0f, 0.0f);
+    c.influences.push_back(on_hat);
+  }
+  c.triangles.emplace_back(6, 8, 7);
+  c.parts.push_back({"hat", 0, 4, 1, 6, 3});
+  const Character back = read_back(encode_glb(c));
+  EXPECT_TRUE(back.warnings.empty()) << back.warnings.front().message;
+  const PosedMesh rest = rest_mesh(c), written = rest_mesh(back);
+  for (std::size_t v = 0; v < 9; ++v) {
+    EXPECT_LT(glm::distance(written.position[v], rest.position[v]), 1e-5f) << v;
+    EXPECT_LT(glm::distance(written.normal[v], rest.normal[v]), 1e-5f) << v;
+  }
+  const auto world = [](const Character& one, const char* name) {
+    return std::ranges::find(one.nodes, name, &Node::name)->world_from_node;
+  };
+  EXPECT_LT(glm::distance(dvec3(world(back, "hat")[3]), dvec3(hat.world_from_node[3])), 1e-5);
+  // Bound at rest, the hat still goes with its node.
+  std::vector<dmat4> turned;
+  for (const Node& node : c.nodes)
+    turned.push_back(glm::rotate(kOne, 0.8, dvec3(1, 0, 0)) * node.world_from_node);
+  const Character bound = with_rigid_parts_at_rest(c);
+  const PosedMesh before = skin(c, turned), after = skin(bound, turned);
+  for (std::size_t v = 0; v < 9; ++v)
+    EXPECT_LT(glm::distance(after.position[v], before.position[v]), 1e-5f) << v;
 }
 
 TEST(GlbWriter, WritesWhatTheReaderReadsBack) {
