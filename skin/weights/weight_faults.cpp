@@ -60,6 +60,8 @@ constexpr double kHeldBehind = 0.08;       // of a vertex's weight: it is held b
 constexpr double kHeldAround = 0.05;       // ... and so much
 constexpr double kPlacesHeld = 12.0;       // ... on these many places
 constexpr double kShareHeld = 0.009;       // ... and of all
+constexpr double kHeldStrongly = 0.1;      // of a vertex's weight, ...
+constexpr double kShareOfTorso = 0.08;     // ... on so much of the torso's places, 12 at least
 constexpr double kPlacesUneven = 12.0;     // ... where both sides do not have it alike
 constexpr double kUneven = 0.25;           // of its places
 constexpr double kDiffers = 0.05;          // of a vertex's weight, between a place and its image
@@ -341,7 +343,7 @@ class FaultFinder {
     for (Index n = 0; n < places_.total.size(); ++n)
       meant[n] = places_.total[n] > 0.0 && places_.on_spine[n] < 0 &&
                  above_hips(static_cast<int>(n)) && follows(static_cast<int>(n));
-    FaultMap all, held, one_sided;
+    FaultMap all, held, strongly, one_sided;
     for (Index p = 0; p < places_.weights.size(); ++p)
       for (const NodeWeight& w : places_.weights[p]) {
         if (w.weight < kCounts || !meant[static_cast<Index>(w.node)]) continue;
@@ -350,6 +352,8 @@ class FaultFinder {
         const double distance = glm::distance(places_.at(w.node), places_.point[p]);
         add_fault(places_, all, w.node, rival, w.weight, distance, p);
         if (w.weight >= kHeldAround) add_fault(places_, held, w.node, rival, w.weight, distance, p);
+        if (w.weight >= kHeldStrongly)
+          add_fault(places_, strongly, w.node, rival, w.weight, distance, p);
         double there = 0.0;
         for (const NodeWeight& other : weights_of_images()[p])
           if (other.node == w.node) there += other.weight;
@@ -364,8 +368,12 @@ class FaultFinder {
     keep_patches(uneven, kPlacesUneven, kSmallPatch);
     keep_patches(all, kPlacesBehind, kShareBehind);
     keep_patches(held, kPlacesHeld, kShareHeld);
+    const auto on_vertebrae =
+        std::ranges::count_if(places_.main, [&](int node) { return node >= 0 && on_torso(node); });
+    keep_patches(strongly, std::max(kPlacesHeld, kShareOfTorso * static_cast<double>(on_vertebrae)),
+                 0.0);
     std::erase_if(held, [](const auto& each) { return each.second.value < kHeldBehind; });
-    for (const auto* more : {&all, &held}) uneven.insert(more->begin(), more->end());
+    for (const auto* more : {&all, &held, &strongly}) uneven.insert(more->begin(), more->end());
     take_faults(uneven, out);
     return meant;
   }

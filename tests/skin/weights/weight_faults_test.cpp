@@ -610,6 +610,22 @@ std::size_t add_piece(Character& character, double height, const Chosen& chosen)
   return first;
 }
 
+TEST(WeightLeftToAJointAboveTheHips, IsNamedWhereItIsMuchOfTheTorsoThoughLittleOfAll) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  RootPatch patch;
+  ASSERT_GE(patch.above, 0);
+  const auto head = static_cast<float>(
+      patch.character.nodes[static_cast<std::size_t>(patch.anatomy.head)].world_from_node[3].y);
+  for (int layer = 0; layer < 6; ++layer)  // a mask of many places
+    add_piece(patch.character, patch.anatomy.height,
+              [&](const glm::vec3& at) { return at.y > head; });
+  patch.place = rest_mesh(patch.character).position;
+  const glm::vec3 side = patch.furthest(3, {1, 0, 0});
+  EXPECT_TRUE(patch.is_named(side, 0.085F, true, 0.2F)) << patch.places;
+  ASSERT_LT(patch.share(), 0.009);
+  EXPECT_FALSE(patch.is_named(side, 0.085F, true, 0.09F)) << patch.places;
+}
+
 TEST(FarInfluence, OfAPieceOfCostumeCountsWhereItIsNotBoundSoAsAWhole) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   const Character natural = decimated(read_character(shared_character("mh_male_13k.glb")), 4000);
