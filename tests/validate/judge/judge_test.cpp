@@ -342,6 +342,36 @@ TEST(JudgeInput, ASpineWhoseEndMovesNothingMayReachOutOfTheBody) {
   EXPECT_TRUE(places_with(anatomy.chest_index, anatomy.chest_index, way, true).empty());
 }
 
+TEST(JudgeInput, ASpineInFrontOfAFigureOfBonesIsNotCalledOutside) {
+  const skin::Character human = skin::make_body(
+      skin::read_body_description(source_folder() / "scenes/characters/human.toml"), {4000});
+  const skin::Anatomy anatomy = skin::find_anatomy(human);
+  const auto is_outside = [&](double thickness, double behind) {
+    skin::Character character = human;  // its torso below the chest drawn to a column behind it
+    for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+      const int node = character.joints[character.influences[v].joint[0]].node;
+      const auto on = std::find(anatomy.spine.begin(), anatomy.spine.end(), node);
+      if (on - anatomy.spine.begin() >= static_cast<std::ptrdiff_t>(anatomy.chest_index)) continue;
+      const glm::dvec3 column =
+          glm::dvec3(character.nodes[static_cast<std::size_t>(node)].world_from_node[3]) -
+          behind * anatomy.height * anatomy.forward;
+      const glm::dvec3 off = glm::dvec3(character.bind_position[v]) - column;
+      const glm::dvec3 along = glm::dot(off, anatomy.up) * anatomy.up;
+      character.bind_position[v] = glm::vec3(column + along + thickness * (off - along));
+    }
+    const Stage stage(character, skin::AnatomyHints{});
+    const LimitSet limits;
+    const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+    const std::vector<Finding> found =
+        judge_input(measured("even"), {stage, limits, *find_envelope("human"), "human"},
+                    read_input(stage), metrics, true)
+            .findings;
+    return std::ranges::find(found, "BB073", &Finding::code) != found.end();
+  };
+  EXPECT_FALSE(is_outside(0.25, 0.06));
+  EXPECT_TRUE(is_outside(0.6, 0.12));
+}
+
 TEST(JudgeInput, ABodyBesideItsSkeletonIsNamedWithTheShift) {
   const skin::Character human = skin::make_body(
       skin::read_body_description(source_folder() / "scenes/characters/human.toml"), {4000});

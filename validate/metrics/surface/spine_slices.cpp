@@ -294,8 +294,12 @@ Piece ring_beside(const RestMesh& mesh, const std::vector<Piece>& pieces) {
   return best;
 }
 
-/// How far a point outside a ring stands from it, in radii of a disc of the ring's area.
-double radii_outside(const Piece& ring, const glm::dvec3& point) {
+double radius_of(const Piece& ring, const glm::dvec3& point) {
+  return std::sqrt(glm::length(vector_area(ring.at, point)) / kPi);
+}
+
+/// How far a point outside a ring stands from it.
+double distance_to(const Piece& ring, const glm::dvec3& point) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < ring.at.size(); ++i) {
     const glm::dvec3 from = ring.at[i], step = ring.at[(i + 1) % ring.at.size()] - from;
@@ -304,7 +308,7 @@ double radii_outside(const Piece& ring, const glm::dvec3& point) {
         squared > 0.0 ? std::clamp(glm::dot(point - from, step) / squared, 0.0, 1.0) : 0.0;
     nearest = std::min(nearest, glm::distance(point, from + share * step));
   }
-  return nearest / std::sqrt(glm::length(vector_area(ring.at, point)) / kPi);
+  return nearest;
 }
 
 Slice choose_ring(const RestMesh& mesh, const std::vector<Piece>& pieces, double s,
@@ -315,20 +319,23 @@ Slice choose_ring(const RestMesh& mesh, const std::vector<Piece>& pieces, double
     if (mesh.rigid.empty() || mesh.rigid[piece.point.front().a] == 0) soft.push_back(piece);
   Piece ring = largest_ring(soft, middle, across);
   if (ring.at.empty()) ring = largest_ring(pieces, middle, across);
-  double outside = 0.0;
+  double outside = 0.0, beside_radius = 0.0;
   if (ring.at.empty()) {
     Slice none;
     none.s = s;
     ring = ring_beside(mesh, soft);
     if (ring.at.empty()) return none;
-    outside = radii_outside(ring, middle);
+    beside_radius = radius_of(ring, middle);
+    outside = distance_to(ring, middle) / beside_radius;
     if (outside > kFarthestBeside) return none;
     none.outside = outside;
+    none.beside_radius = beside_radius;
     if (outside > kMeasuredBeside) return none;
   }
   if (ring.closed && glm::dot(vector_area(ring.at, middle), across.tangent) < 0.0) reverse(ring);
   Slice slice = finish(mesh, std::move(ring), s, across);
   slice.outside = outside;
+  slice.beside_radius = beside_radius;
   return slice;
 }
 
