@@ -147,8 +147,10 @@ class PieceFinder {
     return std::ranges::max_element(below, {}, [](const auto& each) { return each.second; })->first;
   }
 
-  /// Whether each of a piece's joints is away from it, or hangs from a joint that is away from
-  /// where its branch starts. Of a joint that hangs from none of the body nothing is said.
+  /// Whether each of a piece's joints is away from it, or hangs from a joint that is away from the
+  /// piece and from where its branch starts; of a joint that moves only this piece the joint itself
+  /// says nothing, for a prop may have its pivot anywhere. Of a joint that hangs from none of the
+  /// body nothing is said.
   bool is_misbound(Index k) const {
     return std::ranges::all_of(pieces_[k].joints, [&](int joint) {
       int start = joint, above = joint;  // the branch's, and what it hangs from
@@ -157,19 +159,18 @@ class PieceFinder {
         above = places_.parent[static_cast<Index>(above)];
       }
       if (above < 0) return false;
-      if (!is_its_own(k, joint) &&
-          is_away(k, area_beside(joint, places_.points_on_bones(joint), k)))
-        return true;
+      const bool own = is_its_own(k, joint);
+      if (!own && is_away(k, area_beside(joint, places_.points_on_bones(joint), k))) return true;
       if (above == joint) return false;
-      // The piece, too: of a prop in a hand only the pivot is elsewhere.
       const std::vector<glm::dvec3> area = area_beside(above, {places_.at(above)}, k);
-      return distance_to(area, places_.at(start)) >= kOffPiece * places_.size && is_away(k, area);
+      return is_away(k, area) && ((own && start == joint) ||
+                                  distance_to(area, places_.at(start)) >= kOffPiece * places_.size);
     });
   }
 
   /// Whether a piece is all that its joint moves, and that is no joint of spine or limbs, or stands
-  /// within it: a prop may have its pivot anywhere, and a head that is bound rigidly reaches far
-  /// from its joint, for nothing tells how far its bone does.
+  /// within it: a head that is bound rigidly reaches far from its joint, for nothing tells how far
+  /// its bone does.
   bool is_its_own(Index k, int joint) const {
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
     double weight = 0.0;

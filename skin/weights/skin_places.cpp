@@ -23,8 +23,8 @@ constexpr double kShellGap = 0.03;  // from one shell to another that it lies on
 constexpr double kOneStand = 1e-5;  // between joints that stand in one place
 constexpr double kFarSpine = 0.4;   // of the spine's length, where its joints stand densely
 constexpr Index kFewestOfCostume = 6;
-constexpr double kAlike = 0.01;       // of a place's weight, between places of one piece of costume
-constexpr double kMostCostume = 0.8;  // of the spine's weight: else its body is made of pieces
+constexpr double kAlike = 0.01;  // of a place's weight, between places of one piece of costume
+constexpr double kMostCostume = 0.95;  // of the vertebrae's weight: else the body is of pieces
 
 }  // namespace
 
@@ -266,7 +266,8 @@ void SkinPlaces::find_costume() {
   }
   for (Index p = 0; p < weights.size(); ++p)
     for (const NodeWeight& w : weights[p]) {
-      if (on_spine[static_cast<Index>(w.node)] < 0) continue;
+      const int on = on_spine[static_cast<Index>(w.node)];
+      if (on < 0 || static_cast<Index>(on) > anatomy_.chest_index) continue;
       on_all += w.weight;
       if (costume[shell[p]]) on_costume += w.weight;
     }

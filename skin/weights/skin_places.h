@@ -45,8 +45,7 @@ inline constexpr double kFarJoints = 3.0;
 
 /// A character's skin by place, at rest, as the faults of its weights are looked for: vertices at
 /// one rest place are one, with the weights of the first. World space, lengths in the file's unit.
-/// Places of another figure in the file are without weights, and do not count for the size. Of a
-/// body that is made of such pieces no shell is a costume.
+/// Places of another figure in the file are without weights, and do not count for the size.
 struct SkinPlaces {
   SkinPlaces(const Character& character, const Anatomy& anatomy);
 
@@ -64,20 +63,22 @@ struct SkinPlaces {
   std::vector<std::size_t> shell;       // of each place: a piece that no edges join to others
   std::vector<std::size_t> shell_size;  // of each shell, in places
   std::size_t largest_shell = 0;        // by places with weight
-  std::vector<bool> costume;            // of each shell: all its places have the same weights
-  std::size_t own_count = 0;            // places that are not another figure's
-  double all = 0.0;                     // the sum of all weights
-  double size = 0.0;                    // the body's largest side
-  double half_width = 0.0;              // of the torso, from the chain to the surface
+  // Of each shell: a piece bound as a whole, six places or more of the same weights; none where
+  // such pieces hold most of what the vertebrae up to the chest hold: the body is made of them.
+  std::vector<bool> costume;
+  std::size_t own_count = 0;  // places that are not another figure's
+  double all = 0.0;           // the sum of all weights
+  double size = 0.0;          // the body's largest side
+  double half_width = 0.0;    // of the torso, from the chain to the surface
 
   glm::dvec3 at(int node) const;
   double weight_at(std::size_t place, int node) const;
   /// The joint that weighs most on a place beside `node`; -1 for none.
   int heaviest_but(std::size_t place, int node) const;
-  /// Joints on the way from one to another along the skeleton: none where two stand in one place,
-  /// none from a joint that holds the weight of a weightless vertebra to that,
-  /// and along a spine of many joints, where three are a short way, by its length (kFarJoints are
-  /// 0.4 of it, and the torso's half width). Infinite between two trees.
+  /// Joints on the way from one to another along the skeleton: none where two stand in one place or
+  /// one holds the weight of a weightless vertebra beside it, and along a spine of many joints,
+  /// where three are a short way, by its length (kFarJoints are 0.4 of it, and the torso's half
+  /// width). Infinite between two trees.
   double steps_between(int a, int b) const;
   /// Points along a joint's bones, its own place first.
   std::vector<glm::dvec3> points_on_bones(int node) const;

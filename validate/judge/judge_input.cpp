@@ -231,7 +231,7 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
     input.ask("BB071", aside);
   input.ask("BB072", turned_back);
   if (outside.empty())
-    input.leave_out("BB073", "no cross-section is near a joint");
+    input.leave_out("BB073", "no cross-section is near a joint, or it is a figure of bones");
   else
     input.ask("BB073", outside);
   const skin::Anatomy& anatomy = context.stage.anatomy();

@@ -524,16 +524,14 @@ TEST(FarInfluence, OfAHeadOrAShinThatIsOfPiecesIsNone) {
 
 TEST(FarInfluence, OfAPropInAHandIsNoneWhereverItsPivotIs) {
   const Character character = ball_figure("head");
-  for (const bool in_hand : {true, false}) {
-    Character armed = character;
-    const int hand = stick_node(armed, "hand.L");
-    const int prop = add_node(armed, "prop", hand, {0.7, 0.6, 0.6});
-    add_ball(armed, in_hand ? glm::vec3(0.78F, 1.35F, 0.0F) : glm::vec3(-0.78F, 1.35F, 0.0F), 0.03F,
-             prop);
-    EXPECT_EQ(
-        names(find_weight_faults(armed, find_anatomy(armed)).far, kFar, stick_node(armed, "prop")),
-        !in_hand);
-  }
+  for (const glm::dvec3& pivot : {glm::dvec3(0.7, 0.6, 0.6), glm::dvec3(0.7, 1.35, 0.0)})
+    for (const bool in_hand : {true, false}) {  // or at the other hand
+      Character armed = character;
+      const int prop = add_node(armed, "prop", stick_node(armed, "hand.L"), pivot);
+      add_ball(armed, {in_hand ? 0.78F : -0.78F, 1.35F, 0.0F}, 0.03F, prop);
+      EXPECT_EQ(names(find_weight_faults(armed, find_anatomy(armed)).far, kFar, prop), !in_hand)
+          << pivot.y;
+    }
 }
 
 TEST(FarInfluence, OfAJointThatLeadsHardlyAnywhereIsNoAreaOfItsOwn) {
@@ -910,6 +908,10 @@ TEST(OrderAlongTheSpine, IsNotAskedOfPiecesOfCostume) {
   for (const float side : {0.1F, -0.1F})  // pouches at both thighs that the upper back holds
     dressed = with_bound_piece(dressed, anatomy.height, {side * height, 0.42F * height, 0.05F},
                                0.1F, held_by);
+  EXPECT_LE(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
+  for (int layer = 0; layer < 3; ++layer)  // a helmet says nothing of what the torso is made of
+    dressed = with_bound_piece(dressed, anatomy.height, {0.0F, 0.95F * height, 0.0F}, 0.15F,
+                               anatomy.head);
   EXPECT_LE(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
   swap_weights(dressed, held_by, anatomy.spine[anatomy.chest_index - 2]);
   EXPECT_GT(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
