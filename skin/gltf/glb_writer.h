@@ -26,10 +26,10 @@ struct GlbAnimation {
 /// skeleton is written with rigid joint frames and inverse bind matrices that make up for it: the
 /// skinned vertices are the same.
 ///
-/// Rigid parts are written bound at rest (with_rigid_parts_at_rest()).
-/// Vertices without any weight follow an extra joint that never moves. Throws CharacterError for a
-/// motion with the wrong number of nodes, times that do not rise, non-finite numbers, a node that
-/// still shears, and sizes beyond 4 GB. Source: glTF 2.0 specification.
+/// Rigid parts are written bound at rest (with_rigid_parts_at_rest()). Vertices without any weight
+/// follow an extra joint that never moves. Throws CharacterError for a motion with the wrong number
+/// of nodes, times that do not rise, non-finite numbers, a node that still shears, and sizes beyond
+/// 4 GB. Source: glTF 2.0 specification.
 std::vector<std::uint8_t> encode_glb(const Character& character,
                                      const GlbAnimation* animation = nullptr);
 

@@ -17,7 +17,7 @@ glm::dmat4 rest_motion(const Character& character, Index joint) {
   return character.nodes[static_cast<Index>(one.node)].world_from_node * one.joint_from_mesh;
 }
 
-/// The joint that moves all vertices of a part and nothing else does; -1 for none.
+/// The joint that alone moves all vertices of a part; -1 for none.
 int only_joint(const Character& character, const Part& part) {
   const auto first = character.influences.begin() + part.first_vertex;
   const auto last = first + part.vertex_count;

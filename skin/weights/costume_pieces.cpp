@@ -168,9 +168,8 @@ class PieceFinder {
     });
   }
 
-  /// Whether a piece is all that its joint moves, and that is no joint of spine or limbs, or stands
-  /// within it: a head that is bound rigidly reaches far from its joint, for nothing tells how far
-  /// its bone does.
+  /// Whether a joint moves only this piece, and lies within it (a rigid head reaches far from its
+  /// joint, and the end of its bone is unknown) or is on neither spine nor limbs (a prop's).
   bool is_its_own(Index k, int joint) const {
     glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
     double weight = 0.0;

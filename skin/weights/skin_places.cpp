@@ -114,11 +114,11 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
   const glm::dvec3 sides = high - low;
   size = std::max({sides.x, sides.y, sides.z, 0.0});
   all = std::accumulate(total.begin(), total.end(), 0.0);
-  leads_on_.assign(total.size(), 0);
+  leads_on_.assign(total.size(), false);
   for (Index n = 0; n < total.size(); ++n) {
     Index steps = 0;
     for (int above = parent[n]; total[n] > 0.0 && above >= 0 && steps < parent.size(); ++steps) {
-      ++leads_on_[static_cast<Index>(above)];
+      leads_on_[static_cast<Index>(above)] = true;
       above = parent[static_cast<Index>(above)];
     }
   }
@@ -172,7 +172,7 @@ double SkinPlaces::step_above(int node) const {
   if (glm::distance(at(node), at(above)) < kOneStand * size) return 0.0;
   // Where controls and joints that move the skin are two chains, each vertebra has one beside it.
   if (on_spine[static_cast<Index>(above)] >= 0 && !(total[static_cast<Index>(above)] > 0.0) &&
-      total[static_cast<Index>(node)] > 0.0 && leads_on_[static_cast<Index>(node)] == 0)
+      total[static_cast<Index>(node)] > 0.0 && !leads_on_[static_cast<Index>(node)])
     return 0.0;
   if (on_spine[static_cast<Index>(node)] < 0 || on_spine[static_cast<Index>(above)] < 0) return 1.0;
   return std::min(1.0, glm::distance(at(node), at(above)) / spine_step_);

@@ -94,8 +94,8 @@ struct SkinPlaces {
 
   const Character& character_;
   const Anatomy& anatomy_;
-  double spine_step_ = 1.0;    // as far along the spine counts as one joint of another chain
-  std::vector<int> leads_on_;  // of each node: joints with weight below it
+  double spine_step_ = 1.0;     // as far along the spine counts as one joint of another chain
+  std::vector<bool> leads_on_;  // of each node: whether a joint with weight hangs from it
 };
 
 }  // namespace backbend::skin

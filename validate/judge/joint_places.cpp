@@ -5,6 +5,7 @@
 #include <functional>
 #include <glm/geometric.hpp>
 
+#include "skin/anatomy/body_kind.h"
 #include "validate/metrics/math/median.h"
 #include "validate/metrics/math/nan.h"
 
@@ -64,9 +65,11 @@ double outside_of(double fraction, const BodyMetrics& body) {
                     [&](Index i) { return body.slices().slice[i].outside; });
 }
 
-/// Whether a body with limbs is of bones: between ribs and pelvis only its column is there, which
-/// controls of a human's proportions stand in front of.
-bool is_bony(const SpineSlices& slices) {
+/// Whether a human figure is of bones: between ribs and pelvis only its column is there, which
+/// controls of a human's proportions stand in front of. A fish is as thin with all its flesh.
+bool is_bony(const Stage& stage, const SpineSlices& slices) {
+  if (skin::body_kind(stage.character(), stage.anatomy()).kind != skin::BodyKind::human)
+    return false;
   constexpr double kColumn = 0.12;  // of the spine's length: a column's radius
   constexpr double kShare = 0.15;   // of the slices
   const auto columns = std::ranges::count_if(slices.slice, [&](const Slice& slice) {
@@ -95,15 +98,15 @@ std::vector<JointPlace> joint_places(const Stage& stage, const BodyMetrics& body
   const auto has_both = [](const std::vector<int>& left, const std::vector<int>& right) {
     return !left.empty() && !right.empty();
   };
-  const bool has_limbs = has_both(anatomy.left_arm, anatomy.right_arm) ||
-                         has_both(anatomy.left_leg, anatomy.right_leg);
+  const bool has_left = has_both(anatomy.left_arm, anatomy.right_arm) ||
+                        has_both(anatomy.left_leg, anatomy.right_leg);
   // The end of a chain may lie beyond a fish's tail: it moves nothing.
   std::vector<bool> asked = nodes_that_move(stage.character());
-  if (has_limbs && is_bony(body.slices())) asked.assign(asked.size(), false);
+  if (is_bony(stage, body.slices())) asked.assign(asked.size(), false);
   std::vector<JointPlace> out;
   for (Index k = 1; k <= anatomy.chest_index; ++k)
     out.push_back(
-        {anatomy.spine[k], has_limbs ? aside_of(at(k), fraction[k], anatomy.left, body) : kNan,
+        {anatomy.spine[k], has_left ? aside_of(at(k), fraction[k], anatomy.left, body) : kNan,
          asked[static_cast<Index>(anatomy.spine[k])] ? outside_of(fraction[k], body) : kNan,
          turned_back(k)});
   return out;

@@ -15,7 +15,7 @@ struct JointPlace {
   double aside = 0.0;
   // From the torso's surface, in radii of the cross-section there; 0 inside. NaN where no
   // cross-section is near it, of a joint that moves nothing, nor what hangs from it, and of a
-  // figure of bones, whose column the controls stand in front of.
+  // human figure of bones, whose column the controls stand in front of.
   double outside = 0.0;
   // The shorter of the bones that meet there, as a share of the spine's length, where the chain
   // turns back by 120 degrees and more: this joint or the next stands past its neighbour. 0

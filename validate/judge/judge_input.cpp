@@ -248,9 +248,8 @@ InputJudgement judge_input(const RigRecord& rig, const JudgeContext& context,
   }
   input.ask("BB075", faults.levels,
             [](const Text& joint, const Text& size, const Text& other) -> Text {
-              return "the weights of the vertebrae stand " + size +
-                     " of the spine or more beyond their bones on half of them, those of " + joint +
-                     " on the side of " + other;
+              return "half of the vertebrae or more have their weights " + size +
+                     " of the spine or more beyond their bones, " + joint + " towards " + other;
             });
   return input.take();
 }

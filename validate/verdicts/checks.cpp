@@ -421,7 +421,7 @@ constexpr std::array kChecks = {
         "the spine",
         "% of spine", 4.0, Sense::at_most, true,
         "the middle of a vertebra's weight lies on its own bone in sound bodies; with each "
-        "vertebra's weights on the next one it is 4.5 and more beyond, in spines of up to ten "
+        "vertebra's weights on the next one it is 4.4 and more beyond in spines of four to ten "
         "joints",
         Owner::weights, "groups that took the next joint's name, a joint added below the spine",
         "give each vertebra the weights around its own bone, or bind again", "",

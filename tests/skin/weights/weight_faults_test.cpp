@@ -909,10 +909,6 @@ TEST(OrderAlongTheSpine, IsNotAskedOfPiecesOfCostume) {
     dressed = with_bound_piece(dressed, anatomy.height, {side * height, 0.42F * height, 0.05F},
                                0.1F, held_by);
   EXPECT_LE(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
-  for (int layer = 0; layer < 3; ++layer)  // a helmet says nothing of what the torso is made of
-    dressed = with_bound_piece(dressed, anatomy.height, {0.0F, 0.95F * height, 0.0F}, 0.15F,
-                               anatomy.head);
-  EXPECT_LE(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
   swap_weights(dressed, held_by, anatomy.spine[anatomy.chest_index - 2]);
   EXPECT_GT(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
 }
@@ -1036,6 +1032,23 @@ TEST(FarInfluence, IsNotFurtherAlongJointsThatStandInOnePlace) {
     }
     EXPECT_LE(find_weight_faults(character, anatomy).far.worst(), kFar);
   }
+}
+
+TEST(Costume, IsToldByWhatTheVertebraeUpToTheChestHold) {
+  Character character = stick_figure(3);
+  const auto node = [&](const char* name) { return stick_node(character, name); };
+  const auto first = static_cast<std::uint32_t>(character.vertex_count());
+  add_ball(character, {0.0F, 1.2F, 0.0F}, 0.1F, node("spine_1"));  // a soft body: two joints
+  const std::uint16_t upper = skin_joint(character, node("spine_2"));
+  for (std::size_t v = first; v < character.vertex_count(); v += 2)
+    give(character.influences[v], upper, 0.5F);
+  const auto belt = static_cast<std::uint32_t>(character.vertex_count());
+  add_ball(character, {0.0F, 1.0F, 0.0F}, 0.1F, node("spine_1"));
+  for (int k = 0; k < 24; ++k)  // a head of many pieces
+    add_ball(character, {0.02F * static_cast<float>(k), 1.7F, 0.0F}, 0.1F, node("head"));
+  const SkinPlaces places(character, find_anatomy(character));
+  EXPECT_TRUE(places.costume[places.shell[character.place[belt]]]);
+  EXPECT_FALSE(places.costume[places.shell[character.place[first]]]);
 }
 
 TEST(StepsAlongTheSkeleton, FromAJointThatHoldsAVertebrasWeightAreThoseFromTheVertebra) {

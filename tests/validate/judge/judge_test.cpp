@@ -12,6 +12,8 @@
 #include <set>
 
 #include "skin/body/body.h"
+#include "skin/gltf/gltf_reader.h"
+#include "tests/skin/shared_characters.h"
 #include "tests/source_folder.h"
 #include "tests/validate/spoiled_rig.h"
 #include "validate/calibrate/calibration_body.h"
@@ -370,6 +372,24 @@ TEST(JudgeInput, ASpineInFrontOfAFigureOfBonesIsNotCalledOutside) {
   };
   EXPECT_FALSE(is_outside(0.25, 0.06));
   EXPECT_TRUE(is_outside(0.6, 0.12));
+}
+
+TEST(JudgeInput, ASpineOutsideAFishIsNamedThoughTheFishIsThin) {
+  REQUIRE_CHARACTER("shark.glb");
+  skin::Character shark = skin::read_character(skin::shared_character("shark.glb"));
+  const skin::Anatomy anatomy = skin::find_anatomy(shark);
+  const glm::dmat4 shift = glm::translate(glm::dmat4(1.0), (0.1 * anatomy.height) * anatomy.up);
+  for (skin::Node& node : shark.nodes) node.world_from_node = shift * node.world_from_node;
+  for (auto& joint : shark.joints)
+    joint.joint_from_mesh = joint.joint_from_mesh * glm::inverse(shift);
+  const Stage stage(shark, skin::AnatomyHints{});
+  const LimitSet limits;
+  const BodyMetrics metrics(stage.character(), stage.anatomy(), stage.driver());
+  const std::vector<Finding> found =
+      judge_input(measured("even"), {stage, limits, *find_envelope("animal"), "shark"},
+                  read_input(stage), metrics, true)
+          .findings;
+  EXPECT_NE(std::ranges::find(found, "BB073", &Finding::code), found.end());
 }
 
 TEST(JudgeInput, ABodyBesideItsSkeletonIsNamedWithTheShift) {

@@ -64,6 +64,9 @@ TEST(ExamineWeights, HalfOfAVertexIsEnoughAndLessIsNot) {
   Strip less;
   less.bind(100, 5, 0.4f);
   EXPECT_EQ(less.examine().stray, 0u);
+  Strip half;  // and what 8 bits make of it
+  half.bind(100, 5, 128.0f / 255.0f);
+  EXPECT_EQ(half.examine().stray, 0u);
 }
 
 TEST(ExamineWeights, AHardBorderIsNoStray) {
