@@ -95,23 +95,20 @@ int add_mesh(GlbDocument& document, const Character& character,
 }  // namespace
 
 std::vector<std::uint8_t> encode_glb(const Character& given, const GlbAnimation* animation) {
+  const WrittenSkin written = written_skin(given);
   const Character character = with_rigid_parts_at_rest(given);
   GlbDocument document;
-  std::vector<WrittenInfluences> influences;
-  bool unskinned = false;
-  int sets = 1;
-  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
-    influences.push_back(written_influences(character.influences[v], character.joints.size(), v));
-    unskinned |= influences.back().joint[0] == character.joints.size();
-    if (influences.back().count > 4) sets = 2;
-  }
-  const int skin = add_skeleton(document, character, animation, unskinned);
+  const int sets = std::ranges::any_of(written.influences,
+                                       [](const WrittenInfluences& one) { return one.count > 4; })
+                       ? 2
+                       : 1;
+  const int skin = add_skeleton(document, character, animation, written.unskinned);
   add_materials(document, character, false);
   const bool small = character.joints.size() + 1 <= 256;
   const int mesh =
       add_mesh(document, character, character.bind_position, character.bind_normal,
                [&](const Part& part, Json& attributes) {
-                 const auto first = influences.begin() + part.first_vertex;
+                 const auto first = written.influences.begin() + part.first_vertex;
                  const std::vector<WrittenInfluences> own(first, first + part.vertex_count);
                  if (small) {
                    add_joints<std::uint8_t>(document, attributes, own, sets, kGlUnsignedByte);

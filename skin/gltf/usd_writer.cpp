@@ -319,14 +319,9 @@ void add_header(UsdLines& lines, const UsdScene& scene, std::size_t frames) {
 }  // namespace
 
 UsdText usd_text(const Character& given, const GlbAnimation& animation, const UsdScene& scene) {
+  const WrittenSkin skin = written_skin(given);
   const Character character = with_rigid_parts_at_rest(given);
-  std::vector<WrittenInfluences> influences;
-  bool unskinned = false;
-  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
-    influences.push_back(written_influences(character.influences[v], character.joints.size(), v));
-    unskinned |= influences.back().joint[0] == character.joints.size();
-  }
-  const UsdSkeleton skeleton = usd_skeleton(character, animation, unskinned);
+  const UsdSkeleton skeleton = usd_skeleton(character, animation, skin.unskinned);
   UsdText out;
   UsdLines lines;
   add_header(lines, scene, skeleton.frames.size());
@@ -340,7 +335,7 @@ UsdText usd_text(const Character& given, const GlbAnimation& animation, const Us
   add_skeleton(lines, skeleton);
   add_motion(lines, skeleton, scene.first_frame, out);
   lines.close();
-  add_meshes(lines, character, names, influences, skeleton);
+  add_meshes(lines, character, names, skin.influences, skeleton);
   lines.close();
   add_cameras(lines, scene.cameras);
   add_notes(lines, scene.notes_name, scene.notes);

@@ -4,6 +4,7 @@
 #include <cmath>
 
 namespace backbend::skin {
+namespace {
 
 WrittenInfluences written_influences(const Influences& in, std::size_t joint_count,
                                      std::size_t vertex) {
@@ -36,6 +37,18 @@ WrittenInfluences written_influences(const Influences& in, std::size_t joint_cou
     for (int k = 0; k < out.count; ++k)
       out.weight[static_cast<std::size_t>(k)] =
           static_cast<float>(out.weight[static_cast<std::size_t>(k)] / sum);
+  }
+  return out;
+}
+
+}  // namespace
+
+WrittenSkin written_skin(const Character& character) {
+  WrittenSkin out;
+  const std::size_t joints = character.joints.size();
+  for (std::size_t v = 0; v < character.vertex_count(); ++v) {
+    out.influences.push_back(written_influences(character.influences[v], joints, v));
+    out.unskinned |= out.influences.back().joint[0] == joints;
   }
   return out;
 }

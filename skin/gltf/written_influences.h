@@ -1,6 +1,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <vector>
 
 #include "skin/character/character.h"
 
@@ -14,8 +15,12 @@ struct WrittenInfluences {
   int count = 0;
 };
 
-/// Throws CharacterError for a weight or joint out of range.
-WrittenInfluences written_influences(const Influences& in, std::size_t joint_count,
-                                     std::size_t vertex);
+/// Of all vertices of a character, and whether one of them has no weight at all. Throws
+/// CharacterError for a weight or joint out of range.
+struct WrittenSkin {
+  std::vector<WrittenInfluences> influences;
+  bool unskinned = false;
+};
+WrittenSkin written_skin(const Character& character);
 
 }  // namespace backbend::skin
