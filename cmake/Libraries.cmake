@@ -4,7 +4,7 @@ set(backbend_libraries "")
 foreach(entry
     "assimp libassimp-dev ${assimp_VERSION}" "CLI11 libcli11-dev ${CLI11_VERSION}" "draco libdraco-dev ${draco_VERSION}"
     "eigen libeigen3-dev ${Eigen3_VERSION}" "embree libembree-dev ${embree_VERSION}" "glm libglm-dev ${glm_VERSION}" "imath libimath-dev ${Imath_VERSION}"
-    "nlopt libnlopt-dev " "nlohmann-json nlohmann-json3-dev ${nlohmann_json_VERSION}" "openexr libopenexr-dev ${OpenEXR_VERSION}"
+    "meshoptimizer libmeshoptimizer-dev ${meshoptimizer_VERSION}" "nlopt libnlopt-dev " "nlohmann-json nlohmann-json3-dev ${nlohmann_json_VERSION}" "openexr libopenexr-dev ${OpenEXR_VERSION}"
     "openimageio libopenimageio-dev ${OpenImageIO_VERSION}" "tbb libtbb-dev ${TBB_VERSION}"
     "sqlite libsqlite3-dev ${SQLite3_VERSION}"
     "tinygltf libtinygltf-dev ${TinyGLTF_VERSION}" "tomlplusplus libtomlplusplus-dev ${tomlplusplus_VERSION}"

@@ -7,8 +7,8 @@
 #include <memory>
 #include <string>
 
+#include "cli/import/compressed_glb.h"
 #include "skin/gltf/glb_container.h"
-#include "skin/gltf/glb_writer_document.h"
 
 namespace backbend::import {
 namespace {
@@ -46,11 +46,7 @@ Bytes values_of(const draco::Mesh& mesh, const draco::PointAttribute& attribute,
 
 class Decompressor {
  public:
-  Decompressor(Json root, const Bytes& binary) : binary_(binary) {
-    document_.json = std::move(root);
-    // At the front, where the other accessors expect it.
-    document_.add_view(binary.data(), binary.size(), 0);
-  }
+  explicit Decompressor(const Bytes& glb) : file_(glb), document_(file_.document) {}
 
   Bytes run() {
     for (Json& mesh : document_.json.at("meshes"))
@@ -58,17 +54,7 @@ class Decompressor {
         if (primitive.contains("extensions") &&
             primitive["extensions"].contains(skin::kDracoExtension))
           decompress(primitive);
-    for (const char* list : {"extensionsRequired", "extensionsUsed"}) {
-      if (!document_.json.contains(list)) continue;
-      Json others = Json::array();
-      for (const Json& each : document_.json[list])
-        if (each != skin::kDracoExtension) others.push_back(each);
-      if (others.empty())
-        document_.json.erase(list);
-      else
-        document_.json[list] = std::move(others);
-    }
-    return document_.finish();
+    return file_.finish(skin::kDracoExtension);
   }
 
  private:
@@ -87,13 +73,9 @@ class Decompressor {
   }
 
   std::unique_ptr<draco::Mesh> decode(std::size_t view) {
-    const Json& place = document_.json.at("bufferViews").at(view);
-    const auto begin = place.value("byteOffset", std::size_t{0});
-    const auto size = place.at("byteLength").get<std::size_t>();
-    if (place.at("buffer") != 0 || begin > binary_.size() || size > binary_.size() - begin)
-      throw CharacterError("compressed data beyond the file's end");
+    const auto [data, size] = file_.run_of(document_.json.at("bufferViews").at(view));
     draco::DecoderBuffer buffer;
-    buffer.Init(reinterpret_cast<const char*>(binary_.data()) + begin, size);
+    buffer.Init(reinterpret_cast<const char*>(data), size);
     auto mesh = draco::Decoder().DecodeMeshFromBuffer(&buffer);
     if (!mesh.ok()) throw CharacterError(mesh.status().error_msg_string());
     return std::move(mesh).value();
@@ -153,19 +135,14 @@ class Decompressor {
                            accessor.at("count").dump());
   }
 
-  const Bytes& binary_;
-  skin::GlbDocument document_;
+  CompressedGlb file_;
+  skin::GlbDocument& document_;
 };
 
 }  // namespace
 
 std::vector<std::uint8_t> decompress_draco(const std::vector<std::uint8_t>& glb) {
-  skin::GltfContainer container = skin::open_gltf_container("the file", glb);
-  Json root = Json::parse(container.json_text);
-  const Json& buffers = root.at("buffers");
-  if (!container.binary || buffers.size() != 1 || buffers.at(0).contains("uri"))
-    throw CharacterError("compressed data outside of the .glb file");
-  return Decompressor(std::move(root), *container.binary).run();
+  return Decompressor(glb).run();
 }
 
 }  // namespace backbend::import

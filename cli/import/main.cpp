@@ -21,6 +21,7 @@
 #include <string>
 
 #include "cli/import/draco_glb.h"
+#include "cli/import/meshopt_glb.h"
 #include "cli/import/scene_glb.h"
 #include "skin/character/character.h"
 #include "skin/gltf/asset_folder.h"
@@ -102,10 +103,11 @@ bool write_output(const std::vector<std::uint8_t>& bytes) {
 int run(const std::string& kind) {
   const std::string bytes = read_input();
   limit_resources(bytes.size());
-  if (kind == "draco")
-    return write_output(decompress_draco({bytes.begin(), bytes.end()}))
-               ? 0
-               : complain("cannot be passed on");
+  if (kind == "draco" || kind == "meshopt") {
+    const auto decompress = kind == "draco" ? decompress_draco : decompress_meshopt;
+    return write_output(decompress({bytes.begin(), bytes.end()})) ? 0
+                                                                  : complain("cannot be passed on");
+  }
   Assimp::Importer importer;
   keep_only(importer, kind);
   // Joints as the animator has them, without Assimp's helper nodes and made-up stick figures.
@@ -124,7 +126,8 @@ int run(const std::string& kind) {
 
 int main(int argument_count, char** arguments) {
   using namespace backbend::import;
-  if (argument_count != 2) return complain("usage: backbend-import fbx|dae|bvh|draco < FILE > GLB");
+  if (argument_count != 2)
+    return complain("usage: backbend-import fbx|dae|bvh|draco|meshopt < FILE > GLB");
   try {
     return run(arguments[1]);
   } catch (const backbend::skin::CharacterError& error) {

@@ -6,11 +6,13 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <string>
 
 #include "cli/import/scene_mesh.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
+#include "skin/gltf/bind_agreement.h"
 #include "skin/gltf/glb_writer_document.h"
 #include "skin/gltf/glb_writer_skeleton.h"
 
@@ -88,7 +90,7 @@ class SceneEncoder {
   }
 
  private:
-  /// Depth first, parents before children; a name stands for the first node that bears it.
+  /// Depth first, parents before children.
   void list_nodes() {
     std::vector<const aiNode*> pending{scene_.mRootNode};
     while (!pending.empty()) {
@@ -97,7 +99,7 @@ class SceneEncoder {
       if (nodes_.size() >= kMaxNodes) throw CharacterError("more than 1000000 nodes");
       const int index = static_cast<int>(nodes_.size());
       number_of_.emplace(node, index);
-      number_named_.try_emplace(node->mName.C_Str(), index);
+      named_[node->mName.C_Str()].push_back(index);
       nodes_.push_back(node);
       for (unsigned c = node->mNumChildren; c-- > 0;) pending.push_back(node->mChildren[c]);
     }
@@ -122,6 +124,9 @@ class SceneEncoder {
       node["matrix"] = Json::array();
       for (int k = 0; k < 16; ++k) node["matrix"].push_back(local[k / 4][k % 4]);
     }
+    world_.push_back(from.mParent != nullptr
+                         ? world_[static_cast<std::size_t>(number_of_.at(from.mParent))] * local
+                         : local);
     for (unsigned c = 0; c < from.mNumChildren; ++c)
       node["children"].push_back(number_of_.at(from.mChildren[c]));
     document_.append("nodes", std::move(node));
@@ -194,7 +199,7 @@ class SceneEncoder {
         Json node;
         if (mesh.mName.length > 0) node["name"] = mesh.mName.C_Str();
         node["mesh"] = add_mesh(mesh, imported);
-        if (mesh.mNumBones > 0) node["skin"] = add_skin(mesh);
+        if (mesh.mNumBones > 0) node["skin"] = add_skin(mesh, imported, n);
         const int index = document_.append("nodes", std::move(node));
         document_.json["nodes"][n]["children"].push_back(index);
       }
@@ -252,21 +257,93 @@ class SceneEncoder {
     }
   }
 
-  int add_skin(const aiMesh& mesh) {
+  glm::dmat4 bind_of(const aiBone& bone) const {
+    glm::dmat4 bind = to_matrix(bone.mOffsetMatrix);
+    bind[3] = glm::dvec4(glm::dvec3(bind[3]) * space_.metres, 1.0);
+    if (!skin::is_finite(bind))
+      throw CharacterError("joint " + skin::in_quotes(bone.mName.C_Str()) +
+                           ": its bind matrix is not finite");
+    return bind;
+  }
+
+  const std::vector<int>& nodes_of(const aiBone& bone) const {
+    const auto found = named_.find(bone.mName.C_Str());
+    if (found == named_.end())
+      throw CharacterError("joint " + skin::in_quotes(bone.mName.C_Str()) +
+                           " moves a mesh but is not a node");
+    return found->second;
+  }
+
+  /// The nodes from the root to one.
+  std::vector<const aiNode*> path_to(int node) const {
+    std::vector<const aiNode*> path;
+    for (const aiNode* at = nodes_[static_cast<std::size_t>(node)]; at != nullptr; at = at->mParent)
+      path.insert(path.begin(), at);
+    return path;
+  }
+
+  /// Where the ways to nodes of one name part: the uppermost node of each that none of the others
+  /// is below.
+  std::vector<const aiNode*> trees_of(const std::vector<int>& nodes) const {
+    std::vector<std::vector<const aiNode*>> paths;
+    for (const int node : nodes) paths.push_back(path_to(node));
+    std::size_t shared = 0;
+    while (std::ranges::all_of(paths, [&](const auto& path) {
+      return path.size() > shared + 1 && path[shared] == paths.front()[shared];
+    }))
+      ++shared;
+    std::vector<const aiNode*> out;
+    for (const auto& path : paths) out.push_back(path[shared]);
+    return out;
+  }
+
+  /// The node of a name in a tree; -1 for none.
+  int in_tree(const std::vector<int>& nodes, const aiNode* tree) const {
+    if (nodes.size() == 1) return nodes.front();
+    const auto found = std::ranges::find_if(
+        nodes, [&](int node) { return std::ranges::count(path_to(node), tree) > 0; });
+    return found == nodes.end() ? -1 : *found;
+  }
+
+  /// The tree that a mesh's joints are in where some of their names stand in several, as the names
+  /// of two armatures in one file: the one whose joints put the mesh nearest to where its node
+  /// stands.
+  const aiNode* tree_of(const aiMesh& mesh, const ImportedMesh& imported,
+                        std::size_t mesh_node) const {
+    const auto bones = std::span(mesh.mBones, mesh.mNumBones);
+    const auto shared =
+        std::ranges::find_if(bones, [&](const aiBone* bone) { return nodes_of(*bone).size() > 1; });
+    if (shared == bones.end()) return scene_.mRootNode;
+    skin::BodyBox box{glm::dvec3(imported.position.front()), glm::dvec3(imported.position.front())};
+    for (const glm::vec3& p : imported.position) {
+      box.low = glm::min(box.low, glm::dvec3(p));
+      box.high = glm::max(box.high, glm::dvec3(p));
+    }
+    const auto cost = [&](const aiNode* tree) {
+      int missing = 0;
+      double apart = 0.0;
+      for (const aiBone* bone : bones) {
+        const int node = in_tree(nodes_of(*bone), tree);
+        if (node < 0)
+          ++missing;
+        else
+          apart += skin::apart(world_[static_cast<std::size_t>(node)] * bind_of(*bone),
+                               world_[mesh_node], box);
+      }
+      return std::pair(missing, apart);
+    };
+    return std::ranges::min(trees_of(nodes_of(**shared)), {}, cost);
+  }
+
+  int add_skin(const aiMesh& mesh, const ImportedMesh& imported, std::size_t mesh_node) {
     std::vector<float> binds;
     Json joints = Json::array();
+    const aiNode* tree = tree_of(mesh, imported, mesh_node);
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
-      const aiBone& bone = *mesh.mBones[b];
-      const auto node = number_named_.find(bone.mName.C_Str());
-      if (node == number_named_.end())
-        throw CharacterError("joint " + skin::in_quotes(bone.mName.C_Str()) +
-                             " moves a mesh but is not a node");
-      joints.push_back(node->second);
-      glm::dmat4 bind = to_matrix(bone.mOffsetMatrix);
-      bind[3] = glm::dvec4(glm::dvec3(bind[3]) * space_.metres, 1.0);
-      if (!skin::is_finite(bind))
-        throw CharacterError("joint " + skin::in_quotes(bone.mName.C_Str()) +
-                             ": its bind matrix is not finite");
+      const std::vector<int>& nodes = nodes_of(*mesh.mBones[b]);
+      const int node = in_tree(nodes, tree);
+      joints.push_back(node < 0 ? nodes.front() : node);
+      const glm::dmat4 bind = bind_of(*mesh.mBones[b]);
       for (int k = 0; k < 16; ++k) binds.push_back(static_cast<float>(bind[k / 4][k % 4]));
     }
     const int accessor = document_.add_accessor<float>(binds, skin::kGlFloat, "MAT4");
@@ -311,9 +388,9 @@ class SceneEncoder {
     if (from.mName.length > 0) animation["name"] = from.mName.C_Str();
     for (unsigned c = 0; c < from.mNumChannels; ++c) {
       const aiNodeAnim& channel = *from.mChannels[c];
-      const auto node = number_named_.find(channel.mNodeName.C_Str());
-      if (node == number_named_.end()) continue;  // of a camera or a light
-      const int n = node->second;
+      const auto node = named_.find(channel.mNodeName.C_Str());
+      if (node == named_.end()) continue;  // of a camera or a light
+      const int n = node->second.front();  // Assimp keeps one track for a name
       // The root that the axes are turned on belongs to Assimp, not to the file: nothing moves it.
       add_track(animation, n, "translation", channel.mPositionKeys, channel.mNumPositionKeys,
                 seconds, [&](const aiVectorKey& key) {
@@ -340,7 +417,8 @@ class SceneEncoder {
   skin::GlbDocument document_;
   std::vector<const aiNode*> nodes_;
   std::map<const aiNode*, int> number_of_;
-  std::map<std::string, int> number_named_;
+  std::map<std::string, std::vector<int>> named_;
+  std::vector<glm::dmat4> world_;  // of each node
 };
 
 }  // namespace

@@ -19,6 +19,7 @@ struct GltfContainer {
 };
 
 inline constexpr const char* kDracoExtension = "KHR_draco_mesh_compression";
+inline constexpr const char* kMeshoptExtension = "EXT_meshopt_compression";
 
 /// The JSON text of a .glb, without reading what comes after it; empty for what is not a whole one
 /// or nests too deep, of which its reader complains. Waits for no pipe.

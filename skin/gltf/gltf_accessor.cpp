@@ -245,8 +245,9 @@ std::vector<float> GltfAccessors::numbers(int accessor, int components,
   const auto bad =
       std::find_if_not(out.begin(), out.end(), [](float x) { return std::isfinite(x); });
   if (bad != out.end())
-    throw CharacterError(file_ + ": " + source.place + ": element " +
-                         std::to_string((bad - out.begin()) / components) + " is not finite");
+    throw CharacterError(file_ + ": " + place + ": element " +
+                         std::to_string((bad - out.begin()) / components) + " of " + source.place +
+                         (std::isnan(*bad) ? " is not a number" : " is infinite"));
   return out;
 }
 

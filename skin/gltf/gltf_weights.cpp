@@ -110,7 +110,7 @@ class WeightWriter {
 
   void refuse_compressed() const {
     for (const auto& name : root_.value("extensionsUsed", ordered_json::array()))
-      if (name == kDracoExtension || name == "EXT_meshopt_compression")
+      if (name == kDracoExtension || name == kMeshoptExtension)
         fail("the mesh is compressed (" + printable(name.get<std::string>()) +
              "), so its weights cannot be replaced; export without compression");
   }

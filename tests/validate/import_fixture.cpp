@@ -44,9 +44,9 @@ std::vector<std::array<int, 4>> quads() {
   return out;
 }
 
-/// Row by row: the place of joint k (`sign` 1) or the way back from it (-1).
-std::vector<double> translation_rows(const TowerFile& file, int k, double sign) {
-  const auto t = in_file(file, 0.0, 0.2 * k, 0.0);
+/// Row by row: the place of joint k in a tower that stands at `x` (`sign` 1) or the way back (-1).
+std::vector<double> translation_rows(const TowerFile& file, double x, int k, double sign) {
+  const auto t = in_file(file, x, 0.2 * k, 0.0);
   return {1, 0, 0, sign * t[0], 0, 1, 0, sign * t[1], 0, 0, 1, sign * t[2], 0, 0, 0, 1};
 }
 
@@ -83,28 +83,37 @@ std::string tower_fbx(const TowerFile& file) {
   const auto array = [&](const char* name, const std::vector<double>& values) {
     out << "  " << name << ": *" << values.size() << " {\n   a: " << list(values, ",") << "\n  }\n";
   };
-  out << " Geometry: 100, \"Geometry::tower\", \"Mesh\" {\n";
-  array("Vertices", position);
-  array("PolygonVertexIndex", corners);
-  out << "  GeometryVersion: 124\n }\n Model: 200, \"Model::tower\", \"Mesh\" {\n  Version: 232\n "
-         "}\n";
-  for (int k = 0; k < kJoints; ++k) {
-    const auto t = in_file(file, 0.0, k == 0 ? 0.0 : 0.2, 0.0);
-    out << " NodeAttribute: " << 350 + k << ", \"NodeAttribute::" << file.name << k
-        << "\", \"LimbNode\" {\n  TypeFlags: \"Skeleton\"\n }\n Model: " << 300 + k
-        << ", \"Model::" << file.name << k
-        << "\", \"LimbNode\" {\n  Version: 232\n  Properties70:  {\n   P: \"Lcl "
-        << "Translation\", \"Lcl Translation\", \"\", \"A\"," << list({t[0], t[1], t[2]}, ",")
-        << "\n  }\n }\n";
-  }
-  out << " Deformer: 400, \"Deformer::\", \"Skin\" {\n  Version: 101\n }\n";
-  for (int k = 0; k < kJoints; ++k) {
-    out << " Deformer: " << 410 + k << ", \"SubDeformer::\", \"Cluster\" {\n  Version: 100\n";
-    array("Indexes", {4.0 * k, 4.0 * k + 1, 4.0 * k + 2, 4.0 * k + 3});
-    array("Weights", std::vector<double>(4, file.weight));
-    array("Transform", transposed(translation_rows(file, k, -1.0)));
-    array("TransformLink", transposed(translation_rows(file, k, 1.0)));
+  if (file.more > 0) out << " Model: 600, \"Model::towers\", \"Null\" {\n  Version: 232\n }\n";
+  const auto place = [&](const std::array<double, 3>& t) {
+    out << "  Properties70:  {\n   P: \"Lcl Translation\", \"Lcl Translation\", \"\", \"A\","
+        << list({t[0], t[1], t[2]}, ",") << "\n  }\n";
+  };
+  for (int n = 0; n <= file.more; ++n) {
+    const int id = 1000 * n;
+    out << " Geometry: " << 100 + id << ", \"Geometry::tower\", \"Mesh\" {\n";
+    array("Vertices", position);
+    array("PolygonVertexIndex", corners);
+    out << "  GeometryVersion: 124\n }\n Model: " << 200 + id
+        << ", \"Model::tower\", \"Mesh\" {\n  Version: 232\n";
+    place(in_file(file, n, 0.0, 0.0));
     out << " }\n";
+    for (int k = 0; k < kJoints; ++k) {
+      out << " NodeAttribute: " << 350 + k + id << ", \"NodeAttribute::" << file.name << k
+          << "\", \"LimbNode\" {\n  TypeFlags: \"Skeleton\"\n }\n Model: " << 300 + k + id
+          << ", \"Model::" << file.name << k << "\", \"LimbNode\" {\n  Version: 232\n";
+      place(in_file(file, k == 0 ? n : 0.0, k == 0 ? 0.0 : 0.2, 0.0));
+      out << " }\n";
+    }
+    out << " Deformer: " << 400 + id << ", \"Deformer::\", \"Skin\" {\n  Version: 101\n }\n";
+    for (int k = 0; k < kJoints; ++k) {
+      out << " Deformer: " << 410 + k + id
+          << ", \"SubDeformer::\", \"Cluster\" {\n  Version: 100\n";
+      array("Indexes", {4.0 * k, 4.0 * k + 1, 4.0 * k + 2, 4.0 * k + 3});
+      array("Weights", std::vector<double>(4, file.weight));
+      array("Transform", transposed(translation_rows(file, 0, k, -1.0)));
+      array("TransformLink", transposed(translation_rows(file, n, k, 1.0)));
+      out << " }\n";
+    }
   }
   out << " AnimationStack: 500, \"AnimStack::bend\", \"\" {\n }\n AnimationLayer: 501, "
          "\"AnimLayer::base\", \"\" {\n }\n AnimationCurveNode: 502, \"AnimCurveNode::R\", \"\" {\n"
@@ -114,15 +123,20 @@ std::string tower_fbx(const TowerFile& file) {
   array("KeyValueFloat", {0, 90});
   out << " }\n}\nConnections:  {\n";
   const auto connect = [&](int from, int to) { out << " C: \"OO\"," << from << "," << to << "\n"; };
-  connect(200, 0);
-  connect(300, 0);
-  connect(100, 200);
-  connect(400, 100);
-  for (int k = 0; k < kJoints; ++k) {
-    connect(350 + k, 300 + k);
-    if (k > 0) connect(300 + k, 300 + k - 1);
-    connect(410 + k, 400);
-    connect(300 + k, 410 + k);
+  const int top = file.more > 0 ? 600 : 0;
+  if (top > 0) connect(top, 0);
+  for (int n = 0; n <= file.more; ++n) {
+    const int id = 1000 * n;
+    connect(200 + id, top);
+    connect(300 + id, top);
+    connect(100 + id, 200 + id);
+    connect(400 + id, 100 + id);
+    for (int k = 0; k < kJoints; ++k) {
+      connect(350 + k + id, 300 + k + id);
+      if (k > 0) connect(300 + k + id, 300 + k - 1 + id);
+      connect(410 + k + id, 400 + id);
+      connect(300 + k + id, 410 + k + id);
+    }
   }
   connect(501, 500);
   connect(502, 501);
@@ -171,7 +185,7 @@ std::string tower_dae(const TowerFile& file) {
   std::vector<double> binds;
   for (int k = 0; k < kJoints; ++k) {
     joints += (k ? " " : "") + file.name + std::to_string(k);
-    for (const double v : translation_rows(file, k, -1.0)) binds.push_back(v);
+    for (const double v : translation_rows(file, 0, k, -1.0)) binds.push_back(v);
   }
   names("skin-j", joints, kJoints, "JOINT");
   source("skin-b", binds, 16, "<param name=\"TRANSFORM\" type=\"float4x4\"/>");

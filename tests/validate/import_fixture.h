@@ -12,6 +12,9 @@ struct TowerFile {
   bool z_up = false;       // the file's up axis is Z, its front -Y; Y up, facing +Z else
   double weight = 1.0;     // what stands for a whole weight
   std::string name = "j";  // of the joints, before their number
+  // FBX: further towers with joints of the same names, 1 m to the left of the one before, all on
+  // one node.
+  int more = 0;
 };
 std::string tower_fbx(const TowerFile& file = {});  // ASCII FBX 7.4
 std::string tower_dae(const TowerFile& file = {});  // Collada 1.4.1

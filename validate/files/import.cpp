@@ -30,26 +30,40 @@ fs::path import_program() {
   std::error_code error;
   if (fs::is_regular_file(file, error)) return file;
   throw ReadError(
-      "cannot find backbend-import, which reads FBX, Collada, BVH and Draco: expected " +
+      "cannot find backbend-import, which reads FBX, Collada, BVH and compressed glTF: expected " +
       file.string());
 }
 
-/// Whether a .glb can be read only with its meshes decompressed by Draco. False for what is no
-/// glTF: its reader says why.
-bool needs_draco(const fs::path& file) {
+/// A way in which a .glb may be packed: the extension, and what decompresses it.
+struct Compression {
+  const char* extension;
+  const char* kind;  // as backbend-import calls it
+  const char* library;
+};
+constexpr Compression kCompressions[] = {{skin::kDracoExtension, "draco", "Draco"},
+                                         {skin::kMeshoptExtension, "meshopt", "meshoptimizer"}};
+
+/// That without which a .glb cannot be read; null for none, and for what is no glTF: its reader
+/// says why.
+const Compression* compression_of(const fs::path& file) {
+  if (kind_of(file) != "glb") return nullptr;
   const std::string text = skin::peek_glb_json(file);
-  if (text.find(skin::kDracoExtension) == std::string::npos) return false;
-  const auto root = nlohmann::json::parse(text, nullptr, false);
-  if (!root.is_object()) return false;
-  const auto required = root.find("extensionsRequired");
-  return required != root.end() && required->is_array() &&
-         std::ranges::find(*required, nlohmann::json(skin::kDracoExtension)) != required->end();
+  for (const Compression& each : kCompressions) {
+    if (text.find(each.extension) == std::string::npos) continue;
+    const auto root = nlohmann::json::parse(text, nullptr, false);
+    if (!root.is_object()) return nullptr;
+    const auto required = root.find("extensionsRequired");
+    if (required != root.end() && required->is_array() &&
+        std::ranges::find(*required, nlohmann::json(each.extension)) != required->end())
+      return &each;
+  }
+  return nullptr;
 }
 
 /// Why the child came back without a file, for a person who has only the file.
 std::string cause_of(const FilteredChild& child, const std::string& library) {
-  const std::string other = library == "Draco" ? "; export it without compression"
-                                               : "; export it as glTF, or export it again";
+  const std::string other = library != "Assimp" ? "; export it without compression"
+                                                : "; export it as glTF, or export it again";
   if (child.too_long || child.exit_code == 128 + SIGPROF || child.exit_code == 128 + SIGXCPU)
     return "takes too long to read for its size" + other;
   if (child.too_much) return "needs too much memory for its size" + other;
@@ -66,7 +80,7 @@ std::string cause_of(const FilteredChild& child, const std::string& library) {
 
 bool is_imported(const fs::path& file) {
   const std::string kind = kind_of(file);
-  return kind == "fbx" || kind == "dae" || kind == "bvh" || (kind == "glb" && needs_draco(file));
+  return kind == "fbx" || kind == "dae" || kind == "bvh" || compression_of(file) != nullptr;
 }
 
 skin::GltfDocument import_document(const fs::path& file) {
@@ -76,11 +90,13 @@ skin::GltfDocument import_document(const fs::path& file) {
   // The program limits its own memory and processor time; this stops one that merely waits.
   const double seconds = 60.0 + 1e-5 * static_cast<double>(size);
   const std::size_t most = std::min(skin::kMaxFileBytes, (std::size_t{64} << 20) + 16 * size);
-  const bool draco = kind_of(file) == "glb";
-  FilteredChild child = filter_child({import_program().string(), draco ? "draco" : kind_of(file)},
-                                     converted.source, most, seconds);
+  const Compression* packed = compression_of(file);
+  FilteredChild child =
+      filter_child({import_program().string(), packed != nullptr ? packed->kind : kind_of(file)},
+                   converted.source, most, seconds);
   if (child.exit_code != 0 || child.output.empty())
-    throw skin::CharacterError(file.string() + ": " + cause_of(child, draco ? "Draco" : "Assimp"));
+    throw skin::CharacterError(file.string() + ": " +
+                               cause_of(child, packed != nullptr ? packed->library : "Assimp"));
   converted.gltf = std::move(child.output);
   return skin::load_gltf(converted);
 }

@@ -122,20 +122,20 @@ const Case kCases[] = {
        p[7] = std::numeric_limits<float>::quiet_NaN();
        f.attributes()["POSITION"] = f.add(p, kFloat, "VEC3", 3);
      },
-     "/accessors/7", "element 2 is not finite"},
+     "/meshes/0/primitives/0/attributes/POSITION", "element 2 of /accessors/7 is not a number"},
     {"InfiniteWeight",
      [](GltfFixture& f) {
        std::vector<float> w(40, 0.25f);
        w[0] = std::numeric_limits<float>::infinity();
        f.attributes()["WEIGHTS_0"] = f.add(w, kFloat, "VEC4", 4);
      },
-     "/accessors/7", "not finite"},
+     "/meshes/0/primitives/0/attributes/WEIGHTS_0", "of /accessors/7 is infinite"},
     {"NanBind",
      [](GltfFixture& f) {
        std::vector<float> b(32, std::numeric_limits<float>::quiet_NaN());
        f.root["skins"][0]["inverseBindMatrices"] = f.add(b, kFloat, "MAT4", 16);
      },
-     "/accessors/7", "not finite"},
+     "/skins/0/inverseBindMatrices", "of /accessors/7 is not a number"},
     {"IndexOutOfRange",
      [](GltfFixture& f) {
        primitive(f)["indices"] =

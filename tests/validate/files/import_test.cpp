@@ -2,10 +2,12 @@
 #include "validate/files/import.h"
 
 #include <gtest/gtest.h>
+#include <meshoptimizer.h>
 #include <sys/stat.h>
 #include <tiny_gltf.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -16,7 +18,9 @@
 #include "skin/anatomy/anatomy.h"
 #include "skin/body/body.h"
 #include "skin/deform/skinning.h"
+#include "skin/gltf/glb_container.h"
 #include "skin/gltf/glb_writer.h"
+#include "skin/gltf/glb_writer_document.h"
 #include "skin/gltf/gltf_reader.h"
 #include "tests/skin/body_figure.h"
 #include "tests/source_folder.h"
@@ -67,6 +71,54 @@ std::string body_glb(bool with_draco) {
     EXPECT_EQ(packed.exit_code, 0) << packed.complaint;
     bytes = packed.output;
   }
+  return {bytes.begin(), bytes.end()};
+}
+
+/// The same with every run of values packed by meshoptimizer, as gltfpack does: the data of the
+/// other buffer stand nowhere. Places are filtered, too.
+std::string meshopt_glb() {
+  const std::string plain = body_glb(false);
+  const skin::GltfContainer container =
+      skin::open_gltf_container("plain.glb", {plain.begin(), plain.end()});
+  skin::GlbDocument out;
+  const skin::Json from = skin::Json::parse(container.json_text);
+  out.json = from;
+  out.json["bufferViews"] = skin::Json::array();
+  std::vector<skin::Json> views(from["bufferViews"].begin(), from["bufferViews"].end());
+  const std::size_t position = from["meshes"][0]["primitives"][0]["attributes"]["POSITION"];
+  for (const skin::Json& accessor : from["accessors"]) {
+    skin::Json& view = views[accessor["bufferView"].get<std::size_t>()];
+    const std::uint8_t* data = container.binary->data() + view["byteOffset"].get<std::size_t>();
+    const std::size_t count = accessor["count"], size = view["byteLength"];
+    std::vector<std::uint8_t> packed;
+    skin::Json extension = {{"byteStride", size / count}, {"count", count}};
+    if (view.value("target", 0) == skin::kIndexTarget) {
+      std::vector<std::uint32_t> corners(count);
+      std::memcpy(corners.data(), data, size);
+      packed.resize(meshopt_encodeIndexBufferBound(count, count));
+      packed.resize(meshopt_encodeIndexBuffer(packed.data(), packed.size(), corners.data(), count));
+      extension["mode"] = "TRIANGLES";
+    } else {
+      std::vector<std::uint8_t> values(data, data + size);
+      if (&accessor == &from["accessors"][position]) {
+        std::vector<float> places(3 * count);
+        std::memcpy(places.data(), data, size);
+        meshopt_encodeFilterExp(values.data(), count, size / count, 24, places.data());
+        extension["filter"] = "EXPONENTIAL";
+      }
+      packed.resize(meshopt_encodeVertexBufferBound(count, size / count));
+      packed.resize(meshopt_encodeVertexBuffer(packed.data(), packed.size(), values.data(), count,
+                                               size / count));
+      extension["mode"] = "ATTRIBUTES";
+    }
+    out.add_view(packed.data(), packed.size(), 0);
+    extension.update(out.json["bufferViews"].back());
+    view["buffer"] = 1;
+    view["extensions"][skin::kMeshoptExtension] = extension;
+  }
+  out.json["bufferViews"] = views;
+  out.json["extensionsUsed"] = out.json["extensionsRequired"] = {skin::kMeshoptExtension};
+  const std::vector<std::uint8_t> bytes = out.finish();
   return {bytes.begin(), bytes.end()};
 }
 
@@ -166,6 +218,62 @@ TEST_F(Import, RefusesDracoDataThatAreCutOrSaySomethingElseInOneLine) {
   }
 }
 
+/// A triangle from its lowest corner on, the same way round.
+glm::uvec3 from_lowest(const glm::uvec3& t) {
+  const unsigned lowest = std::min({t.x, t.y, t.z});
+  return t.x == lowest ? t : t.y == lowest ? glm::uvec3(t.y, t.z, t.x) : glm::uvec3(t.z, t.x, t.y);
+}
+
+TEST_F(Import, ReadsWhatMeshoptimizerCompressed) {
+  const fs::path file = write("packed.glb", meshopt_glb());
+  EXPECT_TRUE(is_imported(file));
+  const skin::Character expected = load_character(write("plain.glb", body_glb(false))),
+                        found = load_character(file);
+  ASSERT_EQ(found.vertex_count(), expected.vertex_count());
+  for (std::size_t v = 0; v < expected.vertex_count(); ++v) {
+    ASSERT_LT(glm::distance(found.bind_position[v], expected.bind_position[v]), kMillimetre) << v;
+    ASSERT_EQ(found.influences[v].joint, expected.influences[v].joint) << v;
+    ASSERT_EQ(found.influences[v].weight, expected.influences[v].weight) << v;
+  }
+  ASSERT_EQ(found.triangles.size(), expected.triangles.size());
+  for (std::size_t t = 0; t < expected.triangles.size(); ++t)
+    ASSERT_EQ(from_lowest(found.triangles[t]), from_lowest(expected.triangles[t])) << t;
+}
+
+TEST_F(Import, RefusesWhatMeshoptimizerCannotDecompressInOneLine) {
+  const std::string whole = meshopt_glb();
+  const auto with = [&](const std::string& old, const std::string& given) {
+    std::string out = whole;
+    const auto at = out.find(old);
+    EXPECT_NE(at, std::string::npos) << old;
+    return out.replace(at, given.size(), given);
+  };
+  const std::pair<std::string, std::string> cases[] = {
+      {with("\"byteStride\":12", "\"byteStride\":13"), "elements of 13 bytes"},
+      {with("\"byteStride\":12,\"count\":", "\"byteStride\":12,\"count\":9"), "damaged data"},
+      {with("EXPONENTIAL", "EXPONENTIEL"), "filter EXPONENTIEL"},
+      {with("\"ATTRIBUTES\"", "\"ATTRIBUTED\""), "unknown mode of compression ATTRIBUTED"}};
+  for (const auto& [bytes, why] : cases) {
+    const fs::path file = write("odd.glb", bytes);
+    const std::string said = refusal(file);
+    EXPECT_TRUE(is_one_line_about(said, file)) << said;
+    EXPECT_NE(said.find("meshoptimizer cannot read it: /bufferViews/"), std::string::npos) << said;
+    EXPECT_NE(said.find(why), std::string::npos) << said;
+  }
+}
+
+TEST_F(Import, BindsEachFigureToItsOwnJointsWhereTheirNamesAreTheSame) {
+  const skin::Character towers = load_character(write("towers.fbx", tower_fbx({.more = 2})));
+  ASSERT_EQ(towers.parts.size(), 3u);
+  const skin::PosedMesh rest = skin::rest_mesh(towers);
+  for (std::size_t n = 0; n < 3; ++n)
+    for (std::size_t v = 0; v < towers.parts[n].vertex_count; ++v)
+      EXPECT_NEAR(
+          std::abs(rest.position[towers.parts[n].first_vertex + v].x - static_cast<float>(n)), 0.05,
+          kMillimetre)
+          << n;
+}
+
 TEST_F(Import, NormalisesTheWeightsThatFbxLeavesAsTheyAreAndSaysSo) {
   const skin::Character tower = load_character(write("tower.fbx", tower_fbx({.weight = 0.9375})));
   EXPECT_EQ(tower.worst_weight_sum, 1.0) << "FBX stores shares: any sum is legal";
@@ -247,7 +355,7 @@ TEST_F(Import, FindsSpineAndArmsOfTheSharedFbxWithoutHints) {
   EXPECT_EQ(names(anatomy.left_arm), (Names{"LeftShoulder", "LeftArm", "LeftForeArm", "Lefthand"}));
   EXPECT_EQ(names(anatomy.right_arm),
             (Names{"RightShoulder", "RightArm", "RightForeArm", "RightHand"}));
-  EXPECT_TRUE(anatomy.sure);
+  EXPECT_TRUE(anatomy.sure());
   EXPECT_EQ(arnaud.joints.size(), 53u);
   EXPECT_EQ(arnaud.triangles.size(), 6670u);
   EXPECT_NEAR(anatomy.height, 1.83, 0.01);  // metres: the file counts centimetres
