@@ -161,15 +161,16 @@ std::string chain_text(const std::vector<std::string>& joints) {
 }  // namespace
 
 void print_character(const std::string& title, const CharacterFacts& facts, bool has_baseline) {
-  const std::string sure =
-      facts.sure ? "   sure" : "   uncertain; specify --hip, --chest or --spine";
+  const char* const sure = facts.doubts.empty() ? "   sure" : "   uncertain";
   std::printf("%s\n", visible(title).c_str());
   std::printf(
       "  body   %d part%s, %d vertices, %s high, spine %s long (file units; the reference "
       "length)\n",
       facts.meshes, facts.meshes == 1 ? "" : "s", facts.vertices,
       number_text(facts.height, 3).c_str(), number_text(facts.spine_length, 3).c_str());
-  std::printf("  spine  %s%s\n", chain_text(facts.spine).c_str(), sure.c_str());
+  std::printf("  spine  %s%s\n", chain_text(facts.spine).c_str(), sure);
+  for (const std::string& doubt : facts.doubts)
+    std::printf("  doubt  %s\n", visible(doubt).c_str());
   const std::string left = facts.left_arm.empty() ? "none" : visible(facts.left_arm.front());
   const std::string right = facts.right_arm.empty() ? "none" : visible(facts.right_arm.front());
   std::printf("  arms   %s, %s\n", left.c_str(), right.c_str());

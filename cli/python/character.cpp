@@ -103,8 +103,8 @@ py::object anatomy(const Shared& character) {
                "right_leg"_a = names(found.right_leg), "tail"_a = names(found.tail),
                "up"_a = vector(found.up), "forward"_a = vector(found.forward),
                "left"_a = vector(found.left), "height"_a = found.height,
-               "spine_length"_a = found.spine_length, "sure"_a = found.sure,
-               "reasons"_a = found.reasons));
+               "spine_length"_a = found.spine_length, "sure"_a = found.sure(),
+               "doubts"_a = found.doubts, "reasons"_a = found.reasons));
 }
 
 py::array chain(const Shared& character) {

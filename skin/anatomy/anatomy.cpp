@@ -42,7 +42,7 @@ class Finder {
     find_arms_and_legs();
     prefer_the_chain_with_limbs();
     find_tail();
-    find_facing(character_, shape_, out_);
+    find_facing(character_, shape_, hints_, out_);
     name_sides();
     find_neck();
     find_chest();
@@ -490,7 +490,9 @@ class Finder {
       // With legs that hang from elsewhere the torso is there, too: a neck was taken for it.
       if (hints_.spine.empty() && hints_.hip.empty() && !out_.left_leg.empty() &&
           !shape_.is_ancestor(character_, out_.spine.front(), out_.left_leg.front()))
-        out_.sure = false;
+        doubt("the arms start where the spine from " + name(out_.spine.front()) + " to " +
+              name(out_.spine.back()) +
+              " starts: it may be the neck; --hip, --chest or --spine choose another");
       return drive_to(out_.neck_index, neck_why_ +
                                            "; the arms start at the hips, which leaves no "
                                            "spine below them");
@@ -528,10 +530,14 @@ class Finder {
       out_.followers.push_back(loose);
   }
 
+  void doubt(const std::string& what) {
+    if (!hints_.confirmed) out_.doubts.push_back(what);
+  }
+
   /// Nothing is sure of a body that does not fit its skeleton.
   void doubt_import() {
     for (const ImportFact& fact : check_import(character_)) {
-      out_.sure = false;
+      doubt(fact.message);
       say(fact.code + ": " + fact.message);
     }
   }

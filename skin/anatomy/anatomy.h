@@ -21,6 +21,10 @@ struct AnatomyHints {
   std::vector<std::string> spine;
   std::vector<std::string> left_arm, right_arm;
   std::string rig_template;  // whose names the joints bear: skin/anatomy/rig_templates.h
+  // What a person has confirmed: all that is doubtful, with up and forward as `+Y`; empty where
+  // those are oblique.
+  bool confirmed = false;
+  std::string up = "", forward = "";
 };
 
 /// A joint that no driven joint carries although it touches one: it goes where that one goes.
@@ -48,9 +52,10 @@ struct Anatomy {
   int head = -1;
   glm::dvec3 up{0, 1, 0}, forward{0, 0, 1}, left{1, 0, 0};  // unit, world space
   double height = 0.0;                                      // rest extent along up, of this figure
-  double spine_length = 0.0;  // rest arc length hips .. chest: the reference length
-  bool sure = true;
+  double spine_length = 0.0;         // rest arc length hips .. chest: the reference length
   std::vector<std::string> reasons;  // why this choice, one line each
+  std::vector<std::string> doubts;   // what a person has to confirm before anything is judged
+  bool sure() const { return doubts.empty(); }
 };
 
 /// Finds the anatomy from names, topology, weights and geometry together. Throws CharacterError

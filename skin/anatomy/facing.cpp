@@ -42,6 +42,13 @@ std::string axis_text(const glm::dvec3& v) {
   return "an oblique axis";
 }
 
+/// The axis that a sidecar calls `-Z`.
+glm::dvec3 axis_of(const std::string& name) {
+  glm::dvec3 axis(0.0);
+  axis[name.back() - 'X'] = name.front() == '-' ? -1.0 : 1.0;
+  return axis;
+}
+
 double angle_deg(const glm::dvec3& a, const glm::dvec3& b) {
   return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b)) * 180.0 / 3.14159265358979;
 }
@@ -75,6 +82,18 @@ double legs_end_at(const SkeletonShape& shape, const Anatomy& anatomy, const glm
   return top > floor ? (end - floor) / (top - floor) : 0.0;
 }
 
+/// Whether a body stands on its forelegs, which hang from it as the standard says.
+bool stands_on_forelegs(const SkeletonShape& shape, const Anatomy& anatomy,
+                        const glm::dvec3& standard) {
+  constexpr double kUpright = 30.0;
+  glm::dvec3 down(0.0);
+  for (const auto* leg : {&anatomy.left_arm, &anatomy.right_arm}) {
+    if (leg->size() < 2) return false;
+    down += at(shape, leg->back()) - at(shape, leg->front());
+  }
+  return glm::length(down) > 0.0 && angle_deg(-down, standard) < kUpright;
+}
+
 Up find_up(const SkeletonShape& shape, const Anatomy& anatomy) {
   constexpr glm::dvec3 kStandard(0.0, 1.0, 0.0);
   if (anatomy.left_leg.size() < 2 || anatomy.right_leg.size() < 2) return {};
@@ -87,8 +106,10 @@ Up find_up(const SkeletonShape& shape, const Anatomy& anatomy) {
   if (glm::length(down) == 0.0) return {};
   const glm::dvec3 up = snapped(-down);
   if (up == kStandard) return {kStandard, "away from the feet", true};
-  // Someone who sits: the legs point forward, the back does not.
-  if (snapped(body) == kStandard) return {};
+  // Someone who sits or crouches: the legs point forward, the back does not.
+  constexpr double kUprightBack = 50.0;
+  const double back = angle_deg(body, kStandard);
+  if (back < kUprightBack && back < angle_deg(body, up)) return {};
   const std::string lean =
       number_text(std::round(angle_deg(-down, kStandard)), 3) + " deg from the standard's +Y";
   // Off every axis the legs alone prove nothing; nor do legs that a body would not stand on, as
@@ -97,7 +118,8 @@ Up find_up(const SkeletonShape& shape, const Anatomy& anatomy) {
   constexpr double kStandsOn = 0.35;  // knees, of a skeleton without feet, are at 0.28
   const bool off_the_floor = legs_end_at(shape, anatomy, up) > kStandsOn;
   if (off_the_floor || (oblique && angle_deg(-down, body) > kSameDirection))
-    return {kStandard, "the standard's; the legs lean " + lean, angle_deg(-down, kStandard) < 60.0};
+    return {kStandard, "the standard's; the legs lean " + lean,
+            angle_deg(-down, kStandard) < 60.0 || stands_on_forelegs(shape, anatomy, kStandard)};
   return {up, "away from the feet, " + lean, false};
 }
 
@@ -188,13 +210,24 @@ glm::dvec3 forward_by_body(const Character& character, const SkeletonShape& shap
 
 }  // namespace
 
-void find_facing(const Character& character, const SkeletonShape& shape, Anatomy& anatomy) {
+void find_facing(const Character& character, const SkeletonShape& shape, const AnatomyHints& hints,
+                 Anatomy& anatomy) {
   std::string forward_why;
-  const Up up = find_up(shape, anatomy);
+  Up up = find_up(shape, anatomy);
+  if (!up.sure && !hints.confirmed)
+    anatomy.doubts.push_back("up is " + axis_text(up.axis) + ": " + up.why);
+  if (!up.sure && !hints.up.empty()) up = {axis_of(hints.up), "as confirmed", true};
   anatomy.up = up.axis;
   bool names_agree = true;
   glm::dvec3 left = left_by_name(shape, anatomy.up, names_agree);
-  if (glm::length(left) > 0.0) {
+  if (!names_agree && !hints.confirmed)
+    anatomy.doubts.emplace_back("which way it faces: pairs of joints point different ways");
+  const glm::dvec3 confirmed_left =
+      hints.forward.empty() ? glm::dvec3(0.0) : glm::cross(anatomy.up, axis_of(hints.forward));
+  if (!names_agree && glm::length(confirmed_left) > 0.5) {
+    left = confirmed_left;
+    forward_why = "as confirmed";
+  } else if (glm::length(left) > 0.0) {
     forward_why = names_agree ? "left and right by the joints' names"
                               : "the nearest axis; pairs of joints point different ways";
   } else {
@@ -211,7 +244,6 @@ void find_facing(const Character& character, const SkeletonShape& shape, Anatomy
   anatomy.left = snapped(glm::normalize(without(snapped(left), anatomy.up)));
   // Adding 0 turns -0 into 0, which would show in reports.
   anatomy.forward = glm::normalize(glm::cross(anatomy.left, anatomy.up)) + 0.0;
-  anatomy.sure = anatomy.sure && up.sure && names_agree;
   anatomy.reasons.push_back("up " + axis_text(anatomy.up) + ": " + up.why);
   anatomy.reasons.push_back("faces " + axis_text(anatomy.forward) + ": " + forward_why);
 }

@@ -10,7 +10,10 @@ namespace backbend::skin {
 /// Forward: by left, else where the soles lie before the ankles or the head of a level body before
 /// the hips, else +Z (the standard's). Directions within 30 degrees of a world axis are that axis.
 /// Others count only where legs and back agree on up, and all named pairs on left; else the
-/// standard's up and the nearest axis do. An up that is not the standard's is never sure.
-void find_facing(const Character& character, const SkeletonShape& shape, Anatomy& anatomy);
+/// standard's up and the nearest axis do. An up that is not the standard's is doubtful, and so are
+/// pairs that point different ways: there what a person confirmed counts (AnatomyHints::up and
+/// forward).
+void find_facing(const Character& character, const SkeletonShape& shape, const AnatomyHints& hints,
+                 Anatomy& anatomy);
 
 }  // namespace backbend::skin

@@ -413,6 +413,11 @@ AnatomyHints hints_with(const Sidecar& sidecar, AnatomyHints hints) {
     hints.left_arm = sidecar.left_arm;
     hints.right_arm = sidecar.right_arm;
   }
+  // One that was saved says which way the body stands; one that only names a control confirms
+  // nothing.
+  hints.confirmed = !sidecar.spine.empty();
+  hints.up = sidecar.up;
+  hints.forward = sidecar.forward;
   return hints;
 }
 

@@ -82,7 +82,9 @@ void add_body(const Character& character, const Anatomy& anatomy, Lines& out) {
 }
 
 void add_anatomy(const Character& character, const Anatomy& anatomy, Lines& out) {
-  out.add("spine", chain_text(character, anatomy.spine) + (anatomy.sure ? "   sure" : "   unsure"));
+  out.add("spine",
+          chain_text(character, anatomy.spine) + (anatomy.sure() ? "   sure" : "   uncertain"));
+  for (const std::string& doubt : anatomy.doubts) out.add("doubt", doubt);
   const int end = anatomy.spine[anatomy.chest_index];
   out.add("chest", anatomy.chest < 0 ? "none told by arms; driven to " + name(character, end)
                    : anatomy.chest == end

@@ -18,17 +18,20 @@ struct OffBone {
 WeightAnswer find_level_faults(const SkinPlaces& places, const Anatomy& anatomy) {
   WeightAnswer out;
   std::vector<double> weight(places.chain.size(), 0.0), along(places.chain.size(), 0.0);
+  std::vector<bool> leads(places.chain.size(), false);
   for (Index p = 0; p < places.weights.size(); ++p)
     for (const NodeWeight& w : places.weights[p]) {
       const int on = places.on_spine[static_cast<Index>(w.node)];
       if (on < 0 || places.costume[places.shell[p]]) continue;
       weight[static_cast<Index>(on)] += w.weight;
       along[static_cast<Index>(on)] += w.weight * places.along[p];
+      if (places.main[p] == w.node) leads[static_cast<Index>(on)] = true;
     }
   // Hips and chest hold areas of their own, beyond their bones.
   std::vector<OffBone> off;
   for (Index k = 1; k < anatomy.chest_index; ++k) {
-    if (weight[k] < kLeastArea * places.all) continue;
+    // One that leads nowhere only adds to the areas around it: a coarse body between two rings.
+    if (weight[k] < kLeastArea * places.all || !leads[k]) continue;
     // A bone leads to the joint that hangs from it: of a spine that hangs from its chest,
     // downwards.
     const bool hangs_below =
@@ -38,7 +41,7 @@ WeightAnswer find_level_faults(const SkinPlaces& places, const Anatomy& anatomy)
     off.push_back({k, middle - std::clamp(middle, places.arc[low], places.arc[low + 1])});
   }
   if (off.empty()) {
-    out.not_applicable = "no vertebra between hips and chest has weight";
+    out.not_applicable = "no vertebra between hips and chest has an area of its own";
     return out;
   }
   // The median: one vertebra with an odd area says nothing of the others, and BB066 asks for it.

@@ -2,10 +2,13 @@
 
 import json
 import math
+import shlex
 
 import dae
 import glb
 from harness import BAD_INPUT, CommandTest, character
+
+NOT_MEASURED = 5
 
 
 def scaled(factor):
@@ -69,6 +72,34 @@ class BrokenImports(CommandTest):
                 self.assertIn(side, found["arms"][side][0].lower())
             self.assertEqual(found["driven"]["unreached"], [])
             self.assertEqual(found["import"], [])
+
+
+class DoubtfulCharacters(CommandTest):
+    def test_are_judged_once_a_person_has_confirmed_them(self):
+        path = self.folder / "lying.glb"
+
+        def lie(document):
+            document["nodes"].append({"name": "turned", "rotation": [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)],
+                                      "children": document["scenes"][0]["nodes"]})
+            document["scenes"][0]["nodes"] = [len(document["nodes"]) - 1]
+        document, binary = glb.decode(character("mh_male_13k.glb").read_bytes())
+        lie(document)
+        path.write_bytes(glb.encode(document, binary))
+        result = self.backbend("check", path, "--quick", "-o", "run")
+        self.assertEqual(result.returncode, NOT_MEASURED, result.stderr)
+        report = json.loads((self.folder / "run/report.json").read_text())
+        (facts,) = report["characters"]
+        self.assertFalse(facts["sure"])
+        self.assertIn("up is -Z", facts["doubts"][0])
+        self.assertIn("not judged before backbend inspect --save confirms it", report["reasons"][0])
+        self.assertEqual(report["next"][0], f"backbend inspect {shlex.quote(str(path))} --save")
+        self.assert_runs("inspect", path, "--save")
+        self.assert_runs("check", path, "--quick", "-o", "run")
+        # Axes that were found wrong are mended in the file that was saved.
+        sidecar = path.with_suffix(".backbend.toml")
+        sidecar.write_text(sidecar.read_text().replace('up = "-Z"', 'up = "+Y"').replace(
+            'forward = "+Y"', 'forward = "+Z"'))
+        self.assertIn("up +Y", self.assert_runs("inspect", path).stdout)
 
 
 class FaultyWeights(CommandTest):

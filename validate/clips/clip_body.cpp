@@ -174,7 +174,7 @@ void ClipBody::match_by_place(const skin::Clip& clip) {
   } catch (const CharacterError&) {
     return;  // names are all there is: check_spine() says what is missing
   }
-  if (!theirs.sure) return;
+  if (!theirs.sure()) return;
   // Names of another convention may match ours by chance and mean another joint.
   clip_joint_.assign(character_.nodes.size(), -1);
   const auto join = [&](int ours, int their) {

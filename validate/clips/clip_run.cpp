@@ -39,7 +39,7 @@ skin::Anatomy skeleton_anatomy(const skin::Character& character, const skin::Ana
   if (hints.spine.empty() && hints.hip.empty() && hints.chest.empty()) {
     try {
       out = skin::find_anatomy(character, hints);
-      if (out.sure) return out;
+      if (out.sure()) return out;
     } catch (const CharacterError&) {  // what is said below is the way out
     }
     out = {};
@@ -188,6 +188,10 @@ Report judge_body(const ClipRequest& request, const ClipInput& input, const Stag
     report.canaries.push_back(clip_canary(record, clip, body, anatomy));
   for (std::string& line : clip_sensitivity(record)) report.detectors.push_back(std::move(line));
   if (!report.findings.empty()) report.next = {"backbend explain " + report.findings.front().code};
+  if (!facts.doubts.empty())
+    report.next.insert(
+        report.next.begin(),
+        confirm_command(request.character.empty() ? request.clip : request.character));
   // Captured or keyed motion has no rig that could be asked.
   if (is_better_asked_live(record) && record.recording->owner == Owner::rig)
     report.next.push_back(live_command(clip, request.character));

@@ -2,6 +2,7 @@
 
 #include "validate/files/hash.h"
 #include "validate/stage/stage.h"
+#include "validate/text/shell_word.h"
 
 namespace backbend::validate {
 
@@ -32,6 +33,10 @@ std::vector<std::string> names_of(const skin::Character& character, const std::v
 
 }  // namespace
 
+std::string confirm_command(const std::filesystem::path& file) {
+  return "backbend inspect " + shell_word(file.string()) + " --save";
+}
+
 CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
                         const std::string& envelope) {
   CharacterFacts facts;
@@ -48,7 +53,7 @@ CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& a
   facts.spine = names_of(character, {anatomy.spine.begin(), anatomy.spine.begin() + driven});
   facts.left_arm = names_of(character, anatomy.left_arm);
   facts.right_arm = names_of(character, anatomy.right_arm);
-  facts.sure = anatomy.sure;
+  facts.doubts = anatomy.doubts;
   facts.envelope = envelope;
   for (const skin::Warning& warning : character.warnings) facts.notes.push_back(warning.message);
   return facts;

@@ -21,6 +21,9 @@ struct ConfirmedCharacter {
 ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::AnatomyHints hints,
                                   bool about_to_confirm = false);
 
+/// The command by which a person confirms how a character was understood.
+std::string confirm_command(const std::filesystem::path& file);
+
 /// How a character was understood, for the head of a report.
 CharacterFacts facts_of(const skin::Character& character, const skin::Anatomy& anatomy,
                         const std::string& envelope);

@@ -1,6 +1,7 @@
 #include "validate/judge/verdict.h"
 
 #include <algorithm>
+#include <set>
 
 #include "skin/character/printable.h"
 #include "validate/model/digest.h"
@@ -58,6 +59,24 @@ Verdict verdict_of(const RigResult& rig, bool fails) {
                                                                     : Verdict::pass;
 }
 
+/// On a character that may have been misunderstood nothing passes and nothing fails: what was
+/// found is shown, and who decides is whoever confirms it.
+std::set<std::string> hold_back(Report& report) {
+  std::set<std::string> names;
+  for (const CharacterFacts& facts : report.characters) {
+    if (facts.doubts.empty()) continue;
+    names.insert(facts.name);
+    std::string text = facts.name + ": not judged before backbend inspect --save confirms it: ";
+    for (std::size_t i = 0; i < facts.doubts.size(); ++i)
+      text += (i > 0 ? "; " : "") + facts.doubts[i];
+    report.reasons.push_back(std::move(text));
+  }
+  for (Finding& finding : report.findings)
+    if (finding.verdict == Verdict::fail && names.contains(finding.character))
+      finding.verdict = Verdict::stress;
+  return names;
+}
+
 std::string rig_text(const RigResult& rig) {
   return rig.mapping.empty() ? rig.rig : rig.rig + " (" + rig.mapping + ")";
 }
@@ -66,10 +85,12 @@ std::string rig_text(const RigResult& rig) {
 
 void conclude(Report& report) {
   bool failed = false, gap = false, proposed = false;
+  const std::set<std::string> doubtful = hold_back(report);
   for (std::size_t r = 0; r < report.rigs.size(); ++r) {
     RigResult& rig = report.rigs[r];
     const std::vector<const Finding*> failures = failures_of(report, r);
-    rig.verdict = verdict_of(rig, !failures.empty());
+    rig.verdict = doubtful.contains(rig.character) ? Verdict::not_measured
+                                                   : verdict_of(rig, !failures.empty());
     if (rig.role != Role::proposed) continue;
     proposed = true;
     failed = failed || rig.verdict == Verdict::fail;
@@ -82,7 +103,8 @@ void conclude(Report& report) {
           rig_text(rig) + ": " + skin::plural(failures.size(), "finding") + ", worst " +
           worst->code + " " + std::string(find_check(worst->code)->name) + " " +
           value_text(*worst) + " at " + worst->pose + (place.empty() ? "" : ", " + place));
-    } else if (rig.verdict == Verdict::not_measured && envelope_gaps(rig).empty()) {
+    } else if (rig.verdict == Verdict::not_measured && !doubtful.contains(rig.character) &&
+               envelope_gaps(rig).empty()) {
       report.reasons.push_back(rig_text(rig) +
                                ": not everything that decides was measured: " + gaps_text(rig));
     }

@@ -123,7 +123,7 @@ struct CharacterFacts {
   int meshes = 0, vertices = 0, triangles = 0, joints = 0;
   double height = 0, spine_length = 0;
   std::vector<std::string> spine, left_arm, right_arm;
-  bool sure = true;
+  std::vector<std::string> doubts;        // what a person has to confirm first; empty: sure
   std::string kind, kind_reason;          // `human`, `arms on an upright spine`
   std::string envelope, envelope_reason;  // its name; where it comes from, and its figures
   std::vector<std::string> notes;

@@ -309,7 +309,9 @@ CharacterFacts character(Place p) {
   c.left_arm = texts(arms.at("left"));
   c.right_arm = texts(arms.at("right"));
   arms.done();
-  c.sure = p.at("sure").flag();
+  const bool sure = p.at("sure").flag();
+  c.doubts = p.optional("doubts", c.doubts, texts);
+  if (!sure && c.doubts.empty()) c.doubts.emplace_back("the spine");  // an earlier version's
   c.kind = p.optional("kind", c.kind, text);
   c.kind_reason = p.optional("kind_reason", c.kind_reason, text);
   c.envelope = p.at("envelope").text();

@@ -863,6 +863,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
   std::vector<CharacterRun> runs;  // of a comparison
   Carried carried(request, progress, report);
   std::size_t carried_count = 0;
+  std::vector<std::filesystem::path> doubtful;
   if (carried.store() != nullptr && !carried.store()->place().fresh)
     read_carried_ahead(request, *carried.store());
   for (const std::filesystem::path& file : suite.characters) {
@@ -887,6 +888,7 @@ Report run_suite(const RunRequest& request, Progress& progress) {
                                      ? std::pair<std::string, std::string>()
                                      : carried_unit(request, *carried.store(), file);
       const std::string night = carried.take_or_do(unit, stamp, 0, fits, measure);
+      if (!report.characters.back().doubts.empty()) doubtful.push_back(file);
       if (night.empty()) continue;
       ++carried_count;
       CharacterFacts& facts = report.characters.back();
@@ -951,6 +953,8 @@ Report run_suite(const RunRequest& request, Progress& progress) {
     if (repairable != report.findings.end())
       report.next.push_back(repairable->cures.front().command);
   }
+  for (const std::filesystem::path& file : doubtful)
+    report.next.insert(report.next.begin(), confirm_command(file));
   if (request.baseline) {
     const Digest digest(report);
     apply_baseline(

@@ -91,6 +91,7 @@ class Anatomy(Record):
     height: float
     spine_length: float
     sure: bool
+    doubts: list[str]
     reasons: list[str]
 
 class Character:
@@ -313,6 +314,7 @@ class CharacterFacts(Record):
     spine: list[str]
     arms: Record
     sure: bool
+    doubts: list[str]
     kind: str
     kind_reason: str
     envelope: str

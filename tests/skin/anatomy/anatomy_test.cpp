@@ -404,6 +404,38 @@ TEST(Anatomy, KnowsSomeoneWhoSitsFromSomeoneWhoLies) {
           glm::translate(glm::dmat4(1.0), glm::dvec3(node.world_from_node[3].x, 0.88,
                                                      0.88 - node.world_from_node[3].y));
   EXPECT_EQ(find_anatomy(character).up, glm::dvec3(0, 1, 0));
+  // Crouched: the back leans by 40 degrees, too.
+  const double height = 0.9;  // of the hips
+  for (Node& node : character.nodes) {
+    glm::dvec4& place = node.world_from_node[3];
+    if (place.y <= height || std::abs(place.x) > 0.3) continue;
+    place.z += (place.y - height) * std::tan(40.0 * M_PI / 180.0);
+  }
+  const Anatomy crouched = find_anatomy(character);
+  EXPECT_EQ(crouched.up, glm::dvec3(0, 1, 0));
+  EXPECT_TRUE(crouched.sure());
+}
+
+TEST(Anatomy, OfABodyThatLiesIsDoubtfulAndAsAPersonConfirmsIt) {
+  Character character = stick_figure();
+  const glm::dmat4 lie(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 0, -1, 0), glm::dvec4(0, 1, 0, 0),
+                       glm::dvec4(0, 0, 0, 1));  // its head along -Z, its face up
+  for (Node& node : character.nodes) node.world_from_node = lie * node.world_from_node;
+  const Anatomy found = find_anatomy(character);
+  EXPECT_EQ(found.up, glm::dvec3(0, 0, -1));
+  ASSERT_EQ(found.doubts.size(), 1u);
+  EXPECT_EQ(found.doubts.front(), "up is -Z: away from the feet, 90 deg from the standard's +Y");
+  AnatomyHints hints;
+  hints.confirmed = true;
+  EXPECT_TRUE(find_anatomy(character, hints).sure());
+  EXPECT_EQ(find_anatomy(character, hints).up, found.up);
+  hints.up = "+Y";
+  const Anatomy confirmed = find_anatomy(character, hints);
+  EXPECT_TRUE(confirmed.sure());
+  EXPECT_EQ(confirmed.up, glm::dvec3(0, 1, 0));
+  // What is beyond doubt is not overruled: another export would go unnoticed.
+  hints.up = "+Z";
+  EXPECT_EQ(find_anatomy(stick_figure(), hints).up, glm::dvec3(0, 1, 0));
 }
 
 TEST(Anatomy, KnowsAnAnimalWhoseFeetHangElsewhereFromAFigureThatStandsUpright) {
@@ -435,6 +467,7 @@ TEST(Anatomy, KnowsAnAnimalWhoseFeetHangElsewhereFromAFigureThatStandsUpright) {
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_EQ(anatomy.up, glm::dvec3(0, 1, 0));
   EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
+  EXPECT_TRUE(anatomy.sure());  // it stands on its forelegs
 }
 
 TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
@@ -666,7 +699,7 @@ TEST(Anatomy, OfTheFigureWithTheSpineIsItsOwnWhateverOtherFigureTheFileHolds) {
         EXPECT_EQ(anatomy.tail, expected.tail);
         EXPECT_EQ(anatomy.chest_index, expected.chest_index);
         EXPECT_TRUE(anatomy.followers.empty());
-        EXPECT_TRUE(anatomy.sure);
+        EXPECT_TRUE(anatomy.sure());
         EXPECT_EQ(reason_of(anatomy, "another figure: "),
                   "another figure: 'pony_hips' has limbs of its own, and is left out");
       }
@@ -1157,10 +1190,10 @@ TEST(Anatomy, OfANeckThatHangsBesideTheSpineIsNotSure) {
         "def_" + std::to_string(k);
   const Anatomy found = find_anatomy(character);
   EXPECT_EQ(character.nodes[static_cast<std::size_t>(found.spine.front())].name, "neck");
-  EXPECT_FALSE(found.sure);
+  EXPECT_FALSE(found.sure());
   AnatomyHints hints;
   hints.spine = {"def_0", "def_1", "def_2", "def_3"};
-  EXPECT_TRUE(find_anatomy(character, hints).sure);
+  EXPECT_TRUE(find_anatomy(character, hints).sure());
 }
 
 }  // namespace

@@ -42,7 +42,7 @@ TEST(ImportChecks, RefuseABodyOfAnotherSize) {
     const Character character = moved_body(glm::scale(glm::dmat4(1.0), glm::dvec3(factor)));
     EXPECT_EQ(code_of(character), "body_size!") << factor;
     EXPECT_THROW(require_possible_import(character), CharacterError);
-    EXPECT_FALSE(find_anatomy(character).sure);
+    EXPECT_FALSE(find_anatomy(character).sure());
   }
   const auto facts = check_import(moved_body(glm::scale(glm::dmat4(1.0), glm::dvec3(100.0))));
   EXPECT_NE(facts.front().message.find("about 88 times"), std::string::npos)
@@ -56,7 +56,7 @@ TEST(ImportChecks, RefuseABodyOfAnotherSize) {
                                         glm::translate(glm::dmat4(1.0), -middle));
   EXPECT_EQ(code_of(doubtful), "body_size");
   EXPECT_NO_THROW(require_possible_import(doubtful));
-  EXPECT_FALSE(find_anatomy(doubtful).sure);
+  EXPECT_FALSE(find_anatomy(doubtful).sure());
 }
 
 TEST(ImportChecks, RefuseABodyBesideItsSkeletonOrOnItsBack) {
@@ -169,8 +169,8 @@ TEST(Facing, ThatIsNotTheFormatsIsNotSure) {
   for (Node& node : character.nodes) node.world_from_node = over * node.world_from_node;
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_NEAR(anatomy.up.z, 1.0, 1e-12);
-  EXPECT_FALSE(anatomy.sure);
-  EXPECT_TRUE(find_anatomy(stick_figure(3)).sure);
+  EXPECT_FALSE(anatomy.sure());
+  EXPECT_TRUE(find_anatomy(stick_figure(3)).sure());
 }
 
 TEST(Limbs, WhoseNamesAnExporterNumberedAreFound) {
@@ -281,7 +281,7 @@ class RealImports : public ::testing::TestWithParam<const char*> {};
 TEST_P(RealImports, FitTheirSkeletons) {
   REQUIRE_CHARACTER(GetParam());
   const Character character = read_character(shared_character(GetParam()));
-  EXPECT_TRUE(find_anatomy(character).sure);
+  EXPECT_TRUE(find_anatomy(character).sure());
   EXPECT_TRUE(joints_bound_off(character).empty());
   for (const double factor : {1.0, 0.01, 100.0})
     EXPECT_EQ(code_of(scaled(character, factor)), "") << factor;

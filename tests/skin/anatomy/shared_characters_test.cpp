@@ -64,7 +64,7 @@ TEST_P(EveryCharacter, HasTheSpineArmsAndFacingThatItsAuthorGaveIt) {
   EXPECT_EQ(axis_name(anatomy.forward), facts["forward"].get<std::string>());
   EXPECT_EQ(axis_name(anatomy.up), facts["up"].get<std::string>());
   EXPECT_NEAR(glm::length(glm::cross(anatomy.up, anatomy.forward) - anatomy.left), 0.0, 1e-12);
-  EXPECT_TRUE(anatomy.sure);
+  EXPECT_TRUE(anatomy.sure());
 }
 
 TEST_P(EveryCharacter, HasItsCountsAndASkeletonInHierarchyOrder) {

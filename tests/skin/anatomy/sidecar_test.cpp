@@ -169,6 +169,16 @@ TEST(Sidecar, TakesATemplateInPlaceOfAList) {
   }
 }
 
+TEST(Sidecar, ConfirmsWhatIsDoubtfulWhereItWasSavedWithASpine) {
+  const AnatomyHints hints = hints_with(full_sidecar(), {});
+  EXPECT_TRUE(hints.confirmed);
+  EXPECT_EQ(hints.up, "+Z");
+  EXPECT_EQ(hints.forward, "-Y");
+  Sidecar controls;  // written by hand for its controls
+  controls.controls = full_sidecar().controls;
+  EXPECT_FALSE(hints_with(controls, {}).confirmed);
+}
+
 TEST(Sidecar, GivesWayToTheCommandLine) {
   AnatomyHints said;
   said.chest = "spine";

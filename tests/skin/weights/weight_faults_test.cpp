@@ -445,6 +445,22 @@ TEST(OffBones, AreVertebraeThatEachHaveTheWeightsOfTheNext) {
   }
 }
 
+TEST(OffBones, AreNotVertebraeThatLeadNowhere) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  Character coarse = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(coarse);
+  const std::size_t chest = anatomy.chest_index;
+  move_weight(coarse, anatomy, anatomy.spine[1], anatomy.spine[0], 1.0);
+  for (std::size_t k = 2; k < chest; ++k)
+    move_weight(coarse, anatomy, anatomy.spine[k], anatomy.spine[chest], 1.0);
+  move_weight(coarse, anatomy, anatomy.spine[0], anatomy.spine[chest - 1], 0.3);
+  EXPECT_EQ(find_weight_faults(coarse, anatomy).levels.not_applicable,
+            "no vertebra between hips and chest has an area of its own");
+  // Where it leads it counts: the weights of the hips are far below its bone.
+  move_weight(coarse, anatomy, anatomy.spine[0], anatomy.spine[chest - 1], 0.8);
+  EXPECT_GT(find_weight_faults(coarse, anatomy).levels.worst(), kOffBones);
+}
+
 TEST(OffBones, AreAskedOfTheBoneBelowEachJointWhereTheSpineHangsFromItsChest) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   Character hanging = read_character(shared_character("mh_male_13k.glb"));

@@ -595,6 +595,36 @@ TEST(Reasons, NameTheChecksThatWereNotMeasured) {
       "even: not everything that decides was measured: BB030 cross-section collapse (4 of 9)");
 }
 
+TEST(Verdicts, OnACharacterThatIsUncertainAreNeitherPassNorFail) {
+  Report report;
+  RigResult rig;
+  rig.rig = "even";
+  rig.coverage = {{"BB010", 9, 9, 0, 0}};
+  Finding kink;
+  kink.code = "BB010";
+  kink.rig = rig.rig;
+  kink.verdict = Verdict::fail;
+  for (const char* name : {"sure", "fails", "passes"}) {
+    report.characters.emplace_back().name = rig.character = name;
+    report.rigs.push_back(rig);
+  }
+  kink.at = {1, 0, 3};
+  kink.character = "fails";
+  report.findings = {kink};
+  report.characters[1].doubts = {"up is -Z", "its size"};
+  report.characters[2].doubts = {"up is +Z"};
+  conclude(report);
+  EXPECT_EQ(report.rigs[0].verdict, Verdict::pass);
+  EXPECT_EQ(report.rigs[1].verdict, Verdict::not_measured);
+  EXPECT_EQ(report.rigs[2].verdict, Verdict::not_measured);
+  EXPECT_EQ(report.findings.front().verdict, Verdict::stress);  // shown
+  EXPECT_EQ(report.verdict, Verdict::not_measured);
+  EXPECT_EQ(report.exit_code, kExitNotMeasured);
+  ASSERT_EQ(report.reasons.size(), 2u);
+  EXPECT_EQ(report.reasons.front(),
+            "fails: not judged before backbend inspect --save confirms it: up is -Z; its size");
+}
+
 TEST(Reasons, OfRigsThatAReportNamesAlikeAreEachItsOwn) {
   Report report;
   RigResult rig;
