@@ -30,8 +30,13 @@ WeightAnswer find_level_faults(const SkinPlaces& places, const Anatomy& anatomy)
   // Hips and chest hold areas of their own, beyond their bones.
   std::vector<OffBone> off;
   for (Index k = 1; k < anatomy.chest_index; ++k) {
-    // One that leads nowhere only adds to the areas around it: a coarse body between two rings.
-    if (weight[k] < kLeastArea * places.all || !leads[k]) continue;
+    if (weight[k] < kLeastArea * places.all) continue;
+    // One that leads nowhere only adds to the areas around it, as on a coarse body between two
+    // rings: it has no place of its own to be off.
+    if (!leads[k]) {
+      off.push_back({k, 0.0});
+      continue;
+    }
     // A bone leads to the joint that hangs from it: of a spine that hangs from its chest,
     // downwards.
     const bool hangs_below =
@@ -41,7 +46,7 @@ WeightAnswer find_level_faults(const SkinPlaces& places, const Anatomy& anatomy)
     off.push_back({k, middle - std::clamp(middle, places.arc[low], places.arc[low + 1])});
   }
   if (off.empty()) {
-    out.not_applicable = "no vertebra between hips and chest has an area of its own";
+    out.not_applicable = "no vertebra between hips and chest has weight";
     return out;
   }
   // The median: one vertebra with an odd area says nothing of the others, and BB066 asks for it.

@@ -454,8 +454,7 @@ TEST(OffBones, AreNotVertebraeThatLeadNowhere) {
   for (std::size_t k = 2; k < chest; ++k)
     move_weight(coarse, anatomy, anatomy.spine[k], anatomy.spine[chest], 1.0);
   move_weight(coarse, anatomy, anatomy.spine[0], anatomy.spine[chest - 1], 0.3);
-  EXPECT_EQ(find_weight_faults(coarse, anatomy).levels.not_applicable,
-            "no vertebra between hips and chest has an area of its own");
+  EXPECT_EQ(find_weight_faults(coarse, anatomy).levels.worst(), 0.0);
   // Where it leads it counts: the weights of the hips are far below its bone.
   move_weight(coarse, anatomy, anatomy.spine[0], anatomy.spine[chest - 1], 0.8);
   EXPECT_GT(find_weight_faults(coarse, anatomy).levels.worst(), kOffBones);
