@@ -74,6 +74,7 @@ json faults_json(const Character& character, const Anatomy& anatomy) {
           {"asymmetry", answer_json(character, anatomy, faults.asymmetry)},
           {"order", answer_json(character, anatomy, faults.order)},
           {"levels", answer_json(character, anatomy, faults.levels)},
+          {"borders", answer_json(character, anatomy, faults.borders)},
           {"seams", answer_json(character, anatomy, faults.seams)},
           {"bind_off", bind}};
 }

@@ -75,17 +75,18 @@ class BrokenImports(CommandTest):
 
 
 class DoubtfulCharacters(CommandTest):
-    def test_are_judged_once_a_person_has_confirmed_them(self):
+    def lying(self, name):
+        """A character with a node above all others that lays it on its back."""
+        document, binary = glb.decode(character(name).read_bytes())
+        document["nodes"].append({"name": "turned", "rotation": [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)],
+                                  "children": document["scenes"][0]["nodes"]})
+        document["scenes"][0]["nodes"] = [len(document["nodes"]) - 1]
         path = self.folder / "lying.glb"
-
-        def lie(document):
-            document["nodes"].append({"name": "turned", "rotation": [-math.sqrt(0.5), 0, 0, math.sqrt(0.5)],
-                                      "children": document["scenes"][0]["nodes"]})
-            document["scenes"][0]["nodes"] = [len(document["nodes"]) - 1]
-        document, binary = glb.decode(character("mh_male_13k.glb").read_bytes())
-        lie(document)
         path.write_bytes(glb.encode(document, binary))
-        result = self.backbend("check", path, "--quick", "-o", "run")
+        return path
+
+    def assert_not_judged(self, path, *more):
+        result = self.backbend("check", path, *more, "--quick", "-o", "run")
         self.assertEqual(result.returncode, NOT_MEASURED, result.stderr)
         report = json.loads((self.folder / "run/report.json").read_text())
         (facts,) = report["characters"]
@@ -93,6 +94,10 @@ class DoubtfulCharacters(CommandTest):
         self.assertIn("up is -Z", facts["doubts"][0])
         self.assertIn("not judged before backbend inspect --save confirms it", report["reasons"][0])
         self.assertEqual(report["next"][0], f"backbend inspect {shlex.quote(str(path))} --save")
+
+    def test_are_judged_once_a_person_has_confirmed_them(self):
+        path = self.lying("mh_male_13k.glb")
+        self.assert_not_judged(path)
         self.assert_runs("inspect", path, "--save")
         self.assert_runs("check", path, "--quick", "-o", "run")
         # Axes that were found wrong are mended in the file that was saved.
@@ -100,6 +105,17 @@ class DoubtfulCharacters(CommandTest):
         sidecar.write_text(sidecar.read_text().replace('up = "-Z"', 'up = "+Y"').replace(
             'forward = "+Y"', 'forward = "+Z"'))
         self.assertIn("up +Y", self.assert_runs("inspect", path).stdout)
+
+    def test_what_a_hunt_finds_on_them_is_shown(self):
+        path = self.lying("mh_male_13k.glb")
+        result = self.backbend("hunt", "isner", "--character", path, "--evaluations", "300")
+        self.assertEqual(result.returncode, NOT_MEASURED, result.stderr)
+        self.assertIn("stress  BB", result.stdout)
+        self.assertNotIn("FAIL", result.stdout)
+
+    def test_so_is_motion_on_them(self):
+        path = self.lying("mh_female_cmu_49_08_baked.glb")
+        self.assert_not_judged(path, "--baked", path)
 
 
 class FaultyWeights(CommandTest):

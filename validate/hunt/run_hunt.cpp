@@ -58,6 +58,7 @@ std::string stamp_of(const HuntRequest& request, const HuntResult& out, const Hu
 }  // namespace
 
 int HuntResult::exit_code() const {
+  if (!facts.doubts.empty()) return kExitNotMeasured;  // it may have been misunderstood
   for (const HuntFind& find : hunt.finds)
     if (find.finding.verdict == Verdict::fail) return kExitFindings;
   // Flips are asked of every pose, whatever else the rig has a measure for.
@@ -105,6 +106,8 @@ HuntResult run_hunt(const HuntRequest& request, Progress& progress) {
     settings.ledger = &*ledger;
   }
   out.hunt = hunt_poses(scene, settings, progress);
+  if (!out.facts.doubts.empty())
+    for (HuntFind& find : out.hunt.finds) find.finding.verdict = Verdict::stress;
   for (HuntFind& find : out.hunt.finds)
     if (searched.sidecar) find.finding.artist = artist_lines(*searched.sidecar, find.pose);
   if (!request.folder.empty()) {

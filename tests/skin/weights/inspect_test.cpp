@@ -204,6 +204,7 @@ TEST(Inspect, SaysAllOfADirtyFigure) {
 "largest":0.085999995470047,"places":1,"vertex":37},{"joint":"fix_7",
 "largest":0.09200000017881393,"places":1,"vertex":37}],"faults":{"asymmetry":{"not_applicable":
 "the skeleton is not symmetric: joint 'fix_1' has no mirror image"},"bind_off":[],
+"borders":{"not_applicable":"of 0 borders between joints of the spine 0 are soft, 2 and most are needed"},
 "far":{"joints":0,"worst":[]},"levels":{"joints":0,"worst":[]},
 "order":{"joints":0,"worst":[]},"seams":{"joints":0,"worst":[]},
 "wrong_side":{"joints":0,"worst":[]}},"more_than_four":3,

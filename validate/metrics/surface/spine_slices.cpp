@@ -277,21 +277,34 @@ Piece largest_ring(std::vector<Piece> pieces, const glm::dvec3& middle, const Ac
 constexpr double kFarthestBeside = 3.0;   // radii: a ring further off is of something else
 constexpr double kMeasuredBeside = 0.25;  // ... and one so far bends about a place in the air
 
+glm::dvec3 middle_of(const std::vector<glm::dvec3>& points) {
+  glm::dvec3 sum(0.0);
+  for (const glm::dvec3& p : points) sum += p;
+  return sum / static_cast<double>(points.size());
+}
+
 /// The ring beside the middle that the spine moves: the largest closed one, for a spine that
-/// stands outside the body. No points where there is none.
-Piece ring_beside(const RestMesh& mesh, const std::vector<Piece>& pieces) {
-  Piece best;
-  double largest = 0.0;
-  for (const Piece& piece : pieces) {
-    const double area = glm::length(vector_area(piece.at, piece.at.front()));
-    if (!piece.closed || area <= largest) continue;
+/// stands outside the body. No points where there is none, and where the middle is between two
+/// rings of like size: hips that stand below the crotch are between the legs.
+Piece ring_beside(const RestMesh& mesh, const std::vector<Piece>& pieces,
+                  const glm::dvec3& middle) {
+  constexpr double kLike = 0.5;  // of the larger one's area
+  std::vector<std::pair<double, const Piece*>> closed;
+  for (const Piece& piece : pieces)
+    if (piece.closed)
+      closed.emplace_back(glm::length(vector_area(piece.at, piece.at.front())), &piece);
+  std::ranges::stable_sort(closed, std::greater<>(), &std::pair<double, const Piece*>::first);
+  if (closed.size() > 1 && closed[1].first > kLike * closed[0].first &&
+      glm::dot(middle_of(closed[0].second->at) - middle, middle_of(closed[1].second->at) - middle) <
+          0.0)
+    return {};
+  for (const auto& [area, piece] : closed) {
     double share = 0.0;
-    for (const SlicePoint& p : piece.point) share += spine_share(mesh, p);
-    if (share < kSpineSlice * static_cast<double>(piece.point.size())) continue;  // a leg
-    largest = area;
-    best = piece;
+    for (const SlicePoint& p : piece->point) share += spine_share(mesh, p);
+    if (area > 0.0 && share >= kSpineSlice * static_cast<double>(piece->point.size()))  // no leg
+      return *piece;
   }
-  return best;
+  return {};
 }
 
 double radius_of(const Piece& ring, const glm::dvec3& point) {
@@ -323,7 +336,7 @@ Slice choose_ring(const RestMesh& mesh, const std::vector<Piece>& pieces, double
   if (ring.at.empty()) {
     Slice none;
     none.s = s;
-    ring = ring_beside(mesh, soft);
+    ring = ring_beside(mesh, soft, middle);
     if (ring.at.empty()) return none;
     beside_radius = radius_of(ring, middle);
     outside = distance_to(ring, middle) / beside_radius;

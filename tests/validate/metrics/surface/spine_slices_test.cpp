@@ -150,6 +150,33 @@ TEST(CutSlices, OfABodyThatTheSpineStandsOutsideOfSayHowFarAndAreItsRingsWhereIt
   }
 }
 
+/// A tube to the left of the spine, and another of `radius` to its right, each 0.02 away from it.
+SpineSlices with_a_tube_on_each_side(double radius) {
+  Tube left(10), right(10, radius);
+  const auto first = static_cast<std::uint32_t>(left.position.size());
+  for (glm::vec3& p : left.position) p.x += 0.12f;
+  for (const glm::vec3& p : right.position)
+    left.position.push_back(p - glm::vec3(static_cast<float>(radius) + 0.02f, 0.0f, 0.0f));
+  for (const glm::uvec3& t : right.triangle) left.triangle.push_back(t + first);
+  for (const std::uint32_t place : right.place) left.place.push_back(place + first);
+  left.normal.insert(left.normal.end(), right.normal.begin(), right.normal.end());
+  left.torso.insert(left.torso.end(), right.torso.begin(), right.torso.end());
+  left.weight.insert(left.weight.end(), right.weight.begin(), right.weight.end());
+  const RestMesh mesh = left.mesh();
+  const SpineLine line(left.spine);
+  return cut_slices(mesh, line, spine_coordinate(mesh, line), {1, 0, 0}, 64);
+}
+
+TEST(CutSlices, ASpineBetweenTwoLegsIsNotOutsideTheBody) {
+  const SpineSlices legs = with_a_tube_on_each_side(0.1);
+  EXPECT_EQ(legs.measured(), 0u);
+  for (const Slice& slice : legs.slice) EXPECT_TRUE(std::isnan(slice.outside));
+  // A hand beside a body is no second leg.
+  const SpineSlices body = with_a_tube_on_each_side(0.05);
+  EXPECT_EQ(body.measured(), 64u);
+  for (const Slice& slice : body.slice) EXPECT_NEAR(slice.outside, 0.2, 0.01);
+}
+
 TEST(CutSlices, ALegBesideTheSpineIsNoSlice) {
   Tube tube(10);
   for (glm::vec3& p : tube.position) p.x += 0.12f;
