@@ -745,18 +745,35 @@ class FaultFinder {
     take_faults(faults, out);
   }
 
+  /// Whether a node is of an arm or a leg, or hangs from one.
+  bool hangs_from_a_limb(int node) const {
+    for (const auto* limb :
+         {&anatomy_.left_arm, &anatomy_.right_arm, &anatomy_.left_leg, &anatomy_.right_leg})
+      for (int at = node; at >= 0; at = places_.parent[static_cast<Index>(at)])
+        if (std::ranges::find(*limb, at) != limb->end()) return true;
+    return false;
+  }
+
   void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
-    // The skeleton first.
+    // The skeleton first. What a limb's joint that stands elsewhere on the other side moves is left
+    // out: hands that were bound a little apart say nothing about the torso.
+    std::vector<bool> is_odd(image_.size(), false);
     for (Index n = 0; n < image_.size(); ++n) {
       if (!(places_.total[n] > kLeastArea * places_.all)) continue;
       const int node = static_cast<int>(n);
-      if (glm::distance(mirror_(places_.at(node)), places_.at(image_[n])) >
-          kJointSlack * places_.size) {
+      is_odd[n] = glm::distance(mirror_(places_.at(node)), places_.at(image_[n])) >
+                  kJointSlack * places_.size;
+      if (is_odd[n] && !hangs_from_a_limb(node)) {
         out.not_applicable = "the skeleton is not symmetric: joint " +
                              in_quotes(character_.nodes[n].name) + " has no mirror image";
         return;
       }
     }
+    const auto moves_with_odd = [&](const PlaceWeights& weights) {
+      return std::ranges::any_of(weights, [&](const NodeWeight& w) {
+        return w.weight >= kCounts && is_odd[static_cast<Index>(w.node)];
+      });
+    };
     const std::vector<PlaceWeights>& image = weights_of_images();
     const double share = mirrored_share();
     if (share < kMirrored) {
@@ -773,7 +790,9 @@ class FaultFinder {
     FaultMap swapped;  // what one side's joint has of the other's
     std::map<int, double> worst_swapped;
     for (Index p = 0; p < places_.point.size(); ++p) {
-      if (places_.weights[p].empty() || image[p].empty()) continue;
+      if (places_.weights[p].empty() || image[p].empty() || moves_with_odd(places_.weights[p]) ||
+          moves_with_odd(image[p]))
+        continue;
       const bool left = glm::dot(places_.point[p] - mirror_.middle, mirror_.left) > 0.0;
       // What this place should have, by its image.
       for (const NodeWeight& w : image[p])

@@ -418,6 +418,34 @@ TEST(WeightLeftToAJointAboveTheHips, IsNamedOnBothSidesAndOnTheNeckWhereItIsHeld
   EXPECT_TRUE(patch.is_named(nape, 0.07F, false, 0.2F)) << patch.places;
 }
 
+/// Puts a joint elsewhere, with the mesh and what hangs from it where they were.
+void put_joint(Character& character, int node, const glm::dvec3& by) {
+  const auto n = static_cast<std::size_t>(node);
+  const glm::dmat4 old = character.nodes[n].world_from_node;
+  const glm::dmat4 now = glm::translate(glm::dmat4(1.0), by) * old;
+  character.nodes[n].world_from_node = now;
+  for (SkinJoint& joint : character.joints)
+    if (joint.node == node) joint.joint_from_mesh = glm::inverse(now) * old * joint.joint_from_mesh;
+}
+
+TEST(Asymmetry, OfTheTorsoIsFoundWhereHandsStandDifferently) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character plain = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(plain);
+  Character hands = plain;
+  const glm::dvec3 by = 0.03 * anatomy.height * anatomy.forward;
+  put_joint(hands, anatomy.left_arm.back(), by);
+  EXPECT_EQ(find_weight_faults(hands, anatomy).asymmetry.not_applicable, "");
+  EXPECT_LE(find_weight_faults(hands, anatomy).asymmetry.worst(), kAsymmetry);
+  for (std::size_t k = anatomy.chest_index; k-- > 0;)
+    move_weight(hands, anatomy, anatomy.spine[k], anatomy.spine[k + 1], 1.0, 1);
+  EXPECT_GT(find_weight_faults(hands, anatomy).asymmetry.worst(), kAsymmetry);
+  // A spine that stands aside has no two sides to compare.
+  Character aside = plain;
+  put_joint(aside, anatomy.spine[2], 0.03 * anatomy.height * anatomy.left);
+  EXPECT_NE(find_weight_faults(aside, anatomy).asymmetry.not_applicable, "");
+}
+
 TEST(OffBones, AreVertebraeThatEachHaveTheWeightsOfTheNext) {
   for (const char* file :
        {"mh_male_13k.glb", "mh_female_cmu_13k.glb", "quaternius_female_24k.glb", "bunny.glb"}) {
