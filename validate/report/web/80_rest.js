@@ -115,6 +115,7 @@ function characterSection() {
     el("dl", {}, row("body", plural(c.meshes, "mesh", "meshes") + ", " + c.vertices.toLocaleString("en") + " vertices, " + c.triangles.toLocaleString("en") + " triangles, " + plural(c.joints, "joint")),
       row("size", number(c.height) + " m tall, spine " + number(c.spine_length) + " m"),
       row("spine", chain(c.spine), c.sure ? " (sure)" : el("b", { class: "over" }, " (uncertain: confirm with inspect --save)")),
+      c.doubts.length > 0 && row("doubts", el("ul", {}, c.doubts.map((doubt) => el("li", {}, name(doubt))))),
       row("arms", c.arms.left.length + c.arms.right.length ? [chain(c.arms.left), " and ", chain(c.arms.right)] : el("span", { class: "soft" }, "none")), row("envelope", name(c.envelope)), row("file", code(c.hash)),
       c.notes.length > 0 && row("notes", el("ul", {}, c.notes.map((note) => el("li", {}, name(note)))))))));
 }
