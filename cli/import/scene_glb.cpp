@@ -278,7 +278,8 @@ class SceneEncoder {
   std::vector<const aiNode*> path_to(int node) const {
     std::vector<const aiNode*> path;
     for (const aiNode* at = nodes_[static_cast<std::size_t>(node)]; at != nullptr; at = at->mParent)
-      path.insert(path.begin(), at);
+      path.push_back(at);
+    std::ranges::reverse(path);
     return path;
   }
 
@@ -300,8 +301,11 @@ class SceneEncoder {
   /// The node of a name in a tree; -1 for none.
   int in_tree(const std::vector<int>& nodes, const aiNode* tree) const {
     if (nodes.size() == 1) return nodes.front();
-    const auto found = std::ranges::find_if(
-        nodes, [&](int node) { return std::ranges::count(path_to(node), tree) > 0; });
+    const auto found = std::ranges::find_if(nodes, [&](int node) {
+      const aiNode* at = nodes_[static_cast<std::size_t>(node)];
+      while (at != nullptr && at != tree) at = at->mParent;
+      return at == tree;
+    });
     return found == nodes.end() ? -1 : *found;
   }
 

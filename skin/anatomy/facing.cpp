@@ -216,15 +216,17 @@ void find_facing(const Character& character, const SkeletonShape& shape, const A
   Up up = find_up(shape, anatomy);
   if (!up.sure && !hints.confirmed)
     anatomy.doubts.push_back("up is " + axis_text(up.axis) + ": " + up.why);
-  if (!up.sure && !hints.up.empty()) up = {axis_of(hints.up), "as confirmed", true};
+  else if (!up.sure && !hints.up.empty())
+    up = {axis_of(hints.up), "as confirmed", true};
   anatomy.up = up.axis;
   bool names_agree = true;
   glm::dvec3 left = left_by_name(shape, anatomy.up, names_agree);
+  glm::dvec3 confirmed_left(0.0);
   if (!names_agree && !hints.confirmed)
     anatomy.doubts.emplace_back("which way it faces: pairs of joints point different ways");
-  const glm::dvec3 confirmed_left =
-      hints.forward.empty() ? glm::dvec3(0.0) : glm::cross(anatomy.up, axis_of(hints.forward));
-  if (!names_agree && glm::length(confirmed_left) > 0.5) {
+  else if (!names_agree && !hints.forward.empty())
+    confirmed_left = glm::cross(anatomy.up, axis_of(hints.forward));
+  if (glm::length(confirmed_left) > 0.5) {
     left = confirmed_left;
     forward_why = "as confirmed";
   } else if (glm::length(left) > 0.0) {

@@ -438,6 +438,29 @@ TEST(Anatomy, OfABodyThatLiesIsDoubtfulAndAsAPersonConfirmsIt) {
   EXPECT_EQ(find_anatomy(stick_figure(), hints).up, glm::dvec3(0, 1, 0));
 }
 
+TEST(Anatomy, WhoseLimbsPointDifferentWaysFacesAsAPersonConfirms) {
+  Character character = stick_figure();
+  for (Node& node : character.nodes) {
+    const bool leg = node.world_from_node[3].y < 0.9;
+    const double turn = (leg ? 10.0 : 50.0) * M_PI / 180.0;
+    node.world_from_node =
+        glm::rotate(glm::dmat4(1.0), turn, glm::dvec3(0, 1, 0)) * node.world_from_node;
+  }
+  const Anatomy found = find_anatomy(character);
+  ASSERT_EQ(found.doubts.size(), 1u);
+  EXPECT_EQ(found.doubts.front(), "which way it faces: pairs of joints point different ways");
+  AnatomyHints hints;
+  hints.confirmed = true;
+  hints.up = "+Y";
+  for (const auto& [forward, axis] :
+       {std::pair("+X", glm::dvec3(1, 0, 0)), std::pair("+Z", glm::dvec3(0, 0, 1))}) {
+    hints.forward = forward;
+    const Anatomy confirmed = find_anatomy(character, hints);
+    EXPECT_TRUE(confirmed.sure());
+    EXPECT_EQ(confirmed.forward, axis);
+  }
+}
+
 TEST(Anatomy, KnowsAnAnimalWhoseFeetHangElsewhereFromAFigureThatStandsUpright) {
   // Its hind legs end at the hocks, behind the hips, as those of a figure along +Z would below
   // them; but its tail reaches further that way, and nobody stands on that.
