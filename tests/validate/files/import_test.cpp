@@ -101,9 +101,15 @@ std::string meshopt_glb() {
     } else {
       std::vector<std::uint8_t> values(data, data + size);
       if (&accessor == &from["accessors"][position]) {
-        std::vector<float> places(3 * count);
-        std::memcpy(places.data(), data, size);
-        meshopt_encodeFilterExp(values.data(), count, size / count, 24, places.data());
+        // Each component is a mantissa of 24 bits, in units of 2^-20 here. The library's own
+        // encoder of it has other parameters in Debian 13.
+        for (std::size_t i = 0; i < 3 * count; ++i) {
+          float place = 0.0f;
+          std::memcpy(&place, data + i * sizeof place, sizeof place);
+          const auto mantissa = static_cast<std::uint32_t>(std::lround(std::ldexp(place, 20)));
+          const std::uint32_t word = (0x100u - 20u) << 24 | (mantissa & 0xffffffu);
+          std::memcpy(values.data() + i * sizeof word, &word, sizeof word);
+        }
         extension["filter"] = "EXPONENTIAL";
       }
       packed.resize(meshopt_encodeVertexBufferBound(count, size / count));
