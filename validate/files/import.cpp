@@ -43,8 +43,8 @@ struct Compression {
 constexpr Compression kCompressions[] = {{skin::kDracoExtension, "draco", "Draco"},
                                          {skin::kMeshoptExtension, "meshopt", "meshoptimizer"}};
 
-/// That without which a .glb cannot be read; null for none, and for what is no glTF: its reader
-/// says why.
+/// The compression that a .glb requires; null where it requires none, and for a file that is not
+/// glTF: its reader says why.
 const Compression* compression_of(const fs::path& file) {
   if (kind_of(file) != "glb") return nullptr;
   const std::string text = skin::peek_glb_json(file);

@@ -171,7 +171,7 @@ TEST(CutSlices, ASpineBetweenTwoLegsIsNotOutsideTheBody) {
   const SpineSlices legs = with_a_tube_on_each_side(0.1);
   EXPECT_EQ(legs.measured(), 0u);
   for (const Slice& slice : legs.slice) EXPECT_TRUE(std::isnan(slice.outside));
-  // A hand beside a body is no second leg.
+  // A hand beside a body is not a second leg.
   const SpineSlices body = with_a_tube_on_each_side(0.05);
   EXPECT_EQ(body.measured(), 64u);
   for (const Slice& slice : body.slice) EXPECT_NEAR(slice.outside, 0.2, 0.01);
