@@ -13,6 +13,7 @@
 #include "cli/settings.h"
 #include "cli/trouble.h"
 #include "cli/watch.h"
+#include "skin/anatomy/facing.h"
 #include "skin/anatomy/rig_templates.h"
 #include "solver/rig/nearest_name.h"
 #include "validate/text/escape.h"
@@ -136,6 +137,12 @@ void add_anatomy_options(CLI::App* command, skin::AnatomyHints& hints) {
   command->add_option("--right-arm", hints.right_arm, "right arm joints from the clavicle")
       ->delimiter(',')
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  const CLI::IsMember axes(
+      std::vector<std::string>(skin::kAxisNames.begin(), skin::kAxisNames.end()));
+  command->add_option("--up", hints.up, "axis that is up, as +Y (automatic)")->check(axes);
+  command
+      ->add_option("--forward", hints.forward, "axis that the character faces, as -Z (automatic)")
+      ->check(axes);
 }
 
 CLI::Option* add_mapping_option(CLI::App* command, std::string& mapping) {

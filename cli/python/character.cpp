@@ -31,11 +31,12 @@ const skin::Character& mesh(const Shared& character) { return character->stage()
 Shared load(const std::filesystem::path& file, const std::string& chain, const std::string& hip,
             const std::string& chest, std::vector<std::string> spine,
             std::vector<std::string> left_arm, std::vector<std::string> right_arm,
-            const std::string& rig_template) {
+            const std::string& rig_template, const std::string& up, const std::string& forward) {
   if (chain != "" && chain != "spine" && chain != "neck")
     throw py::value_error("chain '" + chain + "': expected spine or neck");
   skin::AnatomyHints hints{
-      hip, chest, std::move(spine), std::move(left_arm), std::move(right_arm), rig_template};
+      hip,          chest, std::move(spine), std::move(left_arm), std::move(right_arm),
+      rig_template, up,    forward};
   Shared character;
   run_long([&] { character = std::make_shared<const Character>(file, hints, chain); });
   return character;
@@ -386,11 +387,13 @@ void bind_character(py::module_& module) {
           "camera_from_world and ndc_from_world (4 x 4). view: profile, front, back, "
           "three_quarter. mode: beauty, clay, ao, matcap, wireframe, heat, xray, contour, primary. "
           "heat: a value for each vertex; without, the strain.");
-  module.def("load", &load, "file"_a, py::kw_only(), "chain"_a = "", "hip"_a = "", "chest"_a = "",
-             "spine"_a = std::vector<std::string>(), "left_arm"_a = std::vector<std::string>(),
-             "right_arm"_a = std::vector<std::string>(), "template"_a = "",
-             "Reads a character: .glb, .gltf, .fbx, .dae, or a body description .toml, with the "
-             "sidecar beside it. Joint names replace what is found; chain: spine or neck.");
+  module.def(
+      "load", &load, "file"_a, py::kw_only(), "chain"_a = "", "hip"_a = "", "chest"_a = "",
+      "spine"_a = std::vector<std::string>(), "left_arm"_a = std::vector<std::string>(),
+      "right_arm"_a = std::vector<std::string>(), "template"_a = "", "up"_a = "", "forward"_a = "",
+      "Reads a character: .glb, .gltf, .fbx, .dae, or a body description .toml, with the "
+      "sidecar beside it. Joint names, and axes as +Y, replace what is found; chain: spine or "
+      "neck.");
 }
 
 }  // namespace backbend::python

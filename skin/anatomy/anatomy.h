@@ -21,10 +21,12 @@ struct AnatomyHints {
   std::vector<std::string> spine;
   std::vector<std::string> left_arm, right_arm;
   std::string rig_template;  // whose names the joints bear: skin/anatomy/rig_templates.h
-  // What a person has confirmed: all that is doubtful, with up and forward as `+Y`; empty where
-  // those are oblique.
-  bool confirmed = false;
+  // `+Y`: which way the body stands, whatever is found.
   std::string up = "", forward = "";
+  // What a person has confirmed: all that is doubtful, and what was then found; empty where that
+  // was oblique.
+  bool confirmed = false;
+  std::string confirmed_up = "", confirmed_forward = "";
 };
 
 /// A joint that no driven joint carries although it touches one: it goes where that one goes.
@@ -51,6 +53,7 @@ struct Anatomy {
   std::vector<Follower> followers;  // feet on IK roots, a jaw beside the head: see Follower
   int head = -1;
   glm::dvec3 up{0, 1, 0}, forward{0, 0, 1}, left{1, 0, 0};  // unit, world space
+  glm::dvec3 found_up{0, 1, 0}, found_forward{0, 0, 1};     // where hints say otherwise: not those
   double height = 0.0;                                      // rest extent along up, of this figure
   double spine_length = 0.0;         // rest arc length hips .. chest: the reference length
   std::vector<std::string> reasons;  // why this choice, one line each

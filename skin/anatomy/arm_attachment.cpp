@@ -6,6 +6,7 @@
 #include <string_view>
 
 #include "skin/anatomy/chain_arc.h"
+#include "skin/character/joint_names.h"
 #include "skin/character/matrix_facts.h"
 
 namespace backbend::skin {
@@ -26,6 +27,16 @@ int nearest_index(const Character& character, const std::vector<int>& spine,
     best = static_cast<int>(k);
   }
   return best;
+}
+
+/// The first joint above the chain's first two that is called neck or head; -1 for none.
+int named_neck(const Character& character, const std::vector<int>& spine) {
+  for (std::size_t k = 2; k < spine.size(); ++k) {
+    const BodyPart part =
+        read_joint_name(character.nodes[static_cast<std::size_t>(spine[k])].name).part;
+    if (part == BodyPart::neck || part == BodyPart::head) return static_cast<int>(k);
+  }
+  return -1;
 }
 
 constexpr double kSamePlace = 1e-4;  // of the way from the world's origin
@@ -74,6 +85,7 @@ ArmAttachment find_arm_attachment(const Character& character, const std::vector<
   }
   if (!out.by_place) return out;
   int nearest = nearest_index(character, spine, sum / count);
+  if (neck < 0) neck = named_neck(character, spine);
   if (neck > 0) nearest = std::min(nearest, neck - 1);
   if (!left_arm.empty()) out.left = nearest;
   if (!right_arm.empty()) out.right = nearest;

@@ -17,8 +17,9 @@ struct ArmAttachment {
 /// Where arms (forelegs, front fins) hang: the first spine joint above each arm's root, whatever
 /// helpers stand between. Arms that hang beside the spine or from the hips (mechanism joints, feet
 /// on IK) are carried by the spine joint nearest, along the spine, to the middle between their
-/// roots, below the neck where a known rig says which joint it is; that may be the hips. `spine` is
-/// hips first; chains are nodes from the root outwards, empty for none.
+/// roots, but below the neck: `neck` where a known rig says which joint it is, else the first that
+/// is called neck or head, from the third on. That may be the hips. `spine` is hips first; chains
+/// are nodes from the root outwards, empty for none.
 ArmAttachment find_arm_attachment(const Character& character, const std::vector<int>& spine,
                                   const std::vector<int>& left_arm,
                                   const std::vector<int>& right_arm, int neck = -1);

@@ -36,14 +36,15 @@ glm::dvec3 without(const glm::dvec3& v, const glm::dvec3& axis) {
 }
 
 std::string axis_text(const glm::dvec3& v) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (std::abs(v[axis]) == 1.0)
-      return std::string(v[axis] > 0.0 ? "+" : "-") + static_cast<char>('X' + axis);
-  return "an oblique axis";
+  const std::string name = axis_name(v);
+  return name.empty() ? "an oblique axis" : name;
 }
 
-/// The axis that a sidecar calls `-Z`.
-glm::dvec3 axis_of(const std::string& name) {
+/// The axis called `-Z`. Throws CharacterError for any other name, headed by what it stands for.
+glm::dvec3 axis_named(const std::string& name, const Character& character, const char* what) {
+  if (std::find(kAxisNames.begin(), kAxisNames.end(), name) == kAxisNames.end())
+    throw CharacterError(character.file_name + ": " + what + " " + in_quotes(name) +
+                         ": expected +X, -X, +Y, -Y, +Z or -Z");
   glm::dvec3 axis(0.0);
   axis[name.back() - 'X'] = name.front() == '-' ? -1.0 : 1.0;
   return axis;
@@ -208,46 +209,77 @@ glm::dvec3 forward_by_body(const Character& character, const SkeletonShape& shap
   return {0.0, 0.0, 1.0};
 }
 
+/// Left by what the character shows: names of joints first, then the body. `sure` turns false where
+/// pairs of joints disagree.
+glm::dvec3 find_left(const Character& character, const SkeletonShape& shape, const Anatomy& anatomy,
+                     bool& sure, std::string& why) {
+  glm::dvec3 left = left_by_name(shape, anatomy.up, sure);
+  if (glm::length(left) > 0.0) {
+    why = sure ? "left and right by the joints' names"
+               : "the nearest axis; pairs of joints point different ways";
+    return left;
+  }
+  const glm::dvec3 forward = snapped(forward_by_body(character, shape, anatomy, anatomy.up, why));
+  // The limbs' line is the better measure of the axis, forward of its sense.
+  const glm::dvec3 line = across(shape, anatomy, anatomy.up);
+  left = glm::cross(anatomy.up, forward);
+  if (glm::length(line) > 0.0 && std::abs(glm::dot(glm::normalize(line), left)) > 0.5)
+    left = glm::dot(line, left) > 0.0 ? line : -line;
+  // Where the standard's forward is up, the limbs' line is all there is.
+  if (glm::length(left) == 0.0) left = glm::length(line) > 0.0 ? line : glm::dvec3(1.0, 0.0, 0.0);
+  return left;
+}
+
 }  // namespace
+
+std::string axis_name(const glm::dvec3& direction) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (std::abs(direction[axis]) > 0.999)
+      return std::string(direction[axis] > 0.0 ? "+" : "-") + static_cast<char>('X' + axis);
+  return "";
+}
 
 void find_facing(const Character& character, const SkeletonShape& shape, const AnatomyHints& hints,
                  Anatomy& anatomy) {
-  std::string forward_why;
   Up up = find_up(shape, anatomy);
-  if (!up.sure && !hints.confirmed)
+  if (!up.sure && hints.confirmed && !hints.confirmed_up.empty())
+    up = {axis_named(hints.confirmed_up, character, "up"), "as confirmed", true};
+  anatomy.found_up = up.axis;
+  if (!hints.up.empty())
+    up = {axis_named(hints.up, character, "up"), "as specified", true};
+  else if (!up.sure && !hints.confirmed)
     anatomy.doubts.push_back("up is " + axis_text(up.axis) + ": " + up.why);
-  else if (!up.sure && !hints.up.empty())
-    up = {axis_of(hints.up), "as confirmed", true};
   anatomy.up = up.axis;
+
   bool names_agree = true;
-  glm::dvec3 left = left_by_name(shape, anatomy.up, names_agree);
-  glm::dvec3 confirmed_left(0.0);
-  if (!names_agree && !hints.confirmed)
-    anatomy.doubts.emplace_back("which way it faces: pairs of joints point different ways");
-  else if (!names_agree && !hints.forward.empty())
-    confirmed_left = glm::cross(anatomy.up, axis_of(hints.forward));
-  if (glm::length(confirmed_left) > 0.5) {
-    left = confirmed_left;
-    forward_why = "as confirmed";
-  } else if (glm::length(left) > 0.0) {
-    forward_why = names_agree ? "left and right by the joints' names"
-                              : "the nearest axis; pairs of joints point different ways";
-  } else {
-    glm::dvec3 forward =
-        snapped(forward_by_body(character, shape, anatomy, anatomy.up, forward_why));
-    // The limbs' line is the better measure of the axis, forward of its sense.
-    const glm::dvec3 line = across(shape, anatomy, anatomy.up);
-    left = glm::cross(anatomy.up, forward);
-    if (glm::length(line) > 0.0 && std::abs(glm::dot(glm::normalize(line), left)) > 0.5)
-      left = glm::dot(line, left) > 0.0 ? line : -line;
-    // Where the standard's forward is up, the limbs' line is all there is.
-    if (glm::length(left) == 0.0) left = glm::length(line) > 0.0 ? line : glm::dvec3(1.0, 0.0, 0.0);
-  }
+  std::string why;
+  const auto forward_of = [&] {
+    // Adding 0 turns -0 into 0, which would show in reports.
+    return glm::normalize(glm::cross(anatomy.left, anatomy.up)) + 0.0;
+  };
+  const auto face = [&](const std::string& axis, const char* reason) {
+    const glm::dvec3 left = glm::cross(anatomy.up, axis_named(axis, character, "forward"));
+    if (glm::length(left) < 0.5) return false;
+    anatomy.left = snapped(left);
+    anatomy.forward = forward_of();
+    why = reason;
+    return true;
+  };
+  const glm::dvec3 left = find_left(character, shape, anatomy, names_agree, why);
   anatomy.left = snapped(glm::normalize(without(snapped(left), anatomy.up)));
-  // Adding 0 turns -0 into 0, which would show in reports.
-  anatomy.forward = glm::normalize(glm::cross(anatomy.left, anatomy.up)) + 0.0;
+  anatomy.forward = forward_of();
+  if (!names_agree && hints.confirmed && !hints.confirmed_forward.empty())
+    face(hints.confirmed_forward, "as confirmed");
+  anatomy.found_forward = anatomy.forward;
+  if (!hints.forward.empty()) {
+    if (!face(hints.forward, "as specified"))
+      throw CharacterError(character.file_name + ": forward " + hints.forward + " is along up " +
+                           axis_text(anatomy.up));
+  } else if (!names_agree && !hints.confirmed) {
+    anatomy.doubts.emplace_back("which way it faces: pairs of joints point different ways");
+  }
   anatomy.reasons.push_back("up " + axis_text(anatomy.up) + ": " + up.why);
-  anatomy.reasons.push_back("faces " + axis_text(anatomy.forward) + ": " + forward_why);
+  anatomy.reasons.push_back("faces " + axis_text(anatomy.forward) + ": " + why);
 }
 
 }  // namespace backbend::skin

@@ -11,6 +11,7 @@
 #include <cstdio>
 
 #include "skin/anatomy/anatomy_hints.h"
+#include "skin/anatomy/facing.h"
 #include "skin/anatomy/rig_templates.h"
 #include "skin/character/printable.h"
 #include "skin/clip/clip.h"
@@ -22,7 +23,9 @@ namespace {
 namespace fs = std::filesystem;
 constexpr const char* kSchema = "backbend.sidecar/1";
 constexpr std::size_t kMaxBytes = 1 << 20;
-constexpr std::array<std::string_view, 6> kAxes = {"+X", "-X", "+Y", "-Y", "+Z", "-Z"};
+// In the place of an axis: what was found lies along none.
+constexpr const char* kOblique = "oblique";
+constexpr std::array<std::string_view, 7> kFound = {"+X", "-X", "+Y", "-Y", "+Z", "-Z", kOblique};
 
 /// The file being read, for messages that name file, line and key.
 class Reader {
@@ -156,13 +159,6 @@ std::string shortest_text(double value) {
   return {number.data(), end};
 }
 
-std::string axis_name(const glm::dvec3& v) {
-  for (int axis = 0; axis < 3; ++axis)
-    if (std::abs(v[axis]) > 0.999)
-      return std::string(v[axis] > 0 ? "+" : "-") + static_cast<char>('X' + axis);
-  return "";  // oblique: nothing to confirm
-}
-
 std::vector<std::string> names_of(const Character& character, const std::vector<int>& nodes) {
   std::vector<std::string> out;
   for (const int node : nodes) out.push_back(reference_name(character, node));
@@ -289,9 +285,11 @@ Sidecar parse_sidecar(const std::string& text, const fs::path& path) {
     out.namespaces = reader.texts(*skeleton, "namespaces");
   }
   if (const toml::table* space = reader.table(root, "space")) {
-    reader.only(*space, {"up", "forward", "metres_per_unit"});
-    out.up = reader.word(*space, "up", kAxes);
-    out.forward = reader.word(*space, "forward", kAxes);
+    reader.only(*space, {"up", "forward", "found_up", "found_forward", "metres_per_unit"});
+    out.up = reader.word(*space, "up", kAxisNames);
+    out.forward = reader.word(*space, "forward", kAxisNames);
+    out.found_up = reader.word(*space, "found_up", kFound);
+    out.found_forward = reader.word(*space, "found_forward", kFound);
     if (const toml::node* unit = space->get("metres_per_unit")) {
       const auto value = unit->value<double>();
       if (!value || !(*value >= 1e-6) || !(*value <= 1e6))
@@ -317,6 +315,12 @@ Sidecar sidecar_of(const Character& character, const Anatomy& anatomy, const Sid
   out.right_arm = names_of(character, anatomy.right_arm);
   out.up = axis_name(anatomy.up);
   out.forward = axis_name(anatomy.forward);
+  const auto overruled = [](const glm::dvec3& found, const std::string& specified) {
+    const std::string name = axis_name(found);
+    return name == specified ? std::string() : name.empty() ? std::string(kOblique) : name;
+  };
+  out.found_up = overruled(anatomy.found_up, out.up);
+  out.found_forward = overruled(anatomy.found_forward, out.forward);
   if (const std::string space = common_namespace(character); !space.empty()) {
     out.namespaces.push_back(space);
     for (auto* names : {&out.spine, &out.left_arm, &out.right_arm})
@@ -344,7 +348,11 @@ std::string sidecar_text(const Sidecar& sidecar) {
   out += "namespaces = " + quoted(sidecar.namespaces) +
          "  # prefixes to remove from joint names\n\n[space]\n";
   if (!sidecar.up.empty()) out += "up = " + quoted(sidecar.up) + "\n";
+  if (!sidecar.found_up.empty())
+    out += "found_up = " + quoted(sidecar.found_up) + "  # and replaced\n";
   if (!sidecar.forward.empty()) out += "forward = " + quoted(sidecar.forward) + "\n";
+  if (!sidecar.found_forward.empty())
+    out += "found_forward = " + quoted(sidecar.found_forward) + "  # and replaced\n";
   out += "metres_per_unit = " + shortest_text(sidecar.metres_per_unit) +
          "\n\n[meshes]\nleave_out = " + quoted(sidecar.leave_out) +
          "  # parts that are not judged\n";
@@ -416,20 +424,28 @@ AnatomyHints hints_with(const Sidecar& sidecar, AnatomyHints hints) {
   // One that was saved says which way the body stands; one that only names a control confirms
   // nothing.
   hints.confirmed = !sidecar.spine.empty();
-  hints.up = sidecar.up;
-  hints.forward = sidecar.forward;
+  const auto confirmed = [](const std::string& kept, const std::string& before) {
+    return before.empty() ? kept : before == kOblique ? std::string() : before;
+  };
+  hints.confirmed_up = confirmed(sidecar.up, sidecar.found_up);
+  hints.confirmed_forward = confirmed(sidecar.forward, sidecar.found_forward);
+  if (hints.up.empty() && !sidecar.found_up.empty()) hints.up = sidecar.up;
+  if (hints.forward.empty() && !sidecar.found_forward.empty()) hints.forward = sidecar.forward;
   return hints;
 }
 
 std::optional<std::string> contradiction(const Sidecar& sidecar, const Anatomy& anatomy) {
-  const auto differs = [](const std::string& confirmed, const glm::dvec3& axis) {
-    return !confirmed.empty() && confirmed != axis_name(axis);
+  const auto difference = [](const char* what, const std::string& kept, const std::string& before,
+                             const glm::dvec3& axis) -> std::optional<std::string> {
+    const std::string named = axis_name(axis), now = named.empty() ? kOblique : named;
+    const std::string& then = before.empty() ? kept : before;
+    if (kept.empty() || then == now) return std::nullopt;
+    return std::string(what) + " is " + now + " in the character and " + then +
+           " in the sidecar; backbend inspect --save keeps " + now + ", with --" + what + "=" +
+           then + " that axis";
   };
-  if (differs(sidecar.up, anatomy.up))
-    return "up was confirmed as " + sidecar.up + " and is not any more";
-  if (differs(sidecar.forward, anatomy.forward))
-    return "forward was confirmed as " + sidecar.forward + " and is not any more";
-  return std::nullopt;
+  if (const auto up = difference("up", sidecar.up, sidecar.found_up, anatomy.found_up)) return up;
+  return difference("forward", sidecar.forward, sidecar.found_forward, anatomy.found_forward);
 }
 
 }  // namespace backbend::skin

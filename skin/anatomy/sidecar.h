@@ -32,9 +32,10 @@ struct Sidecar {
   std::vector<std::string> spine;  // hips to head
   std::string chest;               // the last driven joint: one of the spine
   std::vector<std::string> left_arm, right_arm;
-  std::string rig_template;      // whose names the joints bear, for a spine that is not listed
-  std::string up, forward;       // of the file: `+Y`
-  double metres_per_unit = 1.0;  // what one unit of the file is
+  std::string rig_template;  // whose names the joints bear, for a spine that is not listed
+  std::string up, forward;   // of the file: `+Y`
+  std::string found_up, found_forward;  // what those replace; "" where they are what was found
+  double metres_per_unit = 1.0;         // what one unit of the file is
   std::vector<std::string> leave_out;   // parts that are not judged: hair, props, proxies
   std::vector<std::string> namespaces;  // prefixes to remove from joint names: `hero:`
   std::string envelope;                 // human, cartoon, creature, sweep

@@ -269,8 +269,34 @@ class EndFinder {
     return true;
   }
 
+  /// Limbs without telling names on a root of their own, farther from the head than those that hang
+  /// beside the spine: the legs of a body whose pelvis and belly are two roots. -1 for none.
+  int parted_leg_parent() const {
+    const auto head = shape_.position[static_cast<Index>(out_.head)];
+    const auto distance = [&](const LimbPair& limb) {
+      return glm::distance(head, 0.5 * (shape_.position[static_cast<Index>(limb.pair.left)] +
+                                        shape_.position[static_cast<Index>(limb.pair.right)]));
+    };
+    int parted = -1;
+    double beside_spine = 0.0, apart = 0.0;
+    for (const LimbPair& limb : limbs_) {
+      if (limb.kind == LimbPair::Kind::leg) return -1;
+      if (limb.kind == LimbPair::Kind::arm) continue;
+      const int common = common_ancestor(character_, limb.pair.parent, out_.head);
+      if (common >= 0 && shape_.is_joint[static_cast<Index>(common)]) {
+        beside_spine = std::max(beside_spine, distance(limb));
+      } else if (common >= 0 && distance(limb) > apart &&
+                 shape_.weight_below[static_cast<Index>(limb.pair.left)] > 0.0) {
+        apart = distance(limb);
+        parted = limb.pair.parent;
+      }
+    }
+    return apart > beside_spine && beside_spine > 0.0 ? parted : -1;
+  }
+
   /// Where the legs hang: those by name, else the lowest limbs on the tree.
   int leg_parent() const {
+    if (const int parted = parted_leg_parent(); parted >= 0) return parted;
     int lowest = -1;
     bool by_name = false;
     for (const LimbPair& limb : limbs_) {

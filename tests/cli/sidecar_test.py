@@ -4,7 +4,7 @@ import json
 
 import glb
 from bvh import walker
-from harness import CommandTest, contents
+from harness import USAGE, CommandTest, contents
 
 class Sidecar(CommandTest):
     def spine(self, *arguments):
@@ -45,6 +45,19 @@ class Sidecar(CommandTest):
         self.assert_refused("inspect", "hero.glb", names=["'ches'", "'chest'"])
         self.write("hero.backbend.toml", 'schema = "backbend.sidecar/1"\n[space]\nup = "-Y"\n')
         self.assert_refused("inspect", "hero.glb", names=["hero.backbend.toml", "-Y", "--save"])
+
+    def test_which_way_it_faces_can_be_specified_and_is_kept(self):
+        self.write("hero.glb", glb.tube())
+        facing = lambda *words: json.loads(self.assert_runs("inspect", "hero.glb", "--json", *words).stdout)["forward"]
+        self.assertEqual(facing(), [0, 0, 1])
+        self.assertEqual(facing("--forward", "-Z"), [0, 0, -1])
+        self.assert_runs("inspect", "hero.glb", "--forward=-Z", "--save")
+        self.assertEqual(facing(), [0, 0, -1])
+        self.assert_runs("inspect", "hero.glb", "--save")
+        self.assertIn('found_forward = "+Z"', (self.folder / "hero.backbend.toml").read_text())
+        self.assertEqual(facing("--forward", "+X"), [1, 0, 0])
+        self.assert_refused("inspect", "hero.glb", "--forward", "+Y", names=["hero.glb", "forward +Y", "up"])
+        self.assert_refused("inspect", "hero.glb", "--forward", "back", code=USAGE, names=["--forward", "back", "+X"])
 
     def test_suggestions_change_nothing(self):
         self.write("hero.glb", glb.tube())

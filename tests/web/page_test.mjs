@@ -407,6 +407,19 @@ test("the scrubber moves every rig's frame and every plot together", async () =>
   await titled(page, "BB030 candy wrapper");
   await page.goBack();
   await page.locator("#case").waitFor({ state: "hidden" });
+  // The scrubber's address is written a quarter of a second late: here just after a mark was clicked.
+  await page.evaluate(() => {
+    const now = window.setTimeout;
+    let late;
+    window.setTimeout = (run) => { late = run; return 0; };
+    document.querySelector("#sweeps .track input").dispatchEvent(new Event("input"));
+    window.setTimeout = now;
+    document.querySelector("#sweeps .event").click();
+    late();
+  });
+  await titled(page, "BB030 candy wrapper");
+  await page.goBack();
+  await page.locator("#case").waitFor({ state: "hidden" });
   await shot(page, "sweep");
   await done(page);
 });

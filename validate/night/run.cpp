@@ -646,6 +646,8 @@ std::string RunRequest::character_words(const std::filesystem::path& file) const
   add("--spine", hints.spine);
   add("--left-arm", hints.left_arm);
   add("--right-arm", hints.right_arm);
+  add("--up", {hints.up});
+  add("--forward", {hints.forward});
   return words;
 }
 

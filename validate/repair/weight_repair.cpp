@@ -75,8 +75,7 @@ RepairInput input_of(const std::filesystem::path& file, skin::GltfDocument docum
   out.context.anatomy = skin::find_anatomy(out.character, hints);
   if (sidecar)
     if (const auto difference = skin::contradiction(*sidecar, out.context.anatomy))
-      throw skin::CharacterError(skin::sidecar_path(file).string() + ": " + *difference +
-                                 "; run backbend inspect --save again");
+      throw skin::CharacterError(skin::sidecar_path(file).string() + ": " + *difference);
   out.in_file = vertices_in_file(out.file.character, out.character);
   const auto own =
       sidecar && !sidecar->envelope.empty() ? find_envelope(sidecar->envelope) : std::nullopt;

@@ -99,7 +99,8 @@ std::vector<int> match_nodes(const Character& a, const Character& b, double near
 /// What a sidecar or the user says of the character, without what it did to the mesh on loading.
 bool same_mapping(const Version& a, const Version& b) {
   const auto words = [](const skin::AnatomyHints& h) {
-    return std::tie(h.hip, h.chest, h.spine, h.left_arm, h.right_arm, h.rig_template);
+    return std::tie(h.hip, h.chest, h.spine, h.left_arm, h.right_arm, h.rig_template, h.up,
+                    h.forward);
   };
   const auto of = [](const Version& v) { return v.sidecar.value_or(skin::Sidecar{}); };
   return words(a.hints) == words(b.hints) && of(a).envelope == of(b).envelope &&

@@ -17,6 +17,7 @@ _Points = NDArray[np.float32]
 _File = str | PathLike[str]
 _Rig = str | PathLike[str] | Rig | PythonRig
 _Mapping = Literal["chest", "spread"]
+_Axis = Literal["", "+X", "-X", "+Y", "-Y", "+Z", "-Z"]
 _Sweeps = Literal["standard", "stress"]
 _Mode = Literal["beauty", "clay", "ao", "matcap", "wireframe", "heat", "xray", "contour", "primary"]
 _View = Literal["profile", "front", "back", "three_quarter"]
@@ -193,7 +194,7 @@ class PythonRig:
 
 def load(file: _File, *, chain: Literal["", "spine", "neck"] = "", hip: str = "", chest: str = "",
          spine: Sequence[str] = (), left_arm: Sequence[str] = (), right_arm: Sequence[str] = (),
-         template: str = "") -> Character: ...
+         template: str = "", up: _Axis = "", forward: _Axis = "") -> Character: ...
 def judge(character: Character | _File, rig: _Rig = "even", *, mapping: _Mapping = "chest", envelope: str = "auto",
           sweeps: _Sweeps = "standard", folder: _File | None = None, pictures: bool | None = None) -> Report: ...
 def compare(a: _Rig | Character, b: _Rig | Character, *, character: Character | _File | None = None,

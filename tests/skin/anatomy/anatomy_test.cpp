@@ -429,13 +429,31 @@ TEST(Anatomy, OfABodyThatLiesIsDoubtfulAndAsAPersonConfirmsIt) {
   hints.confirmed = true;
   EXPECT_TRUE(find_anatomy(character, hints).sure());
   EXPECT_EQ(find_anatomy(character, hints).up, found.up);
-  hints.up = "+Y";
+  hints.confirmed_up = "+Y";
   const Anatomy confirmed = find_anatomy(character, hints);
   EXPECT_TRUE(confirmed.sure());
   EXPECT_EQ(confirmed.up, glm::dvec3(0, 1, 0));
-  // What is beyond doubt is not overruled: another export would go unnoticed.
-  hints.up = "+Z";
+  // A confirmation does not replace what is beyond doubt: another export would go unnoticed.
+  hints.confirmed_up = "+Z";
   EXPECT_EQ(find_anatomy(stick_figure(), hints).up, glm::dvec3(0, 1, 0));
+  AnatomyHints specified;
+  specified.up = "+Y";
+  EXPECT_TRUE(find_anatomy(character, specified).sure());
+  EXPECT_EQ(find_anatomy(character, specified).up, glm::dvec3(0, 1, 0));
+}
+
+TEST(Anatomy, FacesAsItIsSpecifiedWhateverIsFound) {
+  AnatomyHints hints;
+  hints.forward = "-Z";
+  const Anatomy turned = find_anatomy(stick_figure(), hints);
+  EXPECT_EQ(turned.forward, glm::dvec3(0, 0, -1));
+  EXPECT_EQ(turned.left, glm::dvec3(-1, 0, 0));
+  EXPECT_EQ(turned.found_forward, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(reason_of(turned, "faces "), "faces -Z: as specified");
+  hints.forward = "+Y";
+  EXPECT_THROW(find_anatomy(stick_figure(), hints), CharacterError);  // along up
+  hints.forward = "backwards";
+  EXPECT_THROW(find_anatomy(stick_figure(), hints), CharacterError);
 }
 
 TEST(Anatomy, WhoseLimbsPointDifferentWaysFacesAsAPersonConfirms) {
@@ -451,10 +469,10 @@ TEST(Anatomy, WhoseLimbsPointDifferentWaysFacesAsAPersonConfirms) {
   EXPECT_EQ(found.doubts.front(), "which way it faces: pairs of joints point different ways");
   AnatomyHints hints;
   hints.confirmed = true;
-  hints.up = "+Y";
+  hints.confirmed_up = "+Y";
   for (const auto& [forward, axis] :
        {std::pair("+X", glm::dvec3(1, 0, 0)), std::pair("+Z", glm::dvec3(0, 0, 1))}) {
-    hints.forward = forward;
+    hints.confirmed_forward = forward;
     const Anatomy confirmed = find_anatomy(character, hints);
     EXPECT_TRUE(confirmed.sure());
     EXPECT_EQ(confirmed.forward, axis);
@@ -506,6 +524,27 @@ TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
   EXPECT_TRUE(driver.arms_follow_chest());
 }
 
+TEST(Anatomy, OfAPelvisAndABellyThatAreTwoRootsHasTheLegsBelow) {
+  // Names that say nothing but left and right: which limbs are legs is told by where they are.
+  const std::pair<const char*, const char*> names[] = {
+      {"hips", "a"}, {"spine_", "b"}, {"neck", "c"}, {"clavicle", "d"}, {"arm", "e"},
+      {"hand", "f"}, {"thigh", "g"},  {"shin", "h"}, {"foot", "i"}};
+  Character character = stick_figure();
+  const int pelvis = add_node(character, "j", stick_node(character, "scene"), {0.0, 0.9, 0.0});
+  stick_vertex(character, pelvis);
+  for (const char* thigh : {"thigh.L", "thigh.R"})
+    character.nodes[static_cast<std::size_t>(stick_node(character, thigh))].parent = pelvis;
+  for (Node& node : character.nodes)
+    for (const auto& [part, letter] : names)
+      if (node.name.starts_with(part)) node.name.replace(0, std::string(part).size(), letter);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(names_of(character, anatomy.spine), (Names{"a", "b1", "b2", "c", "head"}));
+  EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"d.L", "e.L", "f.L"}));
+  EXPECT_EQ(names_of(character, anatomy.left_leg), (Names{"g.L", "h.L", "i.L"}));
+  EXPECT_EQ(character.nodes[static_cast<std::size_t>(anatomy.chest)].name, "b2");
+  EXPECT_TRUE(anatomy.sure());
+}
+
 TEST(Anatomy, SaysWhatTheChestWasToldBy) {
   const auto with_arms_on = [](const char* left, const char* right) {
     Character character = stick_figure();
@@ -518,12 +557,13 @@ TEST(Anatomy, SaysWhatTheChestWasToldBy) {
   EXPECT_EQ(reason_of(find_anatomy(with_arms_on("spine_2", "neck")), "chest: "),
             "chest: 'spine_2', the lower of the joints that the arms hang from; 'neck' goes on "
             "from it, so that neither shoulder leaves the other");
-  // By the middle between their roots, at 1.35: spine_2 stands at 1.23, the neck at 1.4.
+  // By the middle between their roots, at 1.35: spine_2 stands at 1.23, the neck at 1.4, and no arm
+  // goes with a neck for being nearer to it.
   EXPECT_EQ(reason_of(find_anatomy(with_arms_on("scene", "scene")), "chest: "),
-            "chest: 'neck', the spine joint nearest to where the arms start; they hang from "
+            "chest: 'spine_2', the spine joint nearest to where the arms start; they hang from "
             "'scene', beside the spine");
   EXPECT_EQ(reason_of(find_anatomy(with_arms_on("hips", "hips")), "chest: "),
-            "chest: 'neck', the spine joint nearest to where the arms start; they hang from "
+            "chest: 'spine_2', the spine joint nearest to where the arms start; they hang from "
             "'hips', the hips");
   Character low = with_arms_on("hips", "hips");
   for (Node& node : low.nodes)

@@ -32,6 +32,8 @@ Sidecar full_sidecar() {
   out.right_arm = {"r1", "r2"};
   out.up = "+Z";
   out.forward = "-Y";
+  out.found_up = "-Z";
+  out.found_forward = "oblique";
   out.metres_per_unit = 0.0254;
   out.leave_out = {"hair", "# prop"};
   out.namespaces = {"hero:", "rig|"};
@@ -119,8 +121,37 @@ TEST(Sidecar, HoldsTheAnatomyThatWasFoundAndGivesItBack) {
   EXPECT_EQ(again.right_arm, found.right_arm);
 
   Anatomy turned = found;
-  turned.forward = -found.forward;
+  turned.found_forward = -found.forward;
   EXPECT_TRUE(contradiction(sidecar, turned));
+}
+
+TEST(Sidecar, KeepsTheAxisThatWasSpecifiedAndNoticesAnotherExport) {
+  const Character figure = stick_figure();
+  AnatomyHints hints;
+  hints.forward = "-X";
+  const Sidecar sidecar = sidecar_of(figure, find_anatomy(figure, hints));
+  EXPECT_EQ(sidecar.forward, "-X");
+  EXPECT_EQ(sidecar.found_forward, "+Z");
+  EXPECT_EQ(sidecar.found_up, "");
+  const Anatomy again = find_anatomy(figure, hints_with(sidecar, {}));
+  EXPECT_EQ(again.forward, glm::dvec3(-1, 0, 0));
+  EXPECT_FALSE(contradiction(sidecar, again));
+  Anatomy turned = again;
+  turned.found_forward = -again.found_forward;
+  EXPECT_EQ(contradiction(sidecar, turned),
+            "forward is -Z in the character and +Z in the sidecar; backbend inspect --save keeps "
+            "-Z, with --forward=+Z that axis");
+  turned.found_forward = glm::normalize(glm::dvec3(1, 0, 1));
+  EXPECT_TRUE(contradiction(sidecar, turned));
+
+  // The body stands askew: none of the world's axes, and one was specified.
+  Anatomy askew = again;
+  askew.found_forward = turned.found_forward;
+  const Sidecar of_askew = sidecar_of(figure, askew);
+  EXPECT_EQ(of_askew.found_forward, "oblique");
+  EXPECT_FALSE(contradiction(of_askew, askew));
+  EXPECT_EQ(hints_with(of_askew, {}).forward, "-X");
+  EXPECT_EQ(hints_with(of_askew, {}).confirmed_forward, "");
 }
 
 TEST(Sidecar, NamesJointsThatShareANameByTheirNumber) {
@@ -173,7 +204,9 @@ TEST(Sidecar, ConfirmsWhatIsDoubtfulWhereItWasSavedWithASpine) {
   const AnatomyHints hints = hints_with(full_sidecar(), {});
   EXPECT_TRUE(hints.confirmed);
   EXPECT_EQ(hints.up, "+Z");
+  EXPECT_EQ(hints.confirmed_up, "-Z");
   EXPECT_EQ(hints.forward, "-Y");
+  EXPECT_EQ(hints.confirmed_forward, "");
   Sidecar controls;  // written by hand for its controls
   controls.controls = full_sidecar().controls;
   EXPECT_FALSE(hints_with(controls, {}).confirmed);

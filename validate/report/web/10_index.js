@@ -96,16 +96,19 @@ function go(hash, replace) {
   else location.hash = hash;
 }
 /** Writes the address of what is already shown, without going there. */
-let noted = null;
+let noted = null, followed = location.hash;
 function note(hash) {
-  if (location.hash === hash) return;
+  // Another address than the last one followed: a link was clicked, and its event is on the way.
+  if (location.hash === hash || location.hash !== followed) return;
   noted = hash;
   location.replace(hash);
+  followed = location.hash;
 }
 /** Does what the address says. An address of another report's finding is said, not ignored. */
 function follow() {
   const mine = noted;
   noted = null;
+  followed = location.hash;
   if (location.hash === mine) return;
   const hash = location.hash.slice(1);
   const [head, query = ""] = hash.split("?", 2);
