@@ -53,7 +53,7 @@ struct Anatomy {
   std::vector<Follower> followers;  // feet on IK roots, a jaw beside the head: see Follower
   int head = -1;
   glm::dvec3 up{0, 1, 0}, forward{0, 0, 1}, left{1, 0, 0};  // unit, world space
-  glm::dvec3 found_up{0, 1, 0}, found_forward{0, 0, 1};     // where hints say otherwise: not those
+  glm::dvec3 found_up{0, 1, 0}, found_forward{0, 0, 1};     // the same without what hints specify
   double height = 0.0;                                      // rest extent along up, of this figure
   double spine_length = 0.0;         // rest arc length hips .. chest: the reference length
   std::vector<std::string> reasons;  // why this choice, one line each

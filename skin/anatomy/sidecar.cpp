@@ -441,10 +441,12 @@ std::optional<std::string> contradiction(const Sidecar& sidecar, const Anatomy& 
     const std::string& then = before.empty() ? kept : before;
     if (kept.empty() || then == now) return std::nullopt;
     return std::string(what) + " is " + now + " in the character and " + then +
-           " in the sidecar; backbend inspect --save keeps " + now + ", with --" + what + "=" +
-           then + " that axis";
+           " in the sidecar; run backbend inspect --save again, with --" + what +
+           "=AXIS where another is right";
   };
   if (const auto up = difference("up", sidecar.up, sidecar.found_up, anatomy.found_up)) return up;
+  // Seen with another up, forward is another one.
+  if (!sidecar.up.empty() && axis_name(anatomy.up) != sidecar.up) return std::nullopt;
   return difference("forward", sidecar.forward, sidecar.found_forward, anatomy.found_forward);
 }
 

@@ -237,7 +237,8 @@ class EndFinder {
                  " by its name; the skeleton is built from the chest");
     }
     const int legs = leg_parent();
-    const int start = legs < 0 ? path.front() : common_ancestor(character_, legs, out_.head);
+    const int meet = legs < 0 ? -1 : common_ancestor(character_, legs, out_.head);
+    const int start = meet < 0 ? path.front() : meet;
     const auto begin = std::find(path.begin(), path.end(), start);
     const auto found = std::find_if(begin, path.end(), [&](int node) {
       return is_of_body(node) && !is_scene_root(shape_, node);
@@ -269,8 +270,9 @@ class EndFinder {
     return true;
   }
 
-  /// Limbs without telling names on a root of their own, farther from the head than those that hang
-  /// beside the spine: the legs of a body whose pelvis and belly are two roots. -1 for none.
+  /// Limbs without telling names that hang from no joint on the way to the head, farther from the
+  /// head than those that do: the legs of a body whose pelvis and belly hang beside each other.
+  /// Their parent; -1 for none.
   int parted_leg_parent() const {
     const auto head = shape_.position[static_cast<Index>(out_.head)];
     const auto distance = [&](const LimbPair& limb) {
@@ -282,10 +284,10 @@ class EndFinder {
     for (const LimbPair& limb : limbs_) {
       if (limb.kind == LimbPair::Kind::leg) return -1;
       if (limb.kind == LimbPair::Kind::arm) continue;
-      const int common = common_ancestor(character_, limb.pair.parent, out_.head);
-      if (common >= 0 && shape_.is_joint[static_cast<Index>(common)]) {
+      if (shape_.is_joint[static_cast<Index>(limb.pair.parent)] &&
+          shape_.is_ancestor(character_, limb.pair.parent, out_.head)) {
         beside_spine = std::max(beside_spine, distance(limb));
-      } else if (common >= 0 && distance(limb) > apart &&
+      } else if (distance(limb) > apart &&
                  shape_.weight_below[static_cast<Index>(limb.pair.left)] > 0.0) {
         apart = distance(limb);
         parted = limb.pair.parent;

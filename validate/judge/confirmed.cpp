@@ -13,9 +13,8 @@ ConfirmedCharacter load_confirmed(const std::filesystem::path& file, skin::Anato
   ConfirmedCharacter out{load_character(file), std::move(hints), std::move(sidecar)};
   if (!out.sidecar) return out;
   skin::apply_sidecar(*out.sidecar, out.character);
-  const bool specified = !out.hints.up.empty() || !out.hints.forward.empty();
   out.hints = skin::hints_with(*out.sidecar, std::move(out.hints));
-  if (about_to_confirm || specified) return out;
+  if (about_to_confirm) return out;
   if (const auto difference =
           skin::contradiction(*out.sidecar, skin::find_anatomy(out.character, out.hints)))
     throw skin::CharacterError(skin::sidecar_path(file).string() + ": " + *difference);

@@ -524,25 +524,36 @@ TEST(Anatomy, TakesShouldersThatHangFromTheNeck) {
   EXPECT_TRUE(driver.arms_follow_chest());
 }
 
-TEST(Anatomy, OfAPelvisAndABellyThatAreTwoRootsHasTheLegsBelow) {
+TEST(Anatomy, OfAPelvisAndABellyThatHangBesideEachOtherHasTheLegsBelow) {
   // Names that say nothing but left and right: which limbs are legs is told by where they are.
   const std::pair<const char*, const char*> names[] = {
       {"hips", "a"}, {"spine_", "b"}, {"neck", "c"}, {"clavicle", "d"}, {"arm", "e"},
       {"hand", "f"}, {"thigh", "g"},  {"shin", "h"}, {"foot", "i"}};
-  Character character = stick_figure();
-  const int pelvis = add_node(character, "j", stick_node(character, "scene"), {0.0, 0.9, 0.0});
-  stick_vertex(character, pelvis);
-  for (const char* thigh : {"thigh.L", "thigh.R"})
-    character.nodes[static_cast<std::size_t>(stick_node(character, thigh))].parent = pelvis;
-  for (Node& node : character.nodes)
-    for (const auto& [part, letter] : names)
-      if (node.name.starts_with(part)) node.name.replace(0, std::string(part).size(), letter);
-  const Anatomy anatomy = find_anatomy(character);
-  EXPECT_EQ(names_of(character, anatomy.spine), (Names{"a", "b1", "b2", "c", "head"}));
-  EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"d.L", "e.L", "f.L"}));
-  EXPECT_EQ(names_of(character, anatomy.left_leg), (Names{"g.L", "h.L", "i.L"}));
-  EXPECT_EQ(character.nodes[static_cast<std::size_t>(anatomy.chest)].name, "b2");
-  EXPECT_TRUE(anatomy.sure());
+  for (const std::string common : {"a scene", "a joint", "nothing"}) {
+    SCOPED_TRACE(common);
+    Character character = stick_figure();
+    const int scene = stick_node(character, "scene"), hips = stick_node(character, "hips");
+    const int root = common == "a joint"   ? add_node(character, "j", scene, glm::dvec3(0.0))
+                     : common == "a scene" ? scene
+                                           : -1;
+    if (common == "a joint") {
+      character.joints.push_back({root, glm::dmat4(1.0)});
+      character.nodes[static_cast<std::size_t>(hips)].parent = root;
+    }
+    const int pelvis = add_node(character, "k", root, {0.0, 0.9, 0.0});
+    stick_vertex(character, pelvis);
+    for (const char* thigh : {"thigh.L", "thigh.R"})
+      character.nodes[static_cast<std::size_t>(stick_node(character, thigh))].parent = pelvis;
+    for (Node& node : character.nodes)
+      for (const auto& [part, letter] : names)
+        if (node.name.starts_with(part)) node.name.replace(0, std::string(part).size(), letter);
+    const Anatomy anatomy = find_anatomy(character);
+    EXPECT_EQ(names_of(character, anatomy.spine), (Names{"a", "b1", "b2", "c", "head"}));
+    EXPECT_EQ(names_of(character, anatomy.left_arm), (Names{"d.L", "e.L", "f.L"}));
+    EXPECT_EQ(names_of(character, anatomy.left_leg), (Names{"g.L", "h.L", "i.L"}));
+    EXPECT_EQ(character.nodes[static_cast<std::size_t>(anatomy.chest)].name, "b2");
+    EXPECT_TRUE(anatomy.sure());
+  }
 }
 
 TEST(Anatomy, SaysWhatTheChestWasToldBy) {
