@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <set>
 #include <vector>
 
 #include "skin/deform/skinning.h"
@@ -20,6 +21,7 @@ constexpr double kAcross = 0.5;     // of the shift, across a bone that is to sh
 constexpr double kAlong = 0.3;      // of the shift, along a bone that shows it
 constexpr double kMostAlong = 0.5;  // ... of the length of those that lie along it
 constexpr float kOwn = 0.5f;        // weight from which on a vertex is the bone's own
+constexpr Index kFewest = 6;        // places of its own: fewer need not lie around the bone
 
 struct LimbBone {
   int node = -1;
@@ -28,6 +30,7 @@ struct LimbBone {
   double weight = 0.0;
   glm::dvec3 sum{0.0};          // of what it moves, times weight
   std::vector<glm::dvec3> own;  // points that it moves most
+  std::set<std::uint32_t> own_places;
 
   glm::dvec3 across(const glm::dvec3& v) const { return v - glm::dot(v, along) * along; }
   glm::dvec3 offset() const { return across(sum / weight - middle); }
@@ -63,10 +66,12 @@ std::vector<LimbBone> bones_of_limbs(const Character& character, const Anatomy& 
       const glm::dvec3 p(rest.position[v]);
       bone.weight += influences.weight[k];
       bone.sum += static_cast<double>(influences.weight[k]) * p;
-      if (influences.weight[k] >= kOwn) bone.own.push_back(p);
+      if (influences.weight[k] < kOwn) continue;
+      bone.own.push_back(p);
+      bone.own_places.insert(character.place[v]);
     }
   }
-  std::erase_if(bones, [](const LimbBone& bone) { return bone.own.size() < 3; });
+  std::erase_if(bones, [](const LimbBone& bone) { return bone.own_places.size() < kFewest; });
   return bones;
 }
 

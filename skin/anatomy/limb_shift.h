@@ -17,7 +17,8 @@ struct LimbShift {
 
 /// The shift between a character's limbs and their bones at rest, by least squares over the bones'
 /// distances from the middles of what they move (across each bone, by its length). Bones shorter
-/// than 0.06 of the height count for nothing, nor do those across which the shift hardly goes.
+/// than 0.06 of the height count for nothing, nor do those that lead at fewer than six places, or
+/// across which the shift hardly goes.
 /// Nullopt where the bones do not agree on one shift, or lie in too few directions to tell one, or
 /// where those along the shift have what they move around their own middles (legs below a shoulder
 /// that lies low in its flesh).

@@ -97,7 +97,22 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
   for (Index j = 0; j < joints.size(); ++j) {
     const glm::dmat4& own = joints[j].world_from_mesh;
     const glm::dmat4* agreed = nullptr;
+    // A joint whose children all turned about their own origins stands in another pose than they
+    // do: it carries those origins to where they are.
+    const bool posed = std::ranges::all_of(below[j], [&](int child) {
+      const BoundJoint& lower = joints[static_cast<Index>(child)];
+      return same_place(lower.node, lower.world_from_mesh, own);
+    });
     if (above[j] >= 0) {
+      // Hips that were turned about the way to the spine, which was turned back: the legs, which
+      // stand elsewhere, show it.
+      const auto elsewhere = std::ranges::count_if(below[j], [&](int child) {
+        const int node = joints[static_cast<Index>(child)].node;
+        return glm::distance(origin(nodes[static_cast<Index>(node)].world_from_node),
+                             origin(nodes[static_cast<Index>(joints[j].node)].world_from_node)) >
+               agree;
+      });
+      if (posed && elsewhere > 1) continue;
       const glm::dmat4& parent = joints[static_cast<Index>(above[j])].world_from_mesh;
       const double off = apart(own, parent, box);
       for (const int child : below[j])
@@ -108,12 +123,6 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
     } else if (!common_to(j)) {
       const bool carried = std::all_of(below[j].begin(), below[j].end(), [&](int child) {
         return common_to(static_cast<Index>(child));
-      });
-      // A first joint whose children all turned about their own origins stands in another pose than
-      // they do: it carries those origins to where they are.
-      const bool posed = std::all_of(below[j].begin(), below[j].end(), [&](int child) {
-        const BoundJoint& lower = joints[static_cast<Index>(child)];
-        return same_place(lower.node, lower.world_from_mesh, own);
       });
       if (carried && !posed) agreed = &common;
     }

@@ -35,9 +35,10 @@ struct BoundJoint {
 /// A skin may be bound in another pose than its nodes stand in: then every joint is turned about
 /// its own origin, and what hangs from it comes along. So a joint is off where it stands apart from
 /// the joint above it while what hangs from it agrees with that one again; and a last joint where
-/// it is the only one of the skin that stands apart, at another place. `box` is in the mesh's
-/// space. Differences below 0.2 % of the box's size agree: the rounding of stored matrices is far
-/// below that, and an angle of 0.3 degrees at a limb's root above.
+/// it is the only one of the skin that stands apart, at another place. One that carries all that
+/// hangs from it, two joints or more, to where it stands is turned, not bound wrongly. `box` is in
+/// the mesh's space. Differences below 0.2 % of the box's size agree: the rounding of stored
+/// matrices is far below that, and an angle of 0.3 degrees at a limb's root above.
 std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
                                    const std::vector<BoundJoint>& joints, const BodyBox& box);
 

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "skin/character/point_cells.h"
+#include "skin/weights/prop_parts.h"
 
 namespace backbend::skin {
 namespace {
@@ -33,7 +34,7 @@ class PieceFinder {
  public:
   PieceFinder(const Character& character, const Anatomy& anatomy, const SkinPlaces& places,
               const Mirror& mirror, const std::vector<int>& image)
-      : places_(places), mirror_(mirror), image_(image) {
+      : character_(character), places_(places), mirror_(mirror), image_(image) {
     on_chain_.assign(character.nodes.size(), false);
     for (const auto* chain : {&anatomy.spine, &anatomy.left_arm, &anatomy.right_arm,
                               &anatomy.left_leg, &anatomy.right_leg})
@@ -88,6 +89,17 @@ class PieceFinder {
         if (is_loose(places_.shell[q]) && places_.main[q] == places_.main[p])
           piece[root(places_.shell[q])] = root(places_.shell[p]);
       }
+    }
+    // A prop goes as one, whatever its shells touch: arrows in a quiver.
+    const std::vector<bool> is_prop = prop_parts(character_, places_);
+    for (Index part = 0; part < is_prop.size(); ++part) {
+      if (!is_prop[part]) continue;  // one has a vertex at least
+      const Index first = character_.parts[part].first_vertex;
+      const Index start = places_.shell[character_.place[first]];
+      for (Index v = first; v < first + character_.parts[part].vertex_count; ++v)
+        if (const Index shell = places_.shell[character_.place[v]];
+            is_loose(start) && is_loose(shell))
+          piece[root(shell)] = root(start);
     }
     piece_of_.assign(shells.size(), 0);
     std::vector<Index> number(shells.size(), shells.size());
@@ -230,6 +242,7 @@ class PieceFinder {
     return nearest;
   }
 
+  const Character& character_;
   const SkinPlaces& places_;
   const Mirror& mirror_;
   const std::vector<int>& image_;

@@ -10,7 +10,8 @@ namespace backbend::skin {
 
 /// Pieces of costume that go with the wrong joints as a whole, each place of theirs as a fault of
 /// the joint that moves it most. A piece is a shell of six places or more beside the largest;
-/// shells that touch and are bound to one joint are one piece.
+/// shells that touch and are bound to one joint are one piece, and so are those of a prop
+/// (skin/weights/prop_parts.h).
 ///
 /// `wrong_side`: a piece that lies wholly on the other side of the middle than its joints do, on
 /// average more than 0.6 as far out. `far`: a piece that lies on nothing nearer than two joints

@@ -8,6 +8,7 @@
 #include <set>
 
 #include "skin/weights/fault_map.h"
+#include "skin/weights/prop_parts.h"
 
 namespace backbend::skin {
 namespace {
@@ -17,7 +18,10 @@ using Index = std::size_t;
 class SeamFinder {
  public:
   SeamFinder(const Character& character, const Anatomy& anatomy, const SkinPlaces& places)
-      : character_(character), anatomy_(anatomy), places_(places) {}
+      : character_(character),
+        anatomy_(anatomy),
+        places_(places),
+        is_prop_(prop_parts(character, places)) {}
 
   WeightAnswer find() {
     FaultMap faults;
@@ -65,29 +69,6 @@ class SeamFinder {
       if (next - i == 1) out[edges[i].first] = out[edges[i].second] = true;
     }
     return out;
-  }
-
-  /// Whether a part is a prop: moved by one joint off the spine that moves nothing else and has no
-  /// joint with weight below it.
-  bool is_prop(const Part& part) const {
-    const Index end = part.first_vertex + part.vertex_count;
-    int node = -1;
-    for (Index v = part.first_vertex; v < end; ++v) {
-      const Influences& influences = character_.influences[v];
-      const int own = character_.joints[influences.joint[0]].node;
-      if (influences.weight[1] > 0.0f || (node >= 0 && own != node)) return false;
-      node = own;
-    }
-    if (node < 0 || places_.on_spine[static_cast<Index>(node)] >= 0) return false;
-    for (Index n = 0; n < character_.nodes.size(); ++n)
-      if (character_.nodes[n].parent == node && places_.total[n] > 0.0) return false;
-    for (Index v = 0; v < character_.vertex_count(); ++v) {
-      if (v >= part.first_vertex && v < end) continue;
-      const Influences& influences = character_.influences[v];
-      for (Index k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
-        if (character_.joints[influences.joint[k]].node == node) return false;
-    }
-    return true;
   }
 
   /// The places of the triangles around each place.
@@ -153,9 +134,8 @@ class SeamFinder {
     if (ends_.empty()) ends_.resize(character_.parts.size());
     for (const Index part : {first, second}) {
       if (ends_[part].empty()) {
-        ends_[part] = is_prop(character_.parts[part])
-                          ? std::vector<bool>(places_.weights.size(), false)
-                          : ends_of(character_.parts[part]);
+        ends_[part] = is_prop_[part] ? std::vector<bool>(places_.weights.size(), false)
+                                     : ends_of(character_.parts[part]);
       }
       if (!ends_[part][character_.place[a]]) return false;
     }
@@ -178,6 +158,7 @@ class SeamFinder {
   const Character& character_;
   const Anatomy& anatomy_;
   const SkinPlaces& places_;
+  const std::vector<bool> is_prop_;        // of each part
   std::vector<std::vector<Corner>> fans_;  // of each place; made when first asked
   /// Of each part, by place: where its surface ends. A prop's ends nowhere.
   std::vector<std::vector<bool>> ends_;

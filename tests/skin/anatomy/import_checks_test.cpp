@@ -125,6 +125,39 @@ TEST(BindOff, OfALastJointIsAnotherPlaceAndNotAnotherPose) {
   }
 }
 
+TEST(BindOff, AreNoHipsThatTurnBelowAStillTrunk) {
+  // About the way to the spine, which is turned back: the legs are carried along.
+  const auto turned = [](bool with_legs) {
+    Character character = one_skin();
+    const int hips = stick_node(character, "hips");
+    const glm::dvec3 at(character.nodes[static_cast<std::size_t>(hips)].world_from_node[3]);
+    const glm::dmat4 turn = glm::translate(glm::dmat4(1.0), at) *
+                            glm::rotate(glm::dmat4(1.0), 0.1, glm::dvec3(0.0, 1.0, 0.0)) *
+                            glm::translate(glm::dmat4(1.0), -at);
+    const auto move = [&](const char* name) {
+      glm::dmat4& world =
+          character.nodes[static_cast<std::size_t>(stick_node(character, name))].world_from_node;
+      world = turn * world;
+    };
+    // The hips' parent is bound, too, and stays.
+    Influences& any = character.influences.front();
+    const int above = character.nodes[static_cast<std::size_t>(hips)].parent;
+    character.joints.push_back(
+        {above,
+         glm::affineInverse(character.nodes[static_cast<std::size_t>(above)].world_from_node)});
+    any.joint[1] = static_cast<std::uint16_t>(character.joints.size() - 1);
+    move("hips");
+    if (with_legs)
+      for (const char* leg : {"thigh", "shin", "foot"})
+        for (const char* side : {".L", ".R"}) move((std::string(leg) + side).c_str());
+    return joints_bound_off(character);
+  };
+  EXPECT_TRUE(turned(true).empty());
+  const auto off = turned(false);
+  ASSERT_EQ(off.size(), 1u);
+  EXPECT_NEAR(off[0].angle_deg, glm::degrees(0.1), 1e-6);
+}
+
 TEST(BindOff, IsNoPoseInWhichTheSkinWasBound) {
   // Every joint turned about its own origin, and what hangs from it along.
   for (unsigned seed = 1; seed <= 20; ++seed) {

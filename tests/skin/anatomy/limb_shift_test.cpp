@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
+#include <set>
 
 #include "skin/body/body.h"
 #include "tests/source_folder.h"
@@ -88,6 +89,50 @@ TEST(LimbShift, ThatLegsDoNotShowThoughItIsAlongThemIsNone) {
           arm->end())
         character.bind_position[v] += glm::vec3(0.12 * anatomy.height * anatomy.up);
   EXPECT_FALSE(find_limb_shift(character, anatomy).has_value());
+}
+
+TEST(LimbShift, IsNotToldByBonesThatLeadAtAFewPlaces) {
+  // The skeleton stands beside the body; all but some places of each limb's bone go with the hips.
+  const auto is_told = [](std::size_t kept) {
+    const Anatomy still = find_anatomy(body());
+    Character character = with_skeleton_moved(0.1 * still.height * still.forward);
+    const Anatomy anatomy = find_anatomy(character);
+    const auto leads = [&](std::uint16_t joint) {
+      std::vector<std::size_t> own;
+      std::set<std::uint32_t> places;
+      for (std::size_t v = 0; v < character.vertex_count(); ++v)
+        if (character.influences[v].joint[0] == joint && places.insert(character.place[v]).second)
+          own.push_back(v);
+      return own;
+    };
+    const auto joint_of = [&](int node) {
+      std::uint16_t j = 0;
+      while (character.joints[j].node != node) ++j;
+      return j;
+    };
+    const std::uint16_t hips = joint_of(anatomy.spine.front());
+    for (const auto* limb :
+         {&anatomy.left_arm, &anatomy.right_arm, &anatomy.left_leg, &anatomy.right_leg})
+      for (const int node : *limb) {
+        const std::uint16_t joint = joint_of(node);
+        const std::vector<std::size_t> own = leads(joint);
+        std::set<std::size_t> stay;
+        for (std::size_t k = 0; k < kept && !own.empty(); ++k)
+          stay.insert(own[k * own.size() / kept]);
+        for (std::size_t v = 0; v < character.vertex_count(); ++v)
+          for (std::size_t k = 0; k < kMaxInfluences; ++k) {
+            Influences& influences = character.influences[v];
+            if (influences.weight[k] <= 0.0f || influences.joint[k] != joint) continue;
+            if (stay.count(v) > 0) continue;
+            influences = {};
+            influences.joint[0] = hips;
+            influences.weight[0] = 1.0f;
+          }
+      }
+    return find_limb_shift(character, anatomy).has_value();
+  };
+  EXPECT_TRUE(is_told(12));
+  EXPECT_FALSE(is_told(5));
 }
 
 TEST(LimbShift, OfAFigureWithoutLimbsIsNone) {

@@ -577,6 +577,37 @@ TEST(FarInfluence, OfAPropInAHandIsNoneWhereverItsPivotIs) {
     }
 }
 
+TEST(FarInfluence, OfAPropOfSeveralShellsIsJudgedAsOne) {
+  // A spear of two shells: one at a hand, one that touches a shin.
+  const auto is_named = [](float hand, bool one_part) {
+    Character armed = ball_figure("head");
+    const int spear =
+        add_node(armed, "spear", stick_node(armed, "hand.L"), glm::dvec3(0.7, 1.35, 0.0));
+    const auto add = [&](const glm::vec3& at) {
+      Part part;
+      part.first_vertex = static_cast<std::uint32_t>(armed.vertex_count());
+      part.first_triangle = static_cast<std::uint32_t>(armed.triangles.size());
+      add_ball(armed, at, 0.03F, spear);
+      part.vertex_count = static_cast<std::uint32_t>(armed.vertex_count()) - part.first_vertex;
+      part.triangle_count =
+          static_cast<std::uint32_t>(armed.triangles.size()) - part.first_triangle;
+      armed.parts.push_back(part);
+    };
+    add({0.78F * hand, 1.35F, 0.0F});
+    add({0.18F, 0.23F, 0.0F});
+    if (one_part) {
+      const Part tip = armed.parts.back();
+      armed.parts.pop_back();
+      armed.parts.back().vertex_count += tip.vertex_count;
+      armed.parts.back().triangle_count += tip.triangle_count;
+    }
+    return names(find_weight_faults(armed, find_anatomy(armed)).far, kFar, spear);
+  };
+  EXPECT_FALSE(is_named(1.0F, true));
+  EXPECT_TRUE(is_named(1.0F, false));  // parts may be things of their own
+  EXPECT_TRUE(is_named(-1.0F, true));  // at the other hand
+}
+
 TEST(FarInfluence, OfAJointThatLeadsHardlyAnywhereIsNoAreaOfItsOwn) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   // A hip bone's largest weight after smoothing is 0.45: a patch of 0.29 is more than half of it.

@@ -2,7 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <glm/geometric.hpp>
 #include <optional>
+
+#include "skin/deform/skinning.h"
+#include "validate/metrics/math/median.h"
 
 namespace backbend::validate {
 namespace {
@@ -77,12 +82,14 @@ bool unknown_further(const Pairs& pairs, std::size_t first, std::size_t end,
   return true;
 }
 
-}  // namespace
+/// Whether a mesh is too coarse at a vertex for its neighbours to tell what it should follow.
+using TooCoarse =
+    std::function<bool(std::uint32_t vertex, std::span<const std::uint32_t> neighbours)>;
 
-WeightHygiene examine_weights(std::span<const skin::Influences> influences,
-                              std::span<const glm::uvec3> triangle,
-                              std::span<const std::uint32_t> place, std::uint32_t place_count,
-                              std::span<const int> parent) {
+WeightHygiene examine(std::span<const skin::Influences> influences,
+                      std::span<const glm::uvec3> triangle, std::span<const std::uint32_t> place,
+                      std::uint32_t place_count, std::span<const int> parent,
+                      const TooCoarse& is_too_coarse) {
   WeightHygiene out;
   std::vector<std::uint32_t> vertex_of_place(place_count, 0);
   for (std::size_t v = influences.size(); v-- > 0;) {
@@ -133,7 +140,10 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
       for (std::size_t i = first; i < end && agree; ++i)
         for (std::size_t j = i + 1; j < end && agree; ++j)
           agree = share_a_joint(neighbour(i), neighbour(j));
-      if (agree || unknown_further(pairs, first, end, influences, vertex_of_place, vertex)) {
+      std::vector<std::uint32_t> around;
+      for (std::size_t i = first; i < end; ++i) around.push_back(vertex_of_place[pairs[i].second]);
+      if ((agree || unknown_further(pairs, first, end, influences, vertex_of_place, vertex)) &&
+          !is_too_coarse(vertex, around)) {
         ++out.stray;
         out.strays.push_back(vertex);
         if (foreign > out.stray_weight) {
@@ -145,6 +155,31 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
     first = end;
   }
   return out;
+}
+
+/// The distance from a point to a node's bones: from the node to each of its children.
+double distance_to_bones(const skin::Character& character, int node, const glm::dvec3& point) {
+  const auto at = [&](std::size_t n) { return glm::dvec3(character.nodes[n].world_from_node[3]); };
+  const glm::dvec3 from = at(static_cast<std::size_t>(node));
+  double nearest = glm::distance(from, point);
+  for (std::size_t n = 0; n < character.nodes.size(); ++n)
+    if (character.nodes[n].parent == node) {
+      const glm::dvec3 bone = at(n) - from;
+      const double along = std::clamp(
+          glm::dot(point - from, bone) / std::max(glm::dot(bone, bone), 1e-300), 0.0, 1.0);
+      nearest = std::min(nearest, glm::distance(point, from + along * bone));
+    }
+  return nearest;
+}
+
+}  // namespace
+
+WeightHygiene examine_weights(std::span<const skin::Influences> influences,
+                              std::span<const glm::uvec3> triangle,
+                              std::span<const std::uint32_t> place, std::uint32_t place_count,
+                              std::span<const int> parent) {
+  return examine(influences, triangle, place, place_count, parent,
+                 [](std::uint32_t, std::span<const std::uint32_t>) { return false; });
 }
 
 WeightHygiene examine_weights(const skin::Character& character,
@@ -175,8 +210,18 @@ WeightHygiene examine_weights(const skin::Character& character,
   if (first_on_head)
     for (skin::Influences& each : known)
       for (std::uint16_t& joint : each.joint) joint = stands_for[joint];
-  return examine_weights(known, character.triangles, character.place, character.place_count,
-                         parent);
+  std::optional<skin::PosedMesh> rest;
+  const auto is_too_coarse = [&](std::uint32_t vertex, std::span<const std::uint32_t> around) {
+    if (!rest) rest = skin::rest_mesh(character);
+    const glm::dvec3 point(rest->position[vertex]);
+    std::vector<double> edge;
+    for (const std::uint32_t other : around)
+      edge.push_back(glm::distance(point, glm::dvec3(rest->position[other])));
+    return distance_to_bones(character, character.joints[influences[vertex].joint[0]].node, point) <
+           median(std::move(edge));
+  };
+  return examine(known, character.triangles, character.place, character.place_count, parent,
+                 is_too_coarse);
 }
 
 }  // namespace backbend::validate

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <glm/gtc/matrix_inverse.hpp>
+
 namespace backbend::validate {
 namespace {
 
@@ -112,25 +114,56 @@ TEST(ExamineWeights, TheTipOfALimbOnACoarseMeshIsNoStray) {
   EXPECT_EQ(stray(), 1u);
 }
 
-TEST(ExamineWeights, WhatHangsFromTheHeadIsOneJoint) {
-  Strip strip;
+/// The strip as a character, its rows 2 apart along Y; joint k is node k, 10 * k along Y.
+skin::Character character_of(const Strip& strip, const std::vector<int>& parent) {
   skin::Character character;
-  // Node k is joint k; 3 is the head, from which 6 (jaw) and 7 (tongue) hang.
-  for (int k = 0; k < 8; ++k) {
+  for (std::size_t k = 0; k < parent.size(); ++k) {
     character.nodes.push_back({});
-    character.nodes.back().parent = k == 0 ? -1 : k >= 6 ? 3 : k - 1;
-    character.joints.push_back({});
-    character.joints.back().node = k;
+    character.nodes.back().parent = parent[k];
+    glm::dmat4& world = character.nodes.back().world_from_node;
+    world[3] = {0.0, 10.0 * static_cast<double>(k), 0.0, 1.0};
+    character.joints.push_back({static_cast<int>(k), glm::affineInverse(world)});
   }
   character.triangles = strip.triangle;
   character.place = strip.place;
   character.place_count = Strip::kLong * Strip::kWide;
+  for (std::uint32_t v = 0; v < character.place_count; ++v) {
+    character.bind_position.emplace_back(v % Strip::kWide, 2 * (v / Strip::kWide), 0);
+    character.bind_normal.emplace_back(0, 0, 1);
+  }
+  character.influences = strip.influences;
+  return character;
+}
+
+TEST(ExamineWeights, WhatHangsFromTheHeadIsOneJoint) {
+  Strip strip;
+  // 3 is the head, from which 6 (jaw) and 7 (tongue) hang.
+  const skin::Character character = character_of(strip, {-1, 0, 1, 2, 3, 4, 3, 3});
   for (std::uint32_t v = 0; v < strip.influences.size(); ++v) strip.bind(v, 6);
   strip.bind(100, 7);
   EXPECT_EQ(examine_weights(character, strip.influences).stray, 1u);
   EXPECT_EQ(examine_weights(character, strip.influences, 3).stray, 0u);
   strip.bind(100, 0);  // far below the head
   EXPECT_EQ(examine_weights(character, strip.influences, 3).stray, 1u);
+}
+
+TEST(ExamineWeights, AVertexNearerToItsJointThanToItsNeighboursIsNoStray) {
+  Strip strip;
+  const std::uint32_t vertex = 12 * Strip::kWide + 5;  // 24 up; joint 5 is at 50
+  strip.bind(vertex, 5);
+  skin::Character character = character_of(strip, {-1, 0, 1, 2, 3, 4});
+  for (const float up : {24.0f, 35.0f}) {
+    character.bind_position[vertex] = {0.2f, up, 0.0f};
+    EXPECT_EQ(examine_weights(character, strip.influences).stray, 1u) << up;
+  }
+  for (const float up : {39.0f, 49.0f}) {  // drawn out over a coarse mesh to its joint
+    character.bind_position[vertex] = {0.2f, up, 0.0f};
+    EXPECT_EQ(examine_weights(character, strip.influences).stray, 0u) << up;
+  }
+  // Along the bone from joint 4, too.
+  character.bind_position[vertex] = {0.2f, 45.0f, 0.0f};
+  strip.bind(vertex, 4);
+  EXPECT_EQ(examine_weights(character, strip.influences).stray, 0u);
 }
 
 TEST(ExamineWeights, SplitVerticesDoNotHideAStray) {
