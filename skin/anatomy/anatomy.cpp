@@ -17,6 +17,7 @@
 #include "skin/anatomy/rig_templates.h"
 #include "skin/anatomy/skeleton_shape.h"
 #include "skin/anatomy/spine_finder.h"
+#include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
 
 namespace backbend::skin {
@@ -132,21 +133,32 @@ class Finder {
   }
 
   /// A skeleton whose hierarchy was lost: joints that are called spine and neck stand beside the
-  /// way to the head, and none on it.
+  /// way to the head, and none on it; or one, where the head hangs from the hips themselves.
   void refuse_scattered_names() const {
     const auto is_back = [&](Index n) {
       const NameFacts& facts = shape_.name[n];
       return shape_.is_joint[n] && facts.side == Side::none && !facts.control && !facts.end &&
              (facts.part == BodyPart::spine || facts.part == BodyPart::neck);
     };
+    const bool is_bare = out_.spine.size() == 2;
+    const auto at = [&](int node) {
+      return origin(character_.nodes[static_cast<Index>(node)].world_from_node);
+    };
+    const glm::dvec3 hips = at(out_.spine.front()), way = at(out_.head) - hips;
     int beside = -1, count = 0;
     for (Index n = 0; n < shape_.name.size(); ++n) {
       if (!is_back(n)) continue;
-      if (on_spine(static_cast<int>(n))) return;
-      beside = static_cast<int>(n);
+      const int node = static_cast<int>(n);
+      if (on_spine(node)) {
+        if (is_bare) continue;  // the hips may be called spine
+        return;
+      }
+      const double along = glm::dot(at(node) - hips, way) / glm::dot(way, way);
+      if (is_bare && !(along > 0.1 && along < 1.0)) continue;  // a tail's, a hat's
+      beside = node;
       ++count;
     }
-    if (count >= 2)
+    if (count >= (is_bare ? 1 : 2))
       refuse("joints such as " + name(beside) + " do not stand between the hips " +
              name(out_.spine.front()) + " and the head " + name(out_.head) +
              ": was the hierarchy lost in the export?");

@@ -934,6 +934,25 @@ TEST(Anatomy, RefusesASkeletonWhoseHierarchyWasLost) {
   EXPECT_NE(told.find("--hip and --chest"), std::string::npos) << told;
 }
 
+TEST(Anatomy, RefusesAHeadThatHangsFromTheHipsBesideAVertebra) {
+  const auto told = [](const char* hips, double height) {
+    Character character = stick_figure(1);
+    for (const char* name : {"head", "clavicle.L", "clavicle.R"}) hang(character, name, "hips");
+    const auto node = [&](const char* name) -> Node& {
+      return character.nodes[static_cast<std::size_t>(stick_node(character, name))];
+    };
+    node("neck").name = "scarf";
+    node("spine_1").world_from_node[3].y = height;
+    node("hips").name = hips;
+    return refusal(character);
+  };
+  for (const char* hips : {"hips", "spine_0"}) {
+    const std::string error = told(hips, 1.15);
+    EXPECT_NE(error.find("'spine_1' do not stand between"), std::string::npos) << error;
+    EXPECT_EQ(told(hips, 0.5), "");  // a tail's
+  }
+}
+
 /// A figure that is built from its chest: spine and hips hang from it downwards, neck and arms
 /// beside them.
 Character built_from_the_chest() {
