@@ -48,6 +48,7 @@ class Finder {
     find_neck();
     find_chest();
     find_followers();
+    set_scene_aside();
     measure();
     doubt_import();
     return std::move(out_);
@@ -211,16 +212,22 @@ class Finder {
     aside_ = nodes_of_other_figures(character_, out_);
     std::erase_if(limbs_, [&](const LimbPair& limb) { return is_other_figure(limb.pair.parent); });
     if (out_.other_figures.empty()) return;
-    const std::vector<bool> is_other = vertices_of_other_figures(character_, out_);
-    glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
-    for (Index v = 0; v < shape_.rest.size(); ++v) {
-      if (is_other[v]) continue;
-      low = glm::min(low, glm::dvec3(shape_.rest[v]));
-      high = glm::max(high, glm::dvec3(shape_.rest[v]));
+    std::vector<bool> left_out = vertices_of_other_figures(character_, out_);
+    for (Index v = 0; v < left_out.size(); ++v) left_out[v] = left_out[v] || shape_.is_scene[v];
+    measure_box(shape_, left_out);
+  }
+
+  /// Props that hang from no joint and go with none, such as a floor.
+  void set_scene_aside() {
+    for (Index n = 0; n < shape_.is_loose_prop.size(); ++n) {
+      const int node = static_cast<int>(n);
+      const bool goes_along = std::ranges::any_of(
+          out_.followers, [&](const Follower& each) { return each.node == node; });
+      if (!shape_.is_loose_prop[n] || goes_along || is_other_figure(node)) continue;
+      out_.other_figures.push_back(node);
+      say(name(node) +
+          " hangs from no joint and touches none: it is of the scene, and is left out");
     }
-    shape_.low = low;
-    shape_.high = high;
-    shape_.size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
   }
 
   bool is_other_figure(int node) const { return aside_[static_cast<Index>(node)]; }

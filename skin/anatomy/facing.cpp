@@ -68,9 +68,11 @@ struct Up {
 /// The lowest and the highest point of the body along a direction.
 std::pair<double, double> extent(const SkeletonShape& shape, const glm::dvec3& up) {
   double floor = std::numeric_limits<double>::infinity(), top = -floor;
-  for (const glm::vec3& p : shape.rest) {
-    floor = std::min(floor, glm::dot(glm::dvec3(p), up));
-    top = std::max(top, glm::dot(glm::dvec3(p), up));
+  for (Index v = 0; v < shape.rest.size(); ++v) {
+    if (shape.is_scene[v]) continue;
+    const double along = glm::dot(glm::dvec3(shape.rest[v]), up);
+    floor = std::min(floor, along);
+    top = std::max(top, along);
   }
   return {floor, top};
 }

@@ -5,11 +5,13 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
 #include <numeric>
 
 #include "skin/character/joint_names.h"
 #include "skin/character/matrix_facts.h"
+#include "skin/character/part_owners.h"
 #include "skin/character/printable.h"
 #include "skin/deform/skinning.h"
 #include "skin/gltf/bind_agreement.h"
@@ -28,16 +30,19 @@ constexpr double kFits = 0.6;         // share of the spread that a fit explains
 constexpr double kFitsNot = 0.3;      // ... and do not
 constexpr double kLeastShare = 1e-4;  // of all weight: less says nothing of a joint's place
 constexpr double kOutside = 0.25;     // of the size, from the body's box
+constexpr double kAmid = 0.02;        // of the size, around what a joint moves
+constexpr double kStandIn = 0.8;      // of the weight: joints amid what they move tell the size
 
 std::string name_of(const Character& character, int node) {
   return in_quotes(character.nodes[static_cast<Index>(node)].name);
 }
 
-/// A bone and the middle of what it moves.
+/// A bone, the middle of what it moves, and whether its joint stands amid that.
 struct BoneShare {
   int node = -1;
   double weight = 0.0;
   glm::dvec3 bone{0.0}, middle{0.0};
+  bool stands_in = false;
 };
 
 struct BodyFacts {
@@ -52,6 +57,7 @@ BodyFacts measure_body(const Character& character) {
   const PosedMesh rest = rest_mesh(character);
   std::vector<double> weight(character.nodes.size(), 0.0);
   std::vector<glm::dvec3> sum(character.nodes.size(), glm::dvec3(0.0));
+  std::vector<BodyBox> moved(character.nodes.size(), {glm::dvec3(kFar), glm::dvec3(-kFar)});
   std::vector<bool> unweighted(character.vertex_count(), false);
   for (const std::uint32_t v : character.unweighted) unweighted[v] = true;
   for (Index v = 0; v < character.vertex_count(); ++v) {
@@ -66,8 +72,14 @@ BodyFacts measure_body(const Character& character) {
       weight[node] += w;
       sum[node] += w * p;
       out.weight += w;
+      moved[node].low = glm::min(moved[node].low, p);
+      moved[node].high = glm::max(moved[node].high, p);
     }
   }
+  // A prop may have its pivot anywhere.
+  const std::vector<bool> is_prop = nodes_of_props(character);
+  for (Index n = 0; n < character.nodes.size(); ++n)
+    if (is_prop[n]) weight[n] = 0.0;
   // A bone runs from its joint to the joints that hang from it and move something, too.
   std::vector<glm::dvec3> ends(character.nodes.size(), glm::dvec3(0.0));
   std::vector<double> count(character.nodes.size(), 0.0);
@@ -81,7 +93,10 @@ BodyFacts measure_body(const Character& character) {
     if (!(weight[n] > kLeastShare * out.weight)) continue;
     const glm::dvec3 start = origin(character.nodes[n].world_from_node);
     const glm::dvec3 bone = count[n] > 0.0 ? 0.5 * (start + ends[n] / count[n]) : start;
-    out.shares.push_back({static_cast<int>(n), weight[n], bone, sum[n] / weight[n]});
+    const double slack = kAmid * out.box.size();
+    out.shares.push_back({static_cast<int>(n), weight[n], bone, sum[n] / weight[n],
+                          glm::all(glm::greaterThanEqual(start, moved[n].low - slack)) &&
+                              glm::all(glm::lessThanEqual(start, moved[n].high + slack))});
   }
   return out;
 }
@@ -153,7 +168,14 @@ std::string unit_text(double scale) {
 void check_size(const BodyFacts& body, std::vector<ImportFact>& out) {
   const Fit straight = fit(body.shares, glm::dmat3(1.0));
   if (straight.explained >= kFits && straight.scale > 0.0) {
-    const double ratio = std::max(straight.scale, 1.0 / straight.scale);
+    // Limbs of one joint have no bone that could tell its length.
+    double stands_in = 0.0, all = 0.0;
+    for (const BoneShare& one : body.shares) {
+      all += one.weight;
+      if (one.stands_in) stands_in += one.weight;
+    }
+    const double ratio =
+        stands_in >= kStandIn * all ? 1.0 : std::max(straight.scale, 1.0 / straight.scale);
     if (ratio > kDoubtfulScale)
       out.push_back({"body_size", ratio > kImpossibleScale,
                      "the body is " + times_text(straight.scale) + unit_text(straight.scale) +

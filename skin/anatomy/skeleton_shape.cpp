@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <map>
 #include <optional>
 #include <span>
@@ -10,6 +11,7 @@
 #include <string_view>
 
 #include "skin/character/matrix_facts.h"
+#include "skin/character/part_owners.h"
 #include "skin/deform/skinning.h"
 
 namespace backbend::skin {
@@ -62,10 +64,22 @@ void measure_weights(const Character& character, SkeletonShape& shape) {
       shape.weight_below[static_cast<std::size_t>(parent)] += shape.weight_below[n];
 }
 
+void find_loose_props(const Character& character, SkeletonShape& shape) {
+  shape.is_loose_prop = nodes_of_props(character);
+  for (std::size_t n = 0; n < character.nodes.size(); ++n)
+    for (int above = character.nodes[n].parent; above >= 0 && shape.is_loose_prop[n];
+         above = character.nodes[static_cast<std::size_t>(above)].parent)
+      shape.is_loose_prop[n] = !shape.is_joint[static_cast<std::size_t>(above)];
+  for (const Influences& influences : character.influences)
+    shape.is_scene.push_back(
+        shape.is_loose_prop[static_cast<std::size_t>(character.joints[influences.joint[0]].node)]);
+}
+
 void measure_reach(const Character& character, SkeletonShape& shape) {
+  const std::vector<bool> is_prop = nodes_of_props(character);
   for (std::size_t n = 0; n < character.nodes.size(); ++n) {
     shape.farthest[n] = static_cast<int>(n);
-    if (!shape.is_joint[n]) continue;
+    if (!shape.is_joint[n] || is_prop[n]) continue;
     for (int above = character.nodes[n].parent; above >= 0;
          above = character.nodes[static_cast<std::size_t>(above)].parent) {
       const auto a = static_cast<std::size_t>(above);
@@ -268,6 +282,19 @@ bool SkeletonShape::is_ancestor(const Character& character, int above, int below
   return below == above && above >= 0;
 }
 
+void measure_box(SkeletonShape& shape, const std::vector<bool>& left_out) {
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;
+  for (std::size_t v = 0; v < shape.rest.size(); ++v) {
+    if (left_out[v]) continue;
+    low = glm::min(low, glm::dvec3(shape.rest[v]));
+    high = glm::max(high, glm::dvec3(shape.rest[v]));
+  }
+  if (!(low.x <= high.x)) low = high = glm::dvec3(0.0);
+  shape.low = low;
+  shape.high = high;
+  shape.size = std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+}
+
 SkeletonShape measure_skeleton(const Character& character) {
   if (character.joints.empty()) throw CharacterError(character.file_name + ": no joints");
   const std::size_t count = character.nodes.size();
@@ -285,13 +312,8 @@ SkeletonShape measure_skeleton(const Character& character) {
     shape.position.push_back(origin(character.nodes[n].world_from_node));
   }
   shape.rest = rest_mesh(character).position;
-  shape.low = shape.high = shape.rest.empty() ? glm::dvec3(0.0) : glm::dvec3(shape.rest[0]);
-  for (const glm::vec3& p : shape.rest) {
-    shape.low = glm::min(shape.low, glm::dvec3(p));
-    shape.high = glm::max(shape.high, glm::dvec3(p));
-  }
-  const glm::dvec3 sides = shape.high - shape.low;
-  shape.size = std::max({sides.x, sides.y, sides.z});
+  find_loose_props(character, shape);
+  measure_box(shape, shape.is_scene);
   find_children(character, shape);
   measure_weights(character, shape);
   // A joint that moves vertices is not an end marker: some rigs' wrists are `arm_end`.

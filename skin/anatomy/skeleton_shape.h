@@ -25,11 +25,13 @@ struct SkeletonShape {
   std::vector<double> weight;        // vertices moved, in sum of weights
   std::vector<double> weight_below;  // of the node and all its descendants
   std::vector<glm::dvec3> position;
-  std::vector<int> farthest;       // the descendant joint farthest away (the node itself if none)
-  std::vector<double> reach;       // distance to it
-  std::vector<glm::vec3> rest;     // [vertices] the mesh at rest
-  glm::dvec3 low{0.0}, high{0.0};  // its box
-  double size = 0.0;               // the box's largest side
+  std::vector<int> farthest;  // the descendant joint farthest away, but for props (itself if none)
+  std::vector<double> reach;  // distance to it
+  std::vector<bool> is_loose_prop;  // a prop's node that hangs from no joint: often of the scene
+  std::vector<glm::vec3> rest;      // [vertices] the mesh at rest
+  std::vector<bool> is_scene;       // [vertices] of a loose prop
+  glm::dvec3 low{0.0}, high{0.0};   // the box of all others
+  double size = 0.0;                // the box's largest side
   std::vector<MirrorPair> pairs;
 
   bool is_ancestor(const Character& character, int above, int below) const;
@@ -37,6 +39,9 @@ struct SkeletonShape {
 
 /// Measures a character's skeleton. Throws CharacterError where it has no joints.
 SkeletonShape measure_skeleton(const Character& character);
+
+/// Measures the box and the size of all vertices but those left out; zero of none.
+void measure_box(SkeletonShape& shape, const std::vector<bool>& left_out);
 
 /// Nodes from `top` down to `bottom`, both included; empty where `top` is not above `bottom`.
 std::vector<int> path_down(const Character& character, int top, int bottom);

@@ -69,6 +69,93 @@ TEST(ImportChecks, RefuseABodyBesideItsSkeletonOrOnItsBack) {
             "body_axis!");
 }
 
+/// A monster of boxes: head, trunk and limbs of one joint each, the head the largest.
+Character box_figure(double factor) {
+  Character character;
+  character.file_name = "boxes.glb";
+  const int root = add_node(character, "root", -1, glm::dvec3(0.0));
+  const auto add = [&](const std::string& name, int parent, const glm::dvec3& joint,
+                       const glm::dvec3& low, const glm::dvec3& high, int steps) {
+    const int node = add_node(character, name, parent, joint);
+    character.joints.push_back({node, glm::translate(glm::dmat4(1.0), -joint)});
+    Influences influences;
+    influences.joint[0] = static_cast<std::uint16_t>(character.joints.size() - 1);
+    influences.weight[0] = 1.0f;
+    for (int k = 0; k < 8 * steps; ++k) {
+      const glm::dvec3 corner(k & 1 ? high.x : low.x, k & 2 ? high.y : low.y,
+                              k & 4 ? high.z : low.z);
+      character.bind_position.emplace_back(factor * corner);
+      character.bind_normal.emplace_back(0.0f, 0.0f, 1.0f);
+      character.influences.push_back(influences);
+      character.place.push_back(character.place_count++);
+    }
+    return node;
+  };
+  const int trunk = add("body", root, {0, 0.75, 0}, {-0.4, 0.7, -0.3}, {0.4, 1.8, 0.3}, 3);
+  add("head", trunk, {0, 1.75, 0}, {-0.6, 1.7, -0.6}, {0.6, 3.6, 0.6}, 20);
+  for (const double side : {1.0, -1.0}) {
+    const std::string end = side > 0.0 ? ".L" : ".R";
+    add("arm" + end, trunk, {0.45 * side, 1.7, 0}, {1.1 * side - 0.7, 1.5, -0.1},
+        {1.1 * side + 0.7, 1.75, 0.1}, 6);
+    add("leg" + end, root, {0.28 * side, 0.75, 0}, {0.28 * side - 0.1, 0.0, -0.1},
+        {0.28 * side + 0.1, 0.78, 0.1}, 12);
+  }
+  return character;
+}
+
+TEST(ImportChecks, SayNothingOfTheSizeWhereJointsStandAmidWhatTheyMove) {
+  EXPECT_EQ(code_of(box_figure(1.0)), "");
+  EXPECT_EQ(code_of(box_figure(2.54)), "body_size!");
+  EXPECT_EQ(code_of(box_figure(0.2)), "body_size!");
+}
+
+/// The figure with a part of its own: points around a place that a new node moves.
+Character with_part(const char* parent, const glm::dvec3& pivot, const glm::dvec3& at,
+                    double reach) {
+  Character character = stick_figure(3);
+  const int node = add_node(character, "prop", parent ? stick_node(character, parent) : -1, pivot);
+  character.joints.push_back({node, glm::translate(glm::dmat4(1.0), -pivot)});
+  Part part;
+  part.first_vertex = static_cast<std::uint32_t>(character.vertex_count());
+  part.vertex_count = 20;
+  character.parts.push_back(part);
+  Influences influences;
+  influences.joint[0] = static_cast<std::uint16_t>(character.joints.size() - 1);
+  influences.weight[0] = 1.0f;
+  for (int k = 0; k < 20; ++k) {
+    character.bind_position.emplace_back(at + reach * glm::dvec3(std::cos(k), 0.0, std::sin(k)));
+    character.bind_normal.emplace_back(0.0f, 1.0f, 0.0f);
+    character.influences.push_back(influences);
+    character.place.push_back(character.place_count++);
+  }
+  return character;
+}
+
+TEST(Props, OfAHandWithAPivotAnywhereChangeNothing) {
+  const Anatomy bare = find_anatomy(stick_figure(3));
+  const Anatomy armed = find_anatomy(with_part("hand.R", {2.5, 0.3, -4.0}, {-0.7, 1.3, 0.0}, 0.1));
+  EXPECT_TRUE(armed.sure());
+  EXPECT_EQ(armed.left, bare.left);
+  EXPECT_EQ(armed.forward, bare.forward);
+  EXPECT_EQ(armed.spine, bare.spine);
+  EXPECT_TRUE(armed.other_figures.empty());
+}
+
+TEST(Props, OfTheSceneAreLeftOut) {
+  const Anatomy bare = find_anatomy(stick_figure(3));
+  const Character on_floor = with_part(nullptr, {0.0, -1.0, 0.0}, {0.0, -1.0, 0.0}, 40.0);
+  const Anatomy found = find_anatomy(on_floor);
+  EXPECT_TRUE(found.sure());
+  EXPECT_EQ(found.spine, bare.spine);
+  EXPECT_EQ(found.left_arm, bare.left_arm);
+  EXPECT_EQ(found.right_leg, bare.right_leg);
+  EXPECT_EQ(found.height, bare.height);
+  EXPECT_EQ(found.other_figures, std::vector<int>{stick_node(on_floor, "prop")});
+  // One that touches the body, such as a wig, stays.
+  const Anatomy wig = find_anatomy(with_part(nullptr, {0.0, 1.5, 0.0}, {0.0, 1.5, 0.0}, 0.02));
+  EXPECT_TRUE(wig.other_figures.empty());
+}
+
 TEST(ImportChecks, NameAJointOutsideTheBody) {
   Character character = stick_figure(3);
   const int hand = stick_node(character, "hand.L");
