@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "skin/character/part_owners.h"
 #include "validate/metrics/math/nan.h"
 #include "validate/metrics/surface/connected_pieces.h"
 #include "validate/metrics/surface/torso.h"
@@ -90,8 +91,14 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
   std::vector<int> joint_of_vertex;
   for (const int part : parts_.of_vertex())
     joint_of_vertex.push_back(part < 0 ? -1 : skin::SpineDriver::joint_of_motion(part));
-  const std::vector<std::uint8_t> rigid = rigid_pieces(
+  std::vector<std::uint8_t> rigid = rigid_pieces(
       character.triangles, character.place, joint_of_vertex, driver.joint_fractions(), coordinate);
+  // A prop is no part of the body that bends.
+  std::vector<bool> is_prop = skin::nodes_of_props(character);
+  for (const int node : anatomy.spine) is_prop[static_cast<std::size_t>(node)] = false;
+  for (std::size_t v = 0; v < rigid.size(); ++v)
+    if (is_prop[static_cast<std::size_t>(character.joints[character.influences[v].joint[0]].node)])
+      rigid[v] = 1;
   mesh.rigid = rigid;
   spine_fraction_ = arc_of_joints(character, anatomy);
   for (const int node : anatomy.spine)

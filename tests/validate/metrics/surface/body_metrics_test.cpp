@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "validate/evidence/metric_heat.h"
@@ -265,6 +266,55 @@ TEST(BodyMetrics, SlicesGoOnAsFarAsTheLastJointBends) {
   to_the_chest.anatomy.neck_index = 0;
   EXPECT_LT(torn(Measured{to_the_chest}), 1.1);
   EXPECT_GT(torn(m), 2.0);
+}
+
+TEST(BodyMetrics, APropAroundTheBodyIsNoSliceOfIt) {
+  // A hoop around the chest, on a node of its own that hangs from the hips.
+  constexpr std::uint32_t kRows = 4, kSides = 24;
+  const auto slices_of_hoop = [&](bool is_part) {
+    Figure hooped(5);
+    skin::Character& character = hooped.character;
+    const int hips = hooped.anatomy.spine.front();
+    skin::Node hoop = character.nodes[static_cast<std::size_t>(hips)];
+    hoop.name = "hoop";
+    hoop.parent = hips;
+    hoop.parent_from_node = glm::dmat4(1.0);
+    const int node = static_cast<int>(character.nodes.size());
+    character.nodes.push_back(hoop);
+    character.joints.push_back({node, glm::affineInverse(hoop.world_from_node)});
+    skin::Influences influences;
+    influences.joint[0] = static_cast<std::uint16_t>(character.joints.size() - 1);
+    influences.weight[0] = 1.0f;
+    const auto first = static_cast<std::uint32_t>(character.vertex_count());
+    for (std::uint32_t r = 0; r <= kRows; ++r)
+      for (std::uint32_t k = 0; k < kSides; ++k) {
+        const double angle = 2.0 * 3.14159265358979 * k / kSides;
+        character.bind_position.emplace_back(0.3 * std::cos(angle), 1.1 + 0.05 * r,
+                                             -0.3 * std::sin(angle));
+        character.bind_normal.emplace_back(std::cos(angle), 0.0, -std::sin(angle));
+        character.influences.push_back(influences);
+        character.place.push_back(character.place_count++);
+      }
+    for (std::uint32_t r = 0; r < kRows; ++r)
+      for (std::uint32_t k = 0; k < kSides; ++k) {
+        const std::uint32_t a = first + r * kSides + k, b = first + r * kSides + (k + 1) % kSides;
+        character.triangles.emplace_back(a, b, a + kSides);
+        character.triangles.emplace_back(b, b + kSides, a + kSides);
+      }
+    character.parts.clear();
+    if (is_part) {
+      skin::Part part;
+      part.first_vertex = first;
+      part.vertex_count = (kRows + 1) * kSides;
+      character.parts.push_back(part);
+    }
+    const Measured measured{hooped};
+    return std::ranges::count_if(measured.metrics.slices().slice, [&](const Slice& slice) {
+      return !slice.ring.empty() && slice.ring.front().a >= first;
+    });
+  };
+  EXPECT_EQ(slices_of_hoop(true), 0);
+  EXPECT_GT(slices_of_hoop(false), 10);  // of the body's own part it is a dress
 }
 
 // What moves as one body is left out of the search: it must not be where anything happens.
