@@ -133,12 +133,23 @@ Character with_part(const char* parent, const glm::dvec3& pivot, const glm::dvec
 
 TEST(Props, OfAHandWithAPivotAnywhereChangeNothing) {
   const Anatomy bare = find_anatomy(stick_figure(3));
-  const Anatomy armed = find_anatomy(with_part("hand.R", {2.5, 0.3, -4.0}, {-0.7, 1.3, 0.0}, 0.1));
-  EXPECT_TRUE(armed.sure());
-  EXPECT_EQ(armed.left, bare.left);
-  EXPECT_EQ(armed.forward, bare.forward);
-  EXPECT_EQ(armed.spine, bare.spine);
-  EXPECT_TRUE(armed.other_figures.empty());
+  for (const bool of_two_materials : {false, true}) {
+    Character character = with_part("hand.R", {2.5, 0.3, -4.0}, {-0.7, 1.3, 0.0}, 0.1);
+    if (of_two_materials) {
+      Part& barrel = character.parts.front();
+      barrel.vertex_count = 8;
+      Part stock = barrel;
+      stock.first_vertex += 8;
+      stock.vertex_count = 12;
+      character.parts.push_back(stock);
+    }
+    const Anatomy armed = find_anatomy(character);
+    EXPECT_TRUE(armed.sure());
+    EXPECT_EQ(armed.left, bare.left);
+    EXPECT_EQ(armed.forward, bare.forward);
+    EXPECT_EQ(armed.spine, bare.spine);
+    EXPECT_TRUE(armed.other_figures.empty());
+  }
 }
 
 TEST(Props, OfTheSceneAreLeftOut) {
