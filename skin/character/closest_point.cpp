@@ -47,4 +47,11 @@ TrianglePoint closest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, cons
   return best;
 }
 
+double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
+  const glm::dvec3 way = b - a;
+  const double squared = glm::dot(way, way);
+  const double t = squared > 0.0 ? std::clamp(glm::dot(p - a, way) / squared, 0.0, 1.0) : 0.0;
+  return glm::distance(p, a + t * way);
+}
+
 }  // namespace backbend::skin

@@ -15,4 +15,7 @@ struct TrianglePoint {
 TrianglePoint closest_on_triangle(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b,
                                   const glm::dvec3& c);
 
+/// The distance from `p` to the segment from `a` to `b`, which may have no length.
+double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b);
+
 }  // namespace backbend::skin

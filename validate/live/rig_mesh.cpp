@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 
+#include "skin/character/closest_point.h"
 #include "skin/character/matrix_facts.h"
 #include "validate/live/external_rig.h"
 #include "validate/metrics/math/rotation.h"
@@ -37,13 +38,6 @@ std::vector<solver::BodyPose> telling_poses() {
     poses.push_back({.extension = 0.7 * a, .side = 0.5 * a, .twist = -0.6 * a});
   }
   return poses;
-}
-
-double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 way = b - a;
-  const double squared = glm::dot(way, way);
-  const double t = squared > 0.0 ? std::clamp(glm::dot(p - a, way) / squared, 0.0, 1.0) : 0.0;
-  return glm::distance(p, a + t * way);
 }
 
 /// The joints that move the rig's points, read off their motion.
@@ -132,7 +126,7 @@ class Binding {
   double distance(Index joint, const glm::dvec3& p) const {
     double least = glm::distance(p, place(joint));
     for (const Index child : children_[joint])
-      least = std::min(least, distance_to_segment(p, place(joint), place(child)));
+      least = std::min(least, skin::distance_to_segment(p, place(joint), place(child)));
     return least;
   }
 

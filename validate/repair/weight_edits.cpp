@@ -7,6 +7,7 @@
 #include <set>
 #include <utility>
 
+#include "skin/character/closest_point.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
 #include "skin/weights/mirror_weights.h"
@@ -61,13 +62,6 @@ JointShares whole(JointShares shares) {
   if (sum < 1e-6) return {};
   for (auto& [joint, share] : shares) share /= sum;
   return shares;
-}
-
-double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 along = b - a;
-  const double square = glm::dot(along, along);
-  const double t = square > 0.0 ? std::clamp(glm::dot(p - a, along) / square, 0.0, 1.0) : 0.0;
-  return glm::distance(p, a + t * along);
 }
 
 }  // namespace
@@ -240,7 +234,7 @@ struct WeightEdits::Parts {
     int best = -1;
     double least = 1e300;
     for (const Bone& bone : bones())
-      if (const double far = distance_to_segment(p, bone.from, bone.to); far < least) {
+      if (const double far = skin::distance_to_segment(p, bone.from, bone.to); far < least) {
         least = far;
         best = bone.node;
       }
@@ -384,7 +378,8 @@ struct WeightEdits::Parts {
   double distance_to_bone(int node, const glm::dvec3& p) const {
     double least = 1e300;
     for (const Bone& bone : bones())
-      if (bone.node == node) least = std::min(least, distance_to_segment(p, bone.from, bone.to));
+      if (bone.node == node)
+        least = std::min(least, skin::distance_to_segment(p, bone.from, bone.to));
     return least < 1e300 ? least : glm::distance(p, at(node));
   }
 

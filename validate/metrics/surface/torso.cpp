@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "skin/character/closest_point.h"
 #include "validate/metrics/surface/connected_pieces.h"
 
 namespace backbend::validate {
@@ -20,19 +21,12 @@ glm::dvec3 origin(const skin::Character& character, int node) {
   return glm::dvec3(character.nodes[static_cast<std::size_t>(node)].world_from_node[3]);
 }
 
-double distance_to_segment(const glm::dvec3& p, const glm::dvec3& a, const glm::dvec3& b) {
-  const glm::dvec3 step = b - a;
-  const double squared = glm::dot(step, step);
-  const double u = squared > 0.0 ? glm::clamp(glm::dot(p - a, step) / squared, 0.0, 1.0) : 0.0;
-  return glm::distance(p, a + u * step);
-}
-
 double distance_to_spine(const skin::Character& character, const skin::Anatomy& anatomy, int node) {
   double nearest = std::numeric_limits<double>::infinity();
   for (std::size_t k = 1; k < anatomy.spine.size(); ++k)
-    nearest = std::min(nearest, distance_to_segment(origin(character, node),
-                                                    origin(character, anatomy.spine[k - 1]),
-                                                    origin(character, anatomy.spine[k])));
+    nearest = std::min(nearest, skin::distance_to_segment(origin(character, node),
+                                                          origin(character, anatomy.spine[k - 1]),
+                                                          origin(character, anatomy.spine[k])));
   return nearest;
 }
 
