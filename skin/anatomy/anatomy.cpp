@@ -217,16 +217,16 @@ class Finder {
     measure_box(shape_, left_out);
   }
 
-  /// Props that hang from no joint and go with none, such as a floor.
+  /// Scenery that follows no joint, such as a floor.
   void set_scene_aside() {
-    for (Index n = 0; n < shape_.is_loose_prop.size(); ++n) {
+    for (Index n = 0; n < shape_.is_scenery.size(); ++n) {
       const int node = static_cast<int>(n);
       const bool goes_along = std::ranges::any_of(
           out_.followers, [&](const Follower& each) { return each.node == node; });
-      if (!shape_.is_loose_prop[n] || goes_along || is_other_figure(node)) continue;
+      if (!shape_.is_scenery[n] || goes_along || is_other_figure(node)) continue;
       out_.other_figures.push_back(node);
       say(name(node) +
-          " hangs from no joint and touches none: it is of the scene, and is left out");
+          " is left out as scenery: no joint is above it, and it reaches out of the body's box");
     }
   }
 

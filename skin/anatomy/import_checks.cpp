@@ -60,7 +60,11 @@ BodyFacts measure_body(const Character& character) {
   std::vector<BodyBox> moved(character.nodes.size(), {glm::dvec3(kFar), glm::dvec3(-kFar)});
   std::vector<bool> unweighted(character.vertex_count(), false);
   for (const std::uint32_t v : character.unweighted) unweighted[v] = true;
+  // The pivot of a prop may be anywhere, and a floor larger than the body.
+  const std::vector<bool> is_prop = nodes_of_props(character);
   for (Index v = 0; v < character.vertex_count(); ++v) {
+    const std::uint16_t main = character.influences[v].joint[0];
+    if (is_prop[static_cast<Index>(character.joints[main].node)]) continue;
     const glm::dvec3 p(rest.position[v]);
     out.box.low = glm::min(out.box.low, p);
     out.box.high = glm::max(out.box.high, p);
@@ -76,10 +80,6 @@ BodyFacts measure_body(const Character& character) {
       moved[node].high = glm::max(moved[node].high, p);
     }
   }
-  // A prop may have its pivot anywhere.
-  const std::vector<bool> is_prop = nodes_of_props(character);
-  for (Index n = 0; n < character.nodes.size(); ++n)
-    if (is_prop[n]) weight[n] = 0.0;
   // A bone runs from its joint to the joints that hang from it and move something, too.
   std::vector<glm::dvec3> ends(character.nodes.size(), glm::dvec3(0.0));
   std::vector<double> count(character.nodes.size(), 0.0);

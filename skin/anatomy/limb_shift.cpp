@@ -28,9 +28,9 @@ struct LimbBone {
   glm::dvec3 middle{0.0}, along{0.0};
   double length = 0.0;
   double weight = 0.0;
-  glm::dvec3 sum{0.0};          // of what it moves, times weight
-  std::vector<glm::dvec3> own;  // points that it moves most
-  std::set<std::uint32_t> own_places;
+  glm::dvec3 sum{0.0};                 // of what it moves, times weight
+  std::vector<glm::dvec3> own;         // points that it moves most
+  std::set<std::uint32_t> own_places;  // the first of them
 
   glm::dvec3 across(const glm::dvec3& v) const { return v - glm::dot(v, along) * along; }
   glm::dvec3 offset() const { return across(sum / weight - middle); }
@@ -68,7 +68,7 @@ std::vector<LimbBone> bones_of_limbs(const Character& character, const Anatomy& 
       bone.sum += static_cast<double>(influences.weight[k]) * p;
       if (influences.weight[k] < kOwn) continue;
       bone.own.push_back(p);
-      bone.own_places.insert(character.place[v]);
+      if (bone.own_places.size() < kFewest) bone.own_places.insert(character.place[v]);
     }
   }
   std::erase_if(bones, [](const LimbBone& bone) { return bone.own_places.size() < kFewest; });

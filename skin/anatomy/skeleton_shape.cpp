@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
 #include <map>
 #include <optional>
@@ -20,6 +21,7 @@ namespace {
 constexpr double kMirrorReach = 0.1;   // two mirrored branches reach equally far, relative
 constexpr double kMirrorAngle = 0.94;  // cosine: their ends lie across one world axis
 constexpr double kApart = 0.02;        // ... and this much of the size apart
+constexpr double kWorn = 0.1;          // of the size, around the body: what it wears lies within
 constexpr std::size_t kMostSiblings = 256;
 
 /// What hangs from each node. Nodes that only stand between a joint and the one it hangs from,
@@ -64,22 +66,40 @@ void measure_weights(const Character& character, SkeletonShape& shape) {
       shape.weight_below[static_cast<std::size_t>(parent)] += shape.weight_below[n];
 }
 
-void find_loose_props(const Character& character, SkeletonShape& shape) {
-  shape.is_loose_prop = nodes_of_props(character);
+/// Finds props, and tells scenery from what the body wears: scenery reaches out of the body's box.
+void find_props(const Character& character, SkeletonShape& shape) {
+  shape.is_prop = nodes_of_props(character);
+  std::vector<bool> is_loose = shape.is_prop;
   for (std::size_t n = 0; n < character.nodes.size(); ++n)
-    for (int above = character.nodes[n].parent; above >= 0 && shape.is_loose_prop[n];
+    for (int above = character.nodes[n].parent; above >= 0 && is_loose[n];
          above = character.nodes[static_cast<std::size_t>(above)].parent)
-      shape.is_loose_prop[n] = !shape.is_joint[static_cast<std::size_t>(above)];
-  for (const Influences& influences : character.influences)
-    shape.is_scene.push_back(
-        shape.is_loose_prop[static_cast<std::size_t>(character.joints[influences.joint[0]].node)]);
+      is_loose[n] = !shape.is_joint[static_cast<std::size_t>(above)];
+  const auto vertices_of = [&](const std::vector<bool>& nodes) {
+    std::vector<bool> out;
+    for (const Influences& influences : character.influences)
+      out.push_back(nodes[static_cast<std::size_t>(character.joints[influences.joint[0]].node)]);
+    return out;
+  };
+  const std::vector<bool> loose_vertices = vertices_of(is_loose);
+  measure_box(shape, loose_vertices);
+  const glm::dvec3 slack(kWorn * shape.size);
+  shape.is_scenery.assign(character.nodes.size(), false);
+  for (std::size_t v = 0; v < loose_vertices.size(); ++v) {
+    const glm::dvec3 p(shape.rest[v]);
+    const auto node =
+        static_cast<std::size_t>(character.joints[character.influences[v].joint[0]].node);
+    if (loose_vertices[v] && (glm::any(glm::lessThan(p, shape.low - slack)) ||
+                              glm::any(glm::greaterThan(p, shape.high + slack))))
+      shape.is_scenery[node] = true;
+  }
+  shape.is_scene = vertices_of(shape.is_scenery);
+  measure_box(shape, shape.is_scene);
 }
 
 void measure_reach(const Character& character, SkeletonShape& shape) {
-  const std::vector<bool> is_prop = nodes_of_props(character);
   for (std::size_t n = 0; n < character.nodes.size(); ++n) {
     shape.farthest[n] = static_cast<int>(n);
-    if (!shape.is_joint[n] || is_prop[n]) continue;
+    if (!shape.is_joint[n] || shape.is_prop[n]) continue;
     for (int above = character.nodes[n].parent; above >= 0;
          above = character.nodes[static_cast<std::size_t>(above)].parent) {
       const auto a = static_cast<std::size_t>(above);
@@ -312,8 +332,7 @@ SkeletonShape measure_skeleton(const Character& character) {
     shape.position.push_back(origin(character.nodes[n].world_from_node));
   }
   shape.rest = rest_mesh(character).position;
-  find_loose_props(character, shape);
-  measure_box(shape, shape.is_scene);
+  find_props(character, shape);
   find_children(character, shape);
   measure_weights(character, shape);
   // A joint that moves vertices is not an end marker: some rigs' wrists are `arm_end`.

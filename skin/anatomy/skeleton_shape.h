@@ -27,11 +27,12 @@ struct SkeletonShape {
   std::vector<glm::dvec3> position;
   std::vector<int> farthest;  // the descendant joint farthest away, but for props (itself if none)
   std::vector<double> reach;  // distance to it
-  std::vector<bool> is_loose_prop;  // a prop's node that hangs from no joint: often of the scene
-  std::vector<glm::vec3> rest;      // [vertices] the mesh at rest
-  std::vector<bool> is_scene;       // [vertices] of a loose prop
-  glm::dvec3 low{0.0}, high{0.0};   // the box of all others
-  double size = 0.0;                // the box's largest side
+  std::vector<bool> is_prop;  // of nodes_of_props()
+  std::vector<bool> is_scenery;    // a prop without a joint above it, out of the body's box
+  std::vector<glm::vec3> rest;     // [vertices] the mesh at rest
+  std::vector<bool> is_scene;      // [vertices] of scenery
+  glm::dvec3 low{0.0}, high{0.0};  // the box of all others
+  double size = 0.0;               // the box's largest side
   std::vector<MirrorPair> pairs;
 
   bool is_ancestor(const Character& character, int above, int below) const;

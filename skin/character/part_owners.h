@@ -5,13 +5,12 @@
 
 namespace backbend::skin {
 
-/// Of each part of the mesh, the node that alone moves it and moves nothing else: a prop's, or a
-/// rigid limb's. -1 where there is none.
+/// Of each part of the mesh, the node that alone moves it, if that node moves such parts only; else
+/// -1. A node has a part for each material of its mesh.
 std::vector<int> part_owners(const Character& character);
 
-/// Of each node, whether it moves parts that nothing else moves (one for each material), nothing
-/// but these, and no joint hangs from it: a prop's (a gun in a hand). None where such parts have
-/// half of the vertices or more: the body is of rigid parts.
+/// Of each node, whether it owns parts and no joint hangs from it: a prop, such as a gun in a hand.
+/// None where props have half of the vertices or more: the whole body is of rigid parts.
 std::vector<bool> nodes_of_props(const Character& character);
 
 }  // namespace backbend::skin

@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
 #include <limits>
+#include <map>
 #include <numeric>
 #include <set>
 
@@ -90,16 +91,15 @@ class PieceFinder {
           piece[root(places_.shell[q])] = root(places_.shell[p]);
       }
     }
-    // A prop goes as one, whatever its shells touch: arrows in a quiver.
-    const std::vector<bool> is_prop = prop_parts(character_, places_);
-    for (Index part = 0; part < is_prop.size(); ++part) {
-      if (!is_prop[part]) continue;  // one has a vertex at least
+    // The shells of a prop are one piece whether they touch or not: arrows in a quiver.
+    const std::vector<int> prop = prop_parts(character_, places_);
+    std::map<int, Index> first_shell;  // of each prop, by its node
+    for (Index part = 0; part < prop.size(); ++part) {
+      if (prop[part] < 0) continue;
       const Index first = character_.parts[part].first_vertex;
-      const Index start = places_.shell[character_.place[first]];
       for (Index v = first; v < first + character_.parts[part].vertex_count; ++v)
-        if (const Index shell = places_.shell[character_.place[v]];
-            is_loose(start) && is_loose(shell))
-          piece[root(shell)] = root(start);
+        if (const Index shell = places_.shell[character_.place[v]]; is_loose(shell))
+          piece[root(shell)] = root(first_shell.insert({prop[part], shell}).first->second);
     }
     piece_of_.assign(shells.size(), 0);
     std::vector<Index> number(shells.size(), shells.size());

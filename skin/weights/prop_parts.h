@@ -5,8 +5,8 @@
 
 namespace backbend::skin {
 
-/// Of each part of the mesh, whether it is a prop: moved by one joint off the spine that moves
-/// nothing else and has no joint with weight right below it.
-std::vector<bool> prop_parts(const Character& character, const SkinPlaces& places);
+/// Of each part of the mesh, its owner (skin/character/part_owners.h) where that is off the spine
+/// and has no joint with weight right below it: the part is a prop, or one material of it. Else -1.
+std::vector<int> prop_parts(const Character& character, const SkinPlaces& places);
 
 }  // namespace backbend::skin

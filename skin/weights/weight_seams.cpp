@@ -21,7 +21,7 @@ class SeamFinder {
       : character_(character),
         anatomy_(anatomy),
         places_(places),
-        is_prop_(prop_parts(character, places)) {}
+        prop_(prop_parts(character, places)) {}
 
   WeightAnswer find() {
     FaultMap faults;
@@ -134,8 +134,8 @@ class SeamFinder {
     if (ends_.empty()) ends_.resize(character_.parts.size());
     for (const Index part : {first, second}) {
       if (ends_[part].empty()) {
-        ends_[part] = is_prop_[part] ? std::vector<bool>(places_.weights.size(), false)
-                                     : ends_of(character_.parts[part]);
+        ends_[part] = prop_[part] >= 0 ? std::vector<bool>(places_.weights.size(), false)
+                                       : ends_of(character_.parts[part]);
       }
       if (!ends_[part][character_.place[a]]) return false;
     }
@@ -158,7 +158,7 @@ class SeamFinder {
   const Character& character_;
   const Anatomy& anatomy_;
   const SkinPlaces& places_;
-  const std::vector<bool> is_prop_;        // of each part
+  const std::vector<int> prop_;  // of each part: the node of the prop that it is of, or -1
   std::vector<std::vector<Corner>> fans_;  // of each place; made when first asked
   /// Of each part, by place: where its surface ends. A prop's ends nowhere.
   std::vector<std::vector<bool>> ends_;

@@ -162,9 +162,17 @@ TEST(Props, OfTheSceneAreLeftOut) {
   EXPECT_EQ(found.right_leg, bare.right_leg);
   EXPECT_EQ(found.height, bare.height);
   EXPECT_EQ(found.other_figures, std::vector<int>{stick_node(on_floor, "prop")});
+  // A floor does not hide that the body stands beside its skeleton.
+  Character beside = on_floor;
+  for (std::uint32_t v = 0; v < beside.parts.front().first_vertex; ++v)
+    beside.bind_position[v].x += 2.0f;
+  EXPECT_EQ(code_of(beside), "body_place!");
   // One that touches the body, such as a wig, stays.
   const Anatomy wig = find_anatomy(with_part(nullptr, {0.0, 1.5, 0.0}, {0.0, 1.5, 0.0}, 0.02));
   EXPECT_TRUE(wig.other_figures.empty());
+  // Nor is hair that was never bound to the head scenery.
+  const Anatomy loose = find_anatomy(with_part(nullptr, {0.0, 0.0, 0.0}, {0.0, 1.5, 0.0}, 0.02));
+  EXPECT_TRUE(loose.other_figures.empty());
 }
 
 TEST(ImportChecks, NameAJointOutsideTheBody) {

@@ -93,7 +93,7 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
     joint_of_vertex.push_back(part < 0 ? -1 : skin::SpineDriver::joint_of_motion(part));
   std::vector<std::uint8_t> rigid = rigid_pieces(
       character.triangles, character.place, joint_of_vertex, driver.joint_fractions(), coordinate);
-  // A prop is no part of the body that bends.
+  // Props do not bend with the torso: its slices leave them out.
   std::vector<bool> is_prop = skin::nodes_of_props(character);
   for (const int node : anatomy.spine) is_prop[static_cast<std::size_t>(node)] = false;
   for (std::size_t v = 0; v < rigid.size(); ++v)

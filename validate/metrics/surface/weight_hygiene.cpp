@@ -6,6 +6,9 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "skin/character/closest_point.h"
+#include "skin/character/matrix_facts.h"
+#include "skin/character/part_owners.h"
 #include "skin/deform/skinning.h"
 #include "validate/metrics/math/median.h"
 
@@ -157,21 +160,6 @@ WeightHygiene examine(std::span<const skin::Influences> influences,
   return out;
 }
 
-/// The distance from a point to a node's bones: from the node to each of its children.
-double distance_to_bones(const skin::Character& character, int node, const glm::dvec3& point) {
-  const auto at = [&](std::size_t n) { return glm::dvec3(character.nodes[n].world_from_node[3]); };
-  const glm::dvec3 from = at(static_cast<std::size_t>(node));
-  double nearest = glm::distance(from, point);
-  for (std::size_t n = 0; n < character.nodes.size(); ++n)
-    if (character.nodes[n].parent == node) {
-      const glm::dvec3 bone = at(n) - from;
-      const double along = std::clamp(
-          glm::dot(point - from, bone) / std::max(glm::dot(bone, bone), 1e-300), 0.0, 1.0);
-      nearest = std::min(nearest, glm::distance(point, from + along * bone));
-    }
-  return nearest;
-}
-
 }  // namespace
 
 WeightHygiene examine_weights(std::span<const skin::Influences> influences,
@@ -210,6 +198,19 @@ WeightHygiene examine_weights(const skin::Character& character,
   if (first_on_head)
     for (skin::Influences& each : known)
       for (std::uint16_t& joint : each.joint) joint = stands_for[joint];
+  const std::vector<bool> is_prop = skin::nodes_of_props(character);  // no bone leads to its pivot
+  const auto distance_to_bones = [&](std::size_t joint, const glm::dvec3& point) {
+    const auto place = [&](std::size_t j) {
+      return skin::origin(
+          character.nodes[static_cast<std::size_t>(character.joints[j].node)].world_from_node);
+    };
+    double nearest = glm::distance(point, place(joint));
+    for (std::size_t j = 0; j < parent.size(); ++j)
+      if (parent[j] == static_cast<int>(joint) &&
+          !is_prop[static_cast<std::size_t>(character.joints[j].node)])
+        nearest = std::min(nearest, skin::distance_to_segment(point, place(joint), place(j)));
+    return nearest;
+  };
   std::optional<skin::PosedMesh> rest;
   const auto is_too_coarse = [&](std::uint32_t vertex, std::span<const std::uint32_t> around) {
     if (!rest) rest = skin::rest_mesh(character);
@@ -217,8 +218,7 @@ WeightHygiene examine_weights(const skin::Character& character,
     std::vector<double> edge;
     for (const std::uint32_t other : around)
       edge.push_back(glm::distance(point, glm::dvec3(rest->position[other])));
-    return distance_to_bones(character, character.joints[influences[vertex].joint[0]].node, point) <
-           median(std::move(edge));
+    return distance_to_bones(influences[vertex].joint[0], point) < median(std::move(edge));
   };
   return examine(known, character.triangles, character.place, character.place_count, parent,
                  is_too_coarse);

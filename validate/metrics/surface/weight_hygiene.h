@@ -33,10 +33,10 @@ WeightHygiene examine_weights(std::span<const skin::Influences> influences,
                               std::span<const glm::uvec3> triangle,
                               std::span<const std::uint32_t> place, std::uint32_t place_count,
                               std::span<const int> parent = {});
-/// The same of a character and its skeleton. A vertex that stands nearer to the bones of its joint
-/// than to half of its neighbours is no stray: on a mesh that coarse, and bound to one joint a
-/// vertex, the neighbours do not tell what it should follow. What hangs from the node `head` counts
-/// as one joint: no motion of the spine parts tongue and jaw.
+/// The same of a character and its skeleton. A vertex nearer to the bones of its main joint than to
+/// half of its neighbours is not counted: on a mesh that coarse the neighbours do not tell which
+/// joint it belongs to. What hangs from the node `head` counts as one joint: no motion of the spine
+/// parts tongue and jaw.
 WeightHygiene examine_weights(const skin::Character& character,
                               std::span<const skin::Influences> influences, int head = -1);
 
