@@ -4,6 +4,7 @@
 #include <cstdio>
 #include <cstdlib>
 #include <ctime>
+#include <list>
 
 #include "cli/commands.h"
 #include "cli/external_options.h"
@@ -127,7 +128,9 @@ RunRequest NightlyOptions::request() const {
   return request;
 }
 
-/// runs/2026-11-21_093100: local time, because people look for "this morning's run".
+/// runs/2026-11-21_093100: local time, because people look for "this morning's run". The folder is
+/// made at once, so that another run of this second takes another name, and removed at the
+/// program's end where nothing was written.
 fs::path new_run_folder(const std::string& wanted) {
   if (!wanted.empty()) return wanted;
   const std::time_t now = std::time(nullptr);
@@ -136,9 +139,16 @@ fs::path new_run_folder(const std::string& wanted) {
   char name[80];
   std::snprintf(name, sizeof name, "%04d-%02d-%02d_%02d%02d%02d", local.tm_year + 1900,
                 local.tm_mon + 1, local.tm_mday, local.tm_hour, local.tm_min, local.tm_sec);
+  static std::list<FolderTrace> made;
   fs::path folder = fs::path("runs") / name;
-  for (int again = 2; fs::exists(folder); ++again)
+  for (int again = 2;; ++again) {
+    made.emplace_back(folder);
+    std::error_code error;
+    fs::create_directories(folder.parent_path(), error);
+    if (fs::create_directory(folder, error) || error) break;  // whoever writes there says what
+    made.back().keep();
     folder = fs::path("runs") / (std::string(name) + "-" + std::to_string(again));
+  }
   return folder;
 }
 

@@ -517,6 +517,12 @@ class Finder {
                                            "spine below them");
     }
     const auto index = static_cast<Index>(hang);
+    const BodyPart above = shape_.name[static_cast<Index>(out_.spine[index])].part;
+    if (arms.by_place && last == 1 && (above == BodyPart::neck || above == BodyPart::head) &&
+        hints_.spine.empty() && hints_.hip.empty())
+      doubt("only " + name(out_.spine[index]) + " is above " + name(out_.spine.front()) +
+            ", which the arms start at: nothing bends between hips and chest; --hip, --chest or "
+            "--spine choose another");
     out_.chest = out_.spine[index];
     drive_to(index, why_chest(arms, index));
     if (body_behind_hips_) {

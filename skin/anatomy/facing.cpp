@@ -173,6 +173,7 @@ glm::dvec3 sole_direction(const Character& character, const SkeletonShape& shape
   const double sole_height = floor + 0.035 * (top - floor);
   glm::dvec3 sum(0.0);
   for (const auto* leg : {&anatomy.left_leg, &anatomy.right_leg}) {
+    if (leg->size() < 2) return glm::dvec3(0.0);  // no ankle
     const auto ankle = std::find_if(leg->rbegin(), leg->rend(), [&](int joint) {
       return glm::dot(at(shape, joint), up) > sole_height;
     });

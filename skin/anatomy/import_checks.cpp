@@ -8,6 +8,7 @@
 #include <glm/vector_relational.hpp>
 #include <limits>
 #include <numeric>
+#include <optional>
 
 #include "skin/character/joint_names.h"
 #include "skin/character/matrix_facts.h"
@@ -256,12 +257,18 @@ void require_possible_import(const Character& character) {
 }
 
 std::vector<JointBindOff> joints_bound_off(const Character& character) {
-  // Joints that share a vertex are of one skin; numbers of joints are not told by skin any more.
+  // Joints that share a vertex, or a part in rigid pieces, are of one skin; numbers of joints are
+  // not told by skin any more.
   std::vector<Index> group(character.joints.size());
   std::iota(group.begin(), group.end(), Index{0});
   const auto find = [&](Index a) {
     while (group[a] != a) a = group[a] = group[group[a]];
     return a;
+  };
+  const auto join = [&](Index a, Index b) {
+    a = find(a);
+    b = find(b);
+    group[std::max(a, b)] = std::min(a, b);
   };
   std::vector<bool> unweighted(character.vertex_count(), false);
   for (const std::uint32_t v : character.unweighted) unweighted[v] = true;
@@ -277,8 +284,16 @@ std::vector<JointBindOff> joints_bound_off(const Character& character) {
       moves[j] = true;
       box[j].low = glm::min(box[j].low, p);
       box[j].high = glm::max(box[j].high, p);
-      const Index a = find(influences.joint[0]), b = find(j);
-      group[std::max(a, b)] = std::min(a, b);
+      join(influences.joint[0], j);
+    }
+  }
+  for (const Part& part : character.parts) {
+    std::optional<Index> known;
+    for (Index v = part.first_vertex; v < part.first_vertex + Index{part.vertex_count}; ++v) {
+      if (unweighted[v]) continue;
+      const Index j = character.influences[v].joint[0];
+      join(known.value_or(j), j);
+      known = j;
     }
   }
   std::vector<JointBindOff> out;

@@ -14,6 +14,7 @@ namespace {
 // Of the character's size: arms reach a third and more, breasts, ears and pouches less than this.
 constexpr double kLimbReach = 0.12;
 constexpr double kNamedLimbReach = 0.02;  // a dinosaur's leg against its length
+constexpr double kOneJointReach = 0.04;   // of the surface, as thick as it is
 
 // Hair, trunks and antlers hang from heads too, but none makes a third of its owner.
 constexpr double kBodyReach = 0.35;
@@ -69,6 +70,31 @@ std::vector<int> path_from_root(const Character& character, int node) {
   while (character.nodes[static_cast<Index>(root)].parent >= 0)
     root = character.nodes[static_cast<Index>(root)].parent;
   return path_down(character, root, node);
+}
+
+/// How far from a joint the surface reaches that goes with it and with the joints below it.
+double surface_reach(const Character& character, const SkeletonShape& shape, int node) {
+  double reach = 0.0;
+  for (Index v = 0; v < shape.rest.size(); ++v) {
+    const int leading = character.joints[character.influences[v].joint[0]].node;
+    if (shape.is_ancestor(character, node, leading))
+      reach = std::max(reach, glm::distance(shape.position[static_cast<Index>(node)],
+                                            glm::dvec3(shape.rest[v])));
+  }
+  return reach;
+}
+
+/// Whether two joints are limbs by their names and by what they move, whatever joints are below
+/// them.
+bool is_limb_of_one_joint(const Character& character, const SkeletonShape& shape,
+                          const MirrorPair& pair) {
+  const NameFacts& name = shape.name[static_cast<Index>(pair.left)];
+  if (!pair.named || !is_limb_name(name.part) || name.control || name.end || name.helper)
+    return false;
+  // A clavicle alone is an arm only where it moves one.
+  const double least = (name.part == BodyPart::clavicle ? kLimbReach : kOneJointReach) * shape.size;
+  return std::min(surface_reach(character, shape, pair.left),
+                  surface_reach(character, shape, pair.right)) >= least;
 }
 
 /// The deepest node above (or at) both.
@@ -204,14 +230,16 @@ class EndFinder {
   }
 
   /// A skeleton that is built from the chest: hips that are called so hang from the way to the
-  /// head, a good piece of the body away.
+  /// head, a good piece of the body away. Where the legs hang from that way themselves, what is
+  /// called hips carries a tail.
   int hip_below_chest(const std::vector<int>& path_to_head) const {
+    const int legs = leg_parent();
     for (Index n = 0; n < shape_.name.size(); ++n) {
       const int node = static_cast<int>(n);
       const NameFacts& name = shape_.name[n];
       if (name.part != BodyPart::hip || name.end || !is_of_body(node)) continue;
       const int common = common_ancestor(character_, node, out_.head);
-      if (common < 0 || common == node || common == out_.head) continue;
+      if (common < 0 || common == node || common == out_.head || common == legs) continue;
       const auto c = static_cast<Index>(common);
       if (!shape_.is_joint[c] || is_scene_root(shape_, common) ||
           std::find(path_to_head.begin(), path_to_head.end(), common) == path_to_head.end())
@@ -324,25 +352,34 @@ class EndFinder {
 
 std::vector<LimbPair> find_limbs(const Character& character, const SkeletonShape& shape, int head) {
   std::vector<LimbPair> out;
+  const auto add = [&](const MirrorPair& pair, LimbPair::Kind kind) {
+    if (head >= 0 && (shape.is_ancestor(character, head, pair.parent) ||
+                      shape.is_ancestor(character, pair.left, head) ||
+                      shape.is_ancestor(character, pair.right, head)))
+      return;  // on the head, or the neck itself
+    const bool on_a_limb = std::any_of(out.begin(), out.end(), [&](const LimbPair& limb) {
+      return shape.is_ancestor(character, limb.pair.left, pair.parent) ||
+             shape.is_ancestor(character, limb.pair.right, pair.parent);
+    });
+    if (!on_a_limb) out.push_back({pair, kind});
+  };
   for (const MirrorPair& pair : shape.pairs) {
     const NameFacts& name = shape.name[static_cast<Index>(pair.left)];
     const bool by_name = pair.named && is_limb_name(name.part);
     const double least = (by_name ? kNamedLimbReach : kLimbReach) * shape.size;
     const bool other = name.control || name.end || name.part == BodyPart::face ||
                        name.part == BodyPart::breast || name.part == BodyPart::finger;
-    if (other || std::min(shape.reach[static_cast<Index>(pair.left)],
-                          shape.reach[static_cast<Index>(pair.right)]) < least)
-      continue;
-    if (head >= 0 && (shape.is_ancestor(character, head, pair.parent) ||
-                      shape.is_ancestor(character, pair.left, head) ||
-                      shape.is_ancestor(character, pair.right, head)))
-      continue;  // on the head, or the neck itself
-    const bool on_a_limb = std::any_of(out.begin(), out.end(), [&](const LimbPair& limb) {
-      return shape.is_ancestor(character, limb.pair.left, pair.parent) ||
-             shape.is_ancestor(character, limb.pair.right, pair.parent);
-    });
-    if (!on_a_limb) out.push_back({pair, pair.named ? kind_of(name) : LimbPair::Kind::unknown});
+    if (!other && std::min(shape.reach[static_cast<Index>(pair.left)],
+                           shape.reach[static_cast<Index>(pair.right)]) >= least)
+      add(pair, pair.named ? kind_of(name) : LimbPair::Kind::unknown);
   }
+  // Box figures have arms and legs of one joint each.
+  for (const auto kind : {LimbPair::Kind::arm, LimbPair::Kind::leg})
+    if (std::ranges::none_of(out, [&](const LimbPair& limb) { return limb.kind == kind; }))
+      for (const MirrorPair& pair : shape.pairs)
+        if (kind_of(shape.name[static_cast<Index>(pair.left)]) == kind &&
+            is_limb_of_one_joint(character, shape, pair))
+          add(pair, kind);
   // A mechanism's limbs beside those that move the surface are none.
   const auto moves = [&](const LimbPair& limb) {
     return shape.weight_below[static_cast<Index>(limb.pair.left)] > 0.0 ||

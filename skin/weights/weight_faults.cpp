@@ -184,15 +184,15 @@ class FaultFinder {
     constexpr Index kDry = static_cast<Index>(-1);
     std::vector<Index> area_of(places_.weights.size(), kDry);
     std::vector<Hump> hump(places_.weights.size(), Hump::none);
-    std::vector<double>& peak_weight = hump_peak_[node];
-    peak_weight.assign(places_.weights.size(), 0.0);
+    std::vector<Index>& peak_of = hump_peak_[node];
+    peak_of.assign(places_.weights.size(), 0);
     const auto mark = [&](const Area& area) {
       const bool leads =
           std::ranges::any_of(area.places, [&](Index q) { return places_.main[q] == node; });
       const Hump kind = leads ? Hump::leads : Hump::small;
       for (const Index q : area.places) {
         hump[q] = kind;
-        peak_weight[q] = places_.weight_at(area.peak, node);
+        peak_of[q] = area.peak;
       }
     };
     for (const auto& [negative, p] : order) {
@@ -275,20 +275,29 @@ class FaultFinder {
     return held[shell] == places_.shell_size[shell];
   }
 
-  /// How far the nearest place is at which a joint weighs twice as much, or about as much as it
-  /// does anywhere: short where its weight fades, long where it was spilt.
-  double distance_to_double(int node, double weight, const glm::dvec3& point) {
+  /// How far from a place the nearest one is at which a joint weighs twice as much, or, off the
+  /// small hump that the place is on, about as much as it does anywhere: short where its weight
+  /// fades, long where it was spilt. A hump of a joint that weighs little all over is as heavy as
+  /// its area.
+  double distance_to_double(int node, double weight, Index place) {
     auto& places = places_of_[node];
     if (places.empty())
       for (Index p = 0; p < places_.weights.size(); ++p)
         for (const NodeWeight& w : places_.weights[p])
           if (w.node == node) places.emplace_back(w.weight, p);
+    const bool on_hump = hump_at(node, place) == Hump::small;
+    const std::vector<Index>& peak = hump_peak_[node];
+    const auto is_off_hump = [&](Index other) {
+      return !on_hump || hump_at(node, other) != Hump::small || peak[other] != peak[place];
+    };
     double largest = 0.0;
-    for (const auto& [w, place] : places) largest = std::max(largest, w);
-    const double enough = std::min(2.0 * weight, kWhole * largest);
+    for (const auto& [w, other] : places)
+      if (is_off_hump(other)) largest = std::max(largest, w);
+    const glm::dvec3& point = places_.point[place];
     double nearest = glm::distance(places_.at(node), point);
-    for (const auto& [w, place] : places)
-      if (w >= enough) nearest = std::min(nearest, glm::distance(places_.point[place], point));
+    for (const auto& [w, other] : places)
+      if (w >= 2.0 * weight || (w >= kWhole * largest && is_off_hump(other)))
+        nearest = std::min(nearest, glm::distance(places_.point[other], point));
     return nearest;
   }
 
@@ -553,11 +562,12 @@ class FaultFinder {
         // A wide hump's slope has twice the weight near by, on the hump itself: from there what
         // weighs twice its peak counts.
         if (is_fine && alone && distant && hump == Hump::small) {
-          const double off = distance_to_double(w.node, hump_peak_[w.node][p], places_.point[p]);
+          const double peak = places_.weight_at(hump_peak_[w.node][p], w.node);
+          const double off = distance_to_double(w.node, peak, p);
           if (off >= kIsland * places_.size)
             add_fault(places_, wide, w.node, rival, w.weight, off, p);
         }
-        distance = distance_to_double(w.node, w.weight, places_.point[p]);
+        distance = distance_to_double(w.node, w.weight, p);
         if (is_wrong && distance > across) {
           add_fault(places_, wrong, w.node, image, w.weight, distance, p);
           if (w.weight >= kHeavy)
@@ -859,7 +869,7 @@ class FaultFinder {
   std::map<int, std::vector<Index>> held_;  // of each shell: places that a joint weighs
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::vector<Hump>> hump_;
-  std::map<int, std::vector<double>> hump_peak_;  // the weight at the peak of each place's hump
+  std::map<int, std::vector<Index>> hump_peak_;  // of each place on a hump: the heaviest there
   std::map<int, std::unique_ptr<PointCells>> area_;
   std::map<int, std::vector<std::pair<double, Index>>> places_of_;  // weight and place, by node
 };

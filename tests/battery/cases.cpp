@@ -92,6 +92,7 @@ std::string_view name_of(Family family) {
 /// Characters and clips as they were read, kept for the next case.
 struct CaseMaker::Stock {
   std::filesystem::path folder;
+  std::vector<std::string> bodies;                  // files in `folder`
   std::map<std::string, Character> original, body;  // `body` by file and vertices
   std::map<std::string, skin::Clip> clips;
 
@@ -131,13 +132,15 @@ struct CaseMaker::Stock {
   std::optional<Case> motion_fault(std::uint64_t number, Draw& draw);
 };
 
-CaseMaker::CaseMaker(std::filesystem::path folder) : stock_(std::make_unique<Stock>()) {
+CaseMaker::CaseMaker(std::filesystem::path folder, std::vector<std::string> bodies)
+    : stock_(std::make_unique<Stock>()) {
   stock_->folder = std::move(folder);
+  stock_->bodies = bodies.empty() ? kBodies : std::move(bodies);
 }
 CaseMaker::~CaseMaker() = default;
 
 bool CaseMaker::has_characters() const {
-  return std::all_of(kBodies.begin(), kBodies.end(), [&](const std::string& file) {
+  return std::all_of(stock_->bodies.begin(), stock_->bodies.end(), [&](const std::string& file) {
     return std::filesystem::exists(stock_->folder / file);
   });
 }
@@ -168,8 +171,8 @@ std::optional<Case> CaseMaker::make(Family family, std::uint64_t seed, std::uint
 
 std::optional<Case> CaseMaker::Stock::clean_rig(std::uint64_t number, Draw& draw) {
   Case out;
-  out.character = kBodies[number % kBodies.size()];
-  if (number < kBodies.size()) {  // each as it is, but for weights that do not sum to 1
+  out.character = bodies[number % bodies.size()];
+  if (number < bodies.size()) {  // each as it is, but for weights that do not sum to 1
     out.steps = {"as it is"};
     out.body = encoded(read(out.character));
     return out;
@@ -306,7 +309,7 @@ std::optional<Case> CaseMaker::Stock::weight_fault(std::uint64_t number, Draw& d
     for (const double size : kind.sizes) all.emplace_back(kind.name, size);
   const auto& [kind, size] = all[number % all.size()];
   Case out;
-  out.character = kBodies[draw.index(kBodies.size())];
+  out.character = bodies[draw.index(bodies.size())];
   const Index vertices = draw.coin() ? 2000 : 4000;
   const int smoothed = draw.coin() ? 0 : 2;
   Character body = body_of(out.character, vertices);
@@ -315,6 +318,7 @@ std::optional<Case> CaseMaker::Stock::weight_fault(std::uint64_t number, Draw& d
   out.twin = out.character + out.steps[0] + out.steps[1];
   out.twin_body = encoded(body);
   const skin::Anatomy anatomy = skin::find_anatomy(body);
+  if (!anatomy.sure()) throw std::runtime_error(out.character + ": uncertain spine");
   out.weight_fault = plant(body, anatomy, kind, size, draw);
   if (out.weight_fault->joints.empty()) return std::nullopt;
   out.body = encoded(body);

@@ -36,13 +36,15 @@ void scale_written_weights(std::vector<std::uint8_t>& glb, const std::vector<dou
 /// was made before.
 class CaseMaker {
  public:
-  explicit CaseMaker(std::filesystem::path folder);
+  /// Of the characters that come with their clips; or of any `bodies` in the folder, without clips.
+  explicit CaseMaker(std::filesystem::path folder, std::vector<std::string> bodies = {});
   ~CaseMaker();
   CaseMaker(const CaseMaker&) = delete;
   CaseMaker& operator=(const CaseMaker&) = delete;
 
   bool has_characters() const;
-  /// Nothing where the character has no place for the fault that was drawn.
+  /// Nothing where the character has no place for the fault that was drawn. Throws where the file
+  /// cannot be read, and where its spine is uncertain.
   std::optional<Case> make(Family family, std::uint64_t seed, std::uint64_t number);
 
  private:

@@ -12,6 +12,7 @@
 // --sum FILE... no cases: the tables of such files
 // --keep DIR    the files of every wrong case, with the command that judges them
 // --characters DIR   [BACKBEND_CHARACTERS, else beside the project]
+// --bodies DIR  the .glb and .fbx files of a folder instead, with a family of rigs
 //
 // Exit code 0 where no clean case fails and 95 of 100 faults of a plain size are found, 1 where
 // not, 77 without characters.
@@ -47,7 +48,7 @@ constexpr Family kFamilies[] = {Family::clean_rig, Family::clean_clip, Family::w
 
 struct Options : BatteryOptions {
   std::uint64_t cases = 40;
-  std::string family;
+  std::string family, bodies;
   std::optional<std::uint64_t> only;
 };
 
@@ -59,12 +60,31 @@ Options read_options(int argc, char** argv) {
           out.cases = number_of(value);
         else if (word == "--family")
           out.family = value;
+        else if (word == "--bodies")
+          out.bodies = value;
         else if (word == "--only")
           out.only = number_of(value);
         else
           return false;
         return true;
       });
+  if (!out.bodies.empty()) {
+    if (out.family != name_of(Family::clean_rig) && out.family != name_of(Family::weight_fault))
+      out.usage("--bodies needs --family 'clean rig' or 'weight fault'");
+    out.characters = out.bodies;
+  }
+  return out;
+}
+
+/// The characters in a folder, by name; none where it is not specified.
+std::vector<std::string> bodies_in(const fs::path& folder) {
+  std::vector<std::string> out;
+  if (folder.empty()) return out;
+  for (const auto& entry : fs::directory_iterator(folder))
+    if (entry.path().extension() == ".glb" || entry.path().extension() == ".fbx")
+      out.push_back(entry.path().filename());
+  if (out.empty()) throw std::runtime_error(folder.string() + ": no .glb and no .fbx file");
+  std::sort(out.begin(), out.end());
   return out;
 }
 
@@ -193,7 +213,7 @@ class Battery {
  public:
   explicit Battery(Options options)
       : options_(std::move(options)),
-        maker_(options_.characters),
+        maker_(options_.characters, bodies_in(options_.bodies)),
         scratch_(fs::temp_directory_path() / ("verdict_battery_" + std::to_string(::getpid()))) {
     if (!options_.lines.empty()) lines_.open(options_.lines, std::ios::app);
   }
@@ -250,7 +270,13 @@ class Battery {
       if (std::isfinite(value)) line["worst"][metric] = value;
     bool wrong = outcome.exit_code != 0;
     if (each->weight_fault || each->motion_fault) {
-      const Score is = score(*each, outcome, twin_of(*each));
+      const Outcome& twin = twin_of(*each);
+      if (!twin.refused.empty()) {
+        line["not_made"] = "refused without the fault: " + twin.refused;
+        return line;
+      }
+      const Score is = score(*each, outcome, twin);
+      line["healthy"] = twin.exit_code == 0;
       line["fault"] = each->weight_fault ? each->weight_fault->kind : each->motion_fault->kind;
       line["unit"] = each->weight_fault ? each->weight_fault->unit : each->motion_fault->unit;
       line["size"] = each->weight_fault ? each->weight_fault->size : each->motion_fault->size;

@@ -1,5 +1,6 @@
 """backbend check: the answer on stdout, the run folder, and that they say the same."""
 
+import concurrent.futures
 import json
 import pathlib
 import tempfile
@@ -89,6 +90,17 @@ class CheckingAgain(CommandTest):
         result = self.backbend("check", human(1500), "--quick", "--json", "-o", "out")
         self.assertIn(result.returncode, (0, 1, 5), result.stderr)
         self.assertEqual(json.loads(result.stdout), json.loads((self.folder / "out/report.json").read_text()))
+
+    def test_runs_that_start_in_one_second_take_a_folder_each(self):
+        body = human(1500)
+        with concurrent.futures.ThreadPoolExecutor(6) as pool:
+            runs = list(pool.map(lambda _: self.backbend("check", body, "--quick", "--threads", "1"), range(6)))
+        for run in runs:
+            self.assertIn(run.returncode, (0, 1, 5), run.stderr)
+        folders = [path for path in (self.folder / "runs").iterdir() if not path.is_symlink()]
+        self.assertEqual(len(folders), 6)
+        for folder in folders:
+            self.assertTrue((folder / "report.json").is_file())
 
     def test_quiet_says_nothing_on_stderr(self):
         result = self.backbend("check", human(1500), "--quick", "--quiet", "-o", "out")

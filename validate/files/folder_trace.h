@@ -28,6 +28,8 @@ class FolderTrace {
     } catch (const BusyError&) {
     }
   }
+  /// Removes nothing: another made the folder.
+  void keep() { missing_.clear(); }
   FolderTrace(const FolderTrace&) = delete;
   FolderTrace& operator=(const FolderTrace&) = delete;
 

@@ -8,6 +8,7 @@
 #include <map>
 #include <tuple>
 
+#include "skin/anatomy/body_kind.h"
 #include "skin/character/joint_names.h"
 #include "tests/skin/stick_figure.h"
 
@@ -953,6 +954,78 @@ TEST(Anatomy, RefusesAHeadThatHangsFromTheHipsBesideAVertebra) {
   }
 }
 
+/// A box figure: one joint each for hips, torso, head, arms and legs, and what they move.
+Character box_figure(const std::string& arm, double arm_length) {
+  Character character;
+  character.file_name = "box.glb";
+  const auto add = [&](const std::string& name, int parent, const glm::dvec3& at,
+                       const glm::dvec3& end) {
+    const int node = add_node(character, name, parent, at);
+    stick_vertex(character, node);
+    stick_vertex(character, node);
+    for (std::size_t v = character.vertex_count() - 3; v < character.vertex_count(); ++v)
+      character.bind_position[v] += glm::vec3(end - at);
+    return node;
+  };
+  const int hips = add("hips", -1, {0, 0.8, 0}, {0, 0.9, 0});
+  const int torso = add("torso", hips, {0, 1.0, 0}, {0, 1.3, 0});
+  add("head", torso, {0, 1.4, 0}, {0, 1.7, 0});
+  for (const double side : {1.0, -1.0}) {
+    const std::string end = side > 0.0 ? ".L" : ".R";
+    add(arm + end, torso, {0.25 * side, 1.3, 0}, {(0.25 + arm_length) * side, 1.3, 0});
+    add("leg" + end, hips, {0.1 * side, 0.8, 0}, {0.1 * side, 0.0, 0});
+  }
+  return character;
+}
+
+TEST(Anatomy, TakesArmsAndLegsOfOneJoint) {
+  const Character character = box_figure("arm", 0.6);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_TRUE(anatomy.sure()) << anatomy.doubts.front();
+  EXPECT_EQ(names_of(character, anatomy.left_arm), Names{"arm.L"});
+  EXPECT_EQ(names_of(character, anatomy.right_arm), Names{"arm.R"});
+  EXPECT_EQ(names_of(character, anatomy.left_leg), Names{"leg.L"});
+  EXPECT_EQ(names_of(character, anatomy.right_leg), Names{"leg.R"});
+  EXPECT_EQ(anatomy.chest, stick_node(character, "torso"));
+  EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(body_kind(character, anatomy).kind, BodyKind::human);
+}
+
+TEST(Anatomy, TakesAClavicleForAnArmOnlyWhereItMovesOne) {
+  const Character with = box_figure("shoulder", 0.6), without = box_figure("shoulder", 0.1);
+  EXPECT_EQ(names_of(with, find_anatomy(with).left_arm), Names{"shoulder.L"});
+  EXPECT_TRUE(find_anatomy(without).left_arm.empty());
+}
+
+TEST(Anatomy, TakesNoJointBesideALimbOfSeveralForOne) {
+  Character character = stick_figure();
+  const int torso = stick_node(character, "spine_1");
+  for (const double side : {1.0, -1.0}) {
+    const int node = add_node(character, side > 0.0 ? "armour_arm.L" : "armour_arm.R", torso,
+                              {0.1 * side, 1.3, 0});
+    stick_vertex(character, node);
+    for (std::size_t v = character.vertex_count() - 3; v < character.vertex_count(); ++v)
+      character.bind_position[v].x += 0.6f * static_cast<float>(side);
+  }
+  EXPECT_EQ(names_of(character, find_anatomy(character).left_arm),
+            (Names{"clavicle.L", "arm.L", "hand.L"}));
+}
+
+TEST(Anatomy, DoubtsANeckThatIsAllThereIsAboveTheArms) {
+  Character character = box_figure("arm", 0.6);
+  EXPECT_TRUE(find_anatomy(character).sure());
+  // The torso is the uppermost joint: what is left to bend is the neck.
+  for (const char* name : {"leg.L", "leg.R"}) hang(character, name, "torso");
+  character.nodes[static_cast<std::size_t>(stick_node(character, "hips"))].name = "root";
+  character.nodes[static_cast<std::size_t>(stick_node(character, "torso"))].name = "hips";
+  const Anatomy anatomy = find_anatomy(character);
+  ASSERT_EQ(anatomy.doubts.size(), 1u);
+  EXPECT_NE(anatomy.doubts[0].find("nothing bends between hips and chest"), std::string::npos);
+  AnatomyHints hints;
+  hints.confirmed = true;
+  EXPECT_TRUE(find_anatomy(character, hints).sure());
+}
+
 /// A figure that is built from its chest: spine and hips hang from it downwards, neck and arms
 /// beside them.
 Character built_from_the_chest() {
@@ -973,6 +1046,18 @@ Character built_from_the_chest() {
     add("foot" + end, add("thigh" + end, hips, {0.1 * side, 0.9, 0}), {0.1 * side, 0.05, 0});
   }
   return character;
+}
+
+TEST(Anatomy, TakesAPelvisBesideTheLegsForTheTailsAlone) {
+  Character character = stick_figure();
+  const int hips = stick_node(character, "hips");
+  character.nodes[static_cast<std::size_t>(hips)].name = "spine";
+  const int pelvis = add_node(character, "pelvis.C", hips, {0, 1.0, -0.2});
+  stick_vertex(character, pelvis);
+  stick_vertex(character, add_node(character, "tail", pelvis, {0, 0.9, -0.6}));
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_EQ(names_of(character, anatomy.spine),
+            (Names{"spine", "spine_1", "spine_2", "neck", "head"}));
 }
 
 TEST(Anatomy, GoesUpAndDownASkeletonThatIsBuiltFromTheChest) {

@@ -214,6 +214,25 @@ TEST(BindOff, IsFoundWithItsJointAndAngle) {
     }
 }
 
+TEST(BindOff, IsFoundInABodyOfRigidPiecesOfOnePart) {
+  const auto turned = [](bool one_part) {
+    Character character = stick_figure(4);
+    const auto count = static_cast<std::uint32_t>(character.vertex_count());
+    if (one_part)
+      character.parts = {{"body", 0, 0, count / 3, 0, count}};
+    else
+      for (std::uint32_t v = 0; v < count; v += 3)
+        character.parts.push_back({"piece", 0, v / 3, 1, v, 3});
+    EXPECT_TRUE(joints_bound_off(character).empty());
+    turn_bind(character, stick_node(character, "spine_2"), 5.0);
+    return joints_bound_off(character);
+  };
+  const auto off = turned(true);
+  ASSERT_EQ(off.size(), 1u);
+  EXPECT_NEAR(off[0].angle_deg, 5.0, 1e-6);
+  EXPECT_TRUE(turned(false).empty());  // each may have a skin of its own
+}
+
 TEST(BindOff, OfALastJointIsAnotherPlaceAndNotAnotherPose) {
   for (const char* name : {"head", "hand.L", "foot.R"}) {
     Character character = one_skin();

@@ -899,6 +899,18 @@ TEST(FarInfluence, OfAPatchThatHoldsMoreOfAHandThanTheHandIsNamed) {
   EXPECT_GT(fault->value, 0.25);  // the patch's middle is named, not only its rim
 }
 
+TEST(FarInfluence, OfAPatchThatIsAsHeavyAsTheJointAnywhereIsNamed) {
+  REQUIRE_CHARACTER("mh_female_cmu_13k.glb");
+  Character character = decimated(read_character(shared_character("mh_female_cmu_13k.glb")), 4000);
+  const Anatomy anatomy = find_anatomy(character);
+  // A wrist that moves little of a hand: the fingers hold the rest.
+  const int hand = planted_node(character, "LeftHand");
+  move_weight(character, anatomy, hand, planted_node(character, "LeftForeArm"), 0.7);
+  EXPECT_FALSE(names(find_weight_faults(character, anatomy).far, kFar, hand));
+  spill_weight(character, anatomy.spine[anatomy.chest_index / 2], hand, 0.3);
+  EXPECT_TRUE(names(find_weight_faults(character, anatomy).far, kFar, hand));
+}
+
 TEST(FarInfluence, OfFourPlacesIsNamedWhereItIsHeavyAndOfTwoThatTheJointMovesAlone) {
   // 40 % of a hand are about what the vertebra below keeps on the human: neither leads everywhere.
   for (const char* file : {"mh_male_13k.glb", "bunny.glb"}) {
