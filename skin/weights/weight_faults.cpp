@@ -46,6 +46,7 @@ constexpr double kSurfaceSlack = 0.01;  // ... and the surface, where no place h
 constexpr double kUnlikeSides = 0.42;   // of a joint's weight, between sides of other vertices
 constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint to be compared so
 constexpr double kJointSlack = 0.01;    // between a joint and its image
+constexpr double kMostOdd = 0.3;        // ... of places of spine and arms, without
 constexpr double kPatch = 0.005;        // of the places, and ...
 constexpr double kWidePatch = 0.01;     // ... of a hump with its slope
 constexpr std::size_t kLeastForSlopes = 1000;  // places: on fewer a joint's area is all slope
@@ -89,6 +90,7 @@ class FaultFinder {
     WeightFaults out;
     if (!(places_.size > 0.0) || !(places_.all > 0.0)) return out;
     image_ = mirrored_nodes(character_, mirror_);
+    find_odd_joints();
     find_distant(out);
     find_one_sided(out.far);
     find_asymmetry(out.asymmetry, out.wrong_side);
@@ -669,13 +671,55 @@ class FaultFinder {
     return out;
   }
 
-  /// The share of the places that have a mirror image.
+  /// Joints with weight that stand elsewhere on the other side, or have no other side: a hand that
+  /// was bound a little apart, a rope on the back. A joint above the hips moves nothing by where it
+  /// is.
+  void find_odd_joints() {
+    odd_.assign(image_.size(), false);
+    for (Index n = 0; n < image_.size(); ++n)
+      odd_[n] = places_.total[n] > kLeastArea * places_.all && !above_hips(static_cast<int>(n)) &&
+                glm::distance(mirror_(places_.at(static_cast<int>(n))), places_.at(image_[n])) >
+                    kJointSlack * places_.size;
+  }
+
+  bool moves_with_odd(const PlaceWeights& weights) const {
+    return std::ranges::any_of(weights, [&](const NodeWeight& w) {
+      return w.weight >= kCounts && odd_[static_cast<Index>(w.node)];
+    });
+  }
+
+  /// The odd joint without which a body cannot be compared side by side: a vertebra, or the one
+  /// that moves most where odd joints move kMostOdd of the places of spine and arms; -1 for none.
+  int odd_joint_that_counts() const {
+    for (const int node : anatomy_.spine)
+      if (odd_[static_cast<Index>(node)]) return node;
+    std::vector<double> moved(odd_.size(), 0.0);
+    Index asked = 0, odd = 0;
+    for (const PlaceWeights& weights : places_.weights) {
+      if (std::ranges::none_of(weights, [&](const NodeWeight& w) {
+            return w.weight >= kCounts && is_upper_body(w.node);
+          }))
+        continue;
+      ++asked;
+      if (!moves_with_odd(weights)) continue;
+      ++odd;
+      for (const NodeWeight& w : weights)
+        if (odd_[static_cast<Index>(w.node)]) moved[static_cast<Index>(w.node)] += w.weight;
+    }
+    if (static_cast<double>(odd) <= kMostOdd * static_cast<double>(asked)) return -1;
+    return static_cast<int>(std::ranges::max_element(moved) - moved.begin());
+  }
+
+  /// The share of the places that have a mirror image, but for what moves with odd joints.
   double mirrored_share() {
     const std::vector<PlaceWeights>& image = weights_of_images();
-    return static_cast<double>(
-               std::count_if(image.begin(), image.end(),
-                             [](const PlaceWeights& each) { return !each.empty(); })) /
-           static_cast<double>(places_.own_count);
+    Index asked = places_.own_count, mirrored = 0;
+    for (Index p = 0; p < image.size(); ++p)
+      if (moves_with_odd(places_.weights[p]))
+        --asked;
+      else
+        mirrored += !image[p].empty();
+    return static_cast<double>(mirrored) / static_cast<double>(std::max<Index>(asked, 1));
   }
 
   /// Patches of the torso where a weight, of a joint two or more away, rises again and that the
@@ -755,35 +799,13 @@ class FaultFinder {
     take_faults(faults, out);
   }
 
-  /// Whether a node is of an arm or a leg, or hangs from one.
-  bool hangs_from_a_limb(int node) const {
-    for (const auto* limb :
-         {&anatomy_.left_arm, &anatomy_.right_arm, &anatomy_.left_leg, &anatomy_.right_leg})
-      for (int at = node; at >= 0; at = places_.parent[static_cast<Index>(at)])
-        if (std::ranges::find(*limb, at) != limb->end()) return true;
-    return false;
-  }
-
   void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
-    // The skeleton first. What a limb's joint that stands elsewhere on the other side moves is left
-    // out: hands that were bound a little apart say nothing about the torso.
-    std::vector<bool> is_odd(image_.size(), false);
-    for (Index n = 0; n < image_.size(); ++n) {
-      if (!(places_.total[n] > kLeastArea * places_.all)) continue;
-      const int node = static_cast<int>(n);
-      is_odd[n] = glm::distance(mirror_(places_.at(node)), places_.at(image_[n])) >
-                  kJointSlack * places_.size;
-      if (is_odd[n] && !hangs_from_a_limb(node)) {
-        out.not_applicable = "the skeleton is not symmetric: joint " +
-                             in_quotes(character_.nodes[n].name) + " has no mirror image";
-        return;
-      }
+    if (const int node = odd_joint_that_counts(); node >= 0) {
+      out.not_applicable = "the skeleton is not symmetric: joint " +
+                           in_quotes(character_.nodes[static_cast<Index>(node)].name) +
+                           " has no mirror image";
+      return;
     }
-    const auto moves_with_odd = [&](const PlaceWeights& weights) {
-      return std::ranges::any_of(weights, [&](const NodeWeight& w) {
-        return w.weight >= kCounts && is_odd[static_cast<Index>(w.node)];
-      });
-    };
     const std::vector<PlaceWeights>& image = weights_of_images();
     const double share = mirrored_share();
     if (share < kMirrored) {
@@ -864,6 +886,7 @@ class FaultFinder {
   const Mirror mirror_;
   const SkinPlaces places_;
   std::vector<int> image_;                  // of each node: the one on the other side
+  std::vector<bool> odd_;                   // of each node: whether that stands elsewhere
   std::vector<PlaceWeights> images_;        // of the surface where each place's mirror image is
   Index images_by_place_ = 0;               // ... of a place there
   std::map<int, std::vector<Index>> held_;  // of each shell: places that a joint weighs

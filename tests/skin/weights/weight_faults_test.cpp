@@ -446,6 +446,41 @@ TEST(Asymmetry, OfTheTorsoIsFoundWhereHandsStandDifferently) {
   EXPECT_NE(find_weight_faults(aside, anatomy).asymmetry.not_applicable, "");
 }
 
+TEST(Asymmetry, OfTheTorsoIsFoundBesideAJointThatHasNoOtherSide) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character plain = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(plain);
+  // A rope on the left of the back: half of the weight of what is near it.
+  const auto with_rope = [&](double reach, double share) {
+    Character out = plain;
+    const glm::dvec3 at(plain.nodes[static_cast<std::size_t>(anatomy.spine[1])].world_from_node[3]);
+    const glm::dvec3 rope = at + anatomy.height * (0.06 * anatomy.left - 0.05 * anatomy.forward);
+    const int node = add_node(out, "rope", anatomy.spine[1], rope);
+    const SkinJoint& known = plain.joints.front();
+    const glm::dmat4 world_from_mesh =
+        plain.nodes[static_cast<std::size_t>(known.node)].world_from_node * known.joint_from_mesh;
+    out.joints.push_back(
+        {node, glm::affineInverse(out.nodes[static_cast<std::size_t>(node)].world_from_node) *
+                   world_from_mesh});
+    const auto joint = static_cast<std::uint16_t>(out.joints.size() - 1);
+    const std::vector<glm::vec3> rest = rest_mesh(plain).position;
+    for (std::size_t v = 0; v < rest.size(); ++v)
+      if (glm::distance(glm::dvec3(rest[v]), rope) < reach * anatomy.height)
+        give(out.influences[v], joint, static_cast<float>(share));
+    return out;
+  };
+  Character roped = with_rope(0.06, 0.5);
+  EXPECT_EQ(find_weight_faults(roped, anatomy).asymmetry.not_applicable, "");
+  EXPECT_LE(find_weight_faults(roped, anatomy).asymmetry.worst(), kAsymmetry);
+  for (std::size_t k = anatomy.chest_index; k-- > 0;)
+    move_weight(roped, anatomy, anatomy.spine[k], anatomy.spine[k + 1], 1.0, 1);
+  EXPECT_GT(find_weight_faults(roped, anatomy).asymmetry.worst(), kAsymmetry);
+  // Not where it holds much of the body.
+  const std::string told =
+      find_weight_faults(with_rope(2.0, 0.5), anatomy).asymmetry.not_applicable;
+  EXPECT_NE(told.find("'rope' has no mirror image"), std::string::npos) << told;
+}
+
 TEST(OffBones, AreVertebraeThatEachHaveTheWeightsOfTheNext) {
   for (const char* file :
        {"mh_male_13k.glb", "mh_female_cmu_13k.glb", "quaternius_female_24k.glb", "bunny.glb"}) {
