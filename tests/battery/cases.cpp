@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "skin/gltf/rigid_parts.h"
 #include "validate/metrics/math/rotation.h"
@@ -105,6 +106,10 @@ struct CaseMaker::Stock {
                   .emplace(file, welded(skin::with_rigid_parts_at_rest(
                                      validate::load_character(folder / file))))
                   .first;
+    // The writer would make two joints of one that is bound twice.
+    std::set<int> nodes;
+    for (const skin::SkinJoint& joint : known->second.joints)
+      if (!nodes.insert(joint.node).second) throw std::runtime_error("bound in several spaces");
     return known->second;
   }
   /// A character with about so many vertices at most; 0: all it has.
@@ -318,7 +323,7 @@ std::optional<Case> CaseMaker::Stock::weight_fault(std::uint64_t number, Draw& d
   out.twin = out.character + out.steps[0] + out.steps[1];
   out.twin_body = encoded(body);
   const skin::Anatomy anatomy = skin::find_anatomy(body);
-  if (!anatomy.sure()) throw std::runtime_error(out.character + ": uncertain spine");
+  if (!anatomy.sure()) throw std::runtime_error("uncertain spine");
   out.weight_fault = plant(body, anatomy, kind, size, draw);
   if (out.weight_fault->joints.empty()) return std::nullopt;
   out.body = encoded(body);
