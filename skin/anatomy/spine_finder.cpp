@@ -72,29 +72,29 @@ std::vector<int> path_from_root(const Character& character, int node) {
   return path_down(character, root, node);
 }
 
-/// How far from a joint the surface reaches that goes with it and with the joints below it.
-double surface_reach(const Character& character, const SkeletonShape& shape, int node) {
-  double reach = 0.0;
-  for (Index v = 0; v < shape.rest.size(); ++v) {
-    const int leading = character.joints[character.influences[v].joint[0]].node;
-    if (shape.is_ancestor(character, node, leading))
-      reach = std::max(reach, glm::distance(shape.position[static_cast<Index>(node)],
-                                            glm::dvec3(shape.rest[v])));
-  }
-  return reach;
+/// How far from each node the surface reaches that goes with it and with the joints below it.
+std::vector<double> surface_reach(const Character& character, const SkeletonShape& shape) {
+  std::vector<double> out(character.nodes.size(), 0.0);
+  for (Index v = 0; v < shape.rest.size(); ++v)
+    for (int node = character.joints[character.influences[v].joint[0]].node; node >= 0;
+         node = character.nodes[static_cast<Index>(node)].parent) {
+      const auto n = static_cast<Index>(node);
+      out[n] = std::max(out[n], glm::distance(shape.position[n], glm::dvec3(shape.rest[v])));
+    }
+  return out;
 }
 
-/// Whether two joints are limbs by their names and by what they move, whatever joints are below
-/// them.
-bool is_limb_of_one_joint(const Character& character, const SkeletonShape& shape,
+/// Whether two joints are limbs by their names and by how far what they move reaches, whatever
+/// joints are below them.
+bool is_limb_of_one_joint(const SkeletonShape& shape, const std::vector<double>& reach,
                           const MirrorPair& pair) {
   const NameFacts& name = shape.name[static_cast<Index>(pair.left)];
   if (!pair.named || !is_limb_name(name.part) || name.control || name.end || name.helper)
     return false;
   // A clavicle alone is an arm only where it moves one.
   const double least = (name.part == BodyPart::clavicle ? kLimbReach : kOneJointReach) * shape.size;
-  return std::min(surface_reach(character, shape, pair.left),
-                  surface_reach(character, shape, pair.right)) >= least;
+  return std::min(reach[static_cast<Index>(pair.left)], reach[static_cast<Index>(pair.right)]) >=
+         least;
 }
 
 /// The deepest node above (or at) both.
@@ -374,12 +374,15 @@ std::vector<LimbPair> find_limbs(const Character& character, const SkeletonShape
       add(pair, pair.named ? kind_of(name) : LimbPair::Kind::unknown);
   }
   // Box figures have arms and legs of one joint each.
-  for (const auto kind : {LimbPair::Kind::arm, LimbPair::Kind::leg})
-    if (std::ranges::none_of(out, [&](const LimbPair& limb) { return limb.kind == kind; }))
-      for (const MirrorPair& pair : shape.pairs)
-        if (kind_of(shape.name[static_cast<Index>(pair.left)]) == kind &&
-            is_limb_of_one_joint(character, shape, pair))
-          add(pair, kind);
+  std::vector<double> reach;
+  for (const auto kind : {LimbPair::Kind::arm, LimbPair::Kind::leg}) {
+    if (std::ranges::any_of(out, [&](const LimbPair& limb) { return limb.kind == kind; })) continue;
+    if (reach.empty()) reach = surface_reach(character, shape);
+    for (const MirrorPair& pair : shape.pairs)
+      if (kind_of(shape.name[static_cast<Index>(pair.left)]) == kind &&
+          is_limb_of_one_joint(shape, reach, pair))
+        add(pair, kind);
+  }
   // A mechanism's limbs beside those that move the surface are none.
   const auto moves = [&](const LimbPair& limb) {
     return shape.weight_below[static_cast<Index>(limb.pair.left)] > 0.0 ||
