@@ -7,43 +7,60 @@
 #include "skin/gltf/glb_writer_document.h"
 #include "skin/gltf/glb_writer_skeleton.h"
 #include "skin/gltf/rigid_parts.h"
+#include "skin/gltf/skin_layout.h"
 #include "skin/gltf/written_influences.h"
 
 namespace backbend::skin {
 namespace {
 
+/// What a mesh's vertices need of the skin that it hangs on.
+struct SkinOfMesh {
+  const SkinLayout& layout;
+  std::size_t skin = 0;
+  std::size_t joint_count = 0;  // of the character: WrittenInfluences' joint that never moves
+  int sets = 1;                 // of four influences
+
+  std::size_t place(std::size_t joint) const {
+    return joint == joint_count ? layout.joints[skin].size() : layout.place(skin, joint);
+  }
+};
+
 template <typename Index>
-void add_joints(GlbDocument& document, Json& attributes, const std::vector<WrittenInfluences>& all,
-                int sets, int component_type) {
-  for (int set = 0; set < sets; ++set) {
+void add_joints(GlbDocument& document, Json& attributes,
+                std::span<const WrittenInfluences> influences, const SkinOfMesh& skin,
+                int component_type) {
+  for (int set = 0; set < skin.sets; ++set) {
     std::vector<Index> joint;
     std::vector<float> weight;
-    for (const WrittenInfluences& one : all) {
+    for (const WrittenInfluences& one : influences) {
       for (int k = 4 * set; k < 4 * set + 4; ++k) {
         const bool used = k < one.count;
-        joint.push_back(used ? static_cast<Index>(one.joint[static_cast<std::size_t>(k)])
-                             : Index{0});
+        joint.push_back(used
+                            ? static_cast<Index>(skin.place(one.joint[static_cast<std::size_t>(k)]))
+                            : Index{0});
         weight.push_back(used ? one.weight[static_cast<std::size_t>(k)] : 0.0f);
       }
     }
     const int j = document.add_accessor<Index>(joint, component_type, "VEC4", kVertexTarget);
     const int w = document.add_accessor<float>(weight, kGlFloat, "VEC4", kVertexTarget);
     // Four numbers make one element.
-    document.json["accessors"][static_cast<std::size_t>(j)]["count"] = all.size();
-    document.json["accessors"][static_cast<std::size_t>(w)]["count"] = all.size();
+    document.json["accessors"][static_cast<std::size_t>(j)]["count"] = influences.size();
+    document.json["accessors"][static_cast<std::size_t>(w)]["count"] = influences.size();
     attributes[set == 0 ? "JOINTS_0" : "JOINTS_1"] = j;
     attributes[set == 0 ? "WEIGHTS_0" : "WEIGHTS_1"] = w;
   }
 }
 
-/// One primitive per part, each with its own vertices.
-template <typename AddMore>
+/// One primitive per part that `is_in` names, each with its own vertices; -1 where none has
+/// triangles.
+template <typename IsIn, typename AddMore>
 int add_mesh(GlbDocument& document, const Character& character,
              const std::vector<glm::vec3>& position, const std::vector<glm::vec3>& normal,
-             const AddMore& add_more) {
+             const IsIn& is_in, const AddMore& add_more) {
   Json primitives = Json::array();
-  for (const Part& part : character.parts) {
-    if (part.triangle_count == 0) continue;
+  for (std::size_t p = 0; p < character.parts.size(); ++p) {
+    const Part& part = character.parts[p];
+    if (part.triangle_count == 0 || !is_in(p)) continue;
     const std::span<const glm::vec3> places(position.data() + part.first_vertex, part.vertex_count);
     for (const glm::vec3& p : places) {
       if (!std::isfinite(p.x) || !std::isfinite(p.y) || !std::isfinite(p.z)) {
@@ -85,7 +102,7 @@ int add_mesh(GlbDocument& document, const Character& character,
     }
     primitives.push_back(std::move(primitive));
   }
-  if (primitives.empty()) throw CharacterError(character.file_name + ": no triangles to write");
+  if (primitives.empty()) return -1;
   Json mesh;
   if (!character.name.empty()) mesh["name"] = character.name;
   mesh["primitives"] = std::move(primitives);
@@ -102,26 +119,37 @@ std::vector<std::uint8_t> encode_glb(const Character& given, const GlbAnimation*
                                        [](const WrittenInfluences& one) { return one.count > 4; })
                        ? 2
                        : 1;
-  const int skin = add_skeleton(document, character, animation, written.unskinned);
+  const SkinLayout layout = lay_out_skins(character, written.influences);
+  const std::vector<int> skins =
+      add_skeleton(document, character, animation, layout, written.unskinned);
   add_materials(document, character, false);
   const bool small = character.joints.size() + 1 <= 256;
-  const int mesh =
-      add_mesh(document, character, character.bind_position, character.bind_normal,
-               [&](const Part& part, Json& attributes) {
-                 const auto first = written.influences.begin() + part.first_vertex;
-                 const std::vector<WrittenInfluences> own(first, first + part.vertex_count);
-                 if (small) {
-                   add_joints<std::uint8_t>(document, attributes, own, sets, kGlUnsignedByte);
-                 } else {
-                   add_joints<std::uint16_t>(document, attributes, own, sets, kGlUnsignedShort);
-                 }
-               });
-  Json node;
-  if (!character.name.empty()) node["name"] = character.name + "_mesh";
-  node["mesh"] = mesh;
-  node["skin"] = skin;
-  const int index = document.append("nodes", std::move(node));
-  document.json["scenes"][0]["nodes"].push_back(index);
+  bool any = false;
+  for (std::size_t s = 0; s < skins.size(); ++s) {
+    const SkinOfMesh own{layout, s, character.joints.size(), sets};
+    const int mesh = add_mesh(
+        document, character, character.bind_position, character.bind_normal,
+        [&](std::size_t part) { return layout.of_part[part] == s; },
+        [&](const Part& part, Json& attributes) {
+          const auto influences =
+              std::span(written.influences).subspan(part.first_vertex, part.vertex_count);
+          if (small) {
+            add_joints<std::uint8_t>(document, attributes, influences, own, kGlUnsignedByte);
+          } else {
+            add_joints<std::uint16_t>(document, attributes, influences, own, kGlUnsignedShort);
+          }
+        });
+    if (mesh < 0) continue;
+    any = true;
+    Json node;
+    if (!character.name.empty())
+      node["name"] = character.name + "_mesh" + (s == 0 ? "" : "_" + std::to_string(s + 1));
+    node["mesh"] = mesh;
+    node["skin"] = skins[s];
+    const int index = document.append("nodes", std::move(node));
+    document.json["scenes"][0]["nodes"].push_back(index);
+  }
+  if (!any) throw CharacterError(character.file_name + ": no triangles to write");
   return document.finish();
 }
 
@@ -139,7 +167,8 @@ std::vector<std::uint8_t> encode_posed_glb(const Character& character, const Pos
   document.json["scenes"] = Json::array({{{"nodes", {0}}}});
   add_materials(document, character, !color.empty());
   const int mesh = add_mesh(
-      document, character, posed.position, posed.normal, [&](const Part& part, Json& attributes) {
+      document, character, posed.position, posed.normal, [](std::size_t) { return true; },
+      [&](const Part& part, Json& attributes) {
         if (color.empty()) return;
         std::vector<glm::vec4> own;
         for (std::uint32_t v = part.first_vertex; v < part.first_vertex + part.vertex_count; ++v) {
@@ -151,6 +180,7 @@ std::vector<std::uint8_t> encode_posed_glb(const Character& character, const Pos
         attributes["COLOR_0"] =
             document.add_accessor<glm::vec4>(own, kGlFloat, "VEC4", kVertexTarget);
       });
+  if (mesh < 0) throw CharacterError(character.file_name + ": no triangles to write");
   Json node;
   if (!character.name.empty()) node["name"] = character.name;
   node["mesh"] = mesh;

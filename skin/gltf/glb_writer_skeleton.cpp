@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <set>
 
 namespace backbend::skin {
 namespace {
@@ -215,8 +214,9 @@ WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation*
   return out;
 }
 
-int add_skeleton(GlbDocument& document, const Character& character, const GlbAnimation* animation,
-                 bool unskinned) {
+std::vector<int> add_skeleton(GlbDocument& document, const Character& character,
+                              const GlbAnimation* animation, const SkinLayout& layout,
+                              bool unskinned) {
   const WrittenSkeleton skeleton = prepare_skeleton(character, animation);
   const std::size_t n = character.nodes.size();
   Json nodes = Json::array(), roots = Json::array();
@@ -241,29 +241,22 @@ int add_skeleton(GlbDocument& document, const Character& character, const GlbAni
     }
   }
 
-  Json joints = Json::array();
-  std::vector<glm::mat4> inverse_bind;
-  std::set<int> seen;
+  std::vector<std::size_t> node_of_joint;
   for (std::size_t j = 0; j < character.joints.size(); ++j) {
-    const int node = character.joints[j].node;
-    std::size_t written = static_cast<std::size_t>(node);
-    if (!seen.insert(node).second) {
-      // A skin lists a node once; a second bind matrix hangs on a node that stands on the first.
-      written = nodes.size();
-      nodes.push_back({{"name", character.nodes[static_cast<std::size_t>(node)].name + "_bind_" +
-                                    std::to_string(j)}});
-      hang(static_cast<std::size_t>(node), written);
+    auto node = static_cast<std::size_t>(character.joints[j].node);
+    if (layout.needs_node[j]) {
+      const std::string name = character.nodes[node].name + "_bind_" + std::to_string(j);
+      hang(node, nodes.size());
+      node = nodes.size();
+      nodes.push_back({{"name", name}});
     }
-    joints.push_back(written);
-    inverse_bind.emplace_back(skeleton.joint_from_mesh[j]);
+    node_of_joint.push_back(node);
   }
+  const std::size_t still = nodes.size();
   if (unskinned) {
-    joints.push_back(nodes.size());
-    roots.push_back(nodes.size());
+    roots.push_back(still);
     nodes.push_back({{"name", "unskinned"}});
-    inverse_bind.emplace_back(1.0f);
   }
-  for (glm::mat4& m : inverse_bind) m[0][3] = m[1][3] = m[2][3] = 0.0f, m[3][3] = 1.0f;
   if (roots.size() > 1) {  // joints need a common root
     const std::size_t top = nodes.size();
     nodes.push_back({{"name", "character"}, {"children", roots}});
@@ -272,13 +265,27 @@ int add_skeleton(GlbDocument& document, const Character& character, const GlbAni
   document.json["scene"] = 0;
   document.json["scenes"] = Json::array({{{"nodes", roots}}});
   document.json["nodes"] = nodes;
-  Json skin;
-  if (!character.name.empty()) skin["name"] = character.name;
-  skin["inverseBindMatrices"] = document.add_accessor<glm::mat4>(inverse_bind, kGlFloat, "MAT4");
-  skin["joints"] = joints;
-  const int index = document.append("skins", std::move(skin));
+  std::vector<int> skins;
+  for (const std::vector<std::size_t>& listed : layout.joints) {
+    Json joints = Json::array();
+    std::vector<glm::mat4> inverse_bind;
+    for (const std::size_t j : listed) {
+      joints.push_back(node_of_joint[j]);
+      inverse_bind.emplace_back(skeleton.joint_from_mesh[j]);
+    }
+    if (unskinned) {
+      joints.push_back(still);
+      inverse_bind.emplace_back(1.0f);
+    }
+    for (glm::mat4& m : inverse_bind) m[0][3] = m[1][3] = m[2][3] = 0.0f, m[3][3] = 1.0f;
+    Json skin;
+    if (!character.name.empty()) skin["name"] = character.name;
+    skin["inverseBindMatrices"] = document.add_accessor<glm::mat4>(inverse_bind, kGlFloat, "MAT4");
+    skin["joints"] = joints;
+    skins.push_back(document.append("skins", std::move(skin)));
+  }
   if (animation) add_animation(document, character, *animation, skeleton);
-  return index;
+  return skins;
 }
 
 }  // namespace backbend::skin

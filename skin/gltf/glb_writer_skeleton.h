@@ -5,6 +5,7 @@
 
 #include "skin/gltf/glb_writer.h"
 #include "skin/gltf/glb_writer_document.h"
+#include "skin/gltf/skin_layout.h"
 
 namespace backbend::skin {
 
@@ -35,9 +36,10 @@ enum class JointFrames { as_they_are, rigid };
 WrittenSkeleton prepare_skeleton(const Character& character, const GlbAnimation* animation,
                                  JointFrames frames = JointFrames::as_they_are);
 
-/// Writes nodes, skin and animation; the skin's number. `unskinned` asks for the joint that never
-/// moves, which gets the number character.joints.size(). Node numbers are the character's.
-int add_skeleton(GlbDocument& document, const Character& character, const GlbAnimation* animation,
-                 bool unskinned);
+/// Writes nodes, skins and animation; the number of each skin of the layout. `unskinned` asks for
+/// the joint that never moves, which is the last of each skin. Node numbers are the character's.
+std::vector<int> add_skeleton(GlbDocument& document, const Character& character,
+                              const GlbAnimation* animation, const SkinLayout& layout,
+                              bool unskinned);
 
 }  // namespace backbend::skin

@@ -98,7 +98,18 @@ Misbound find_misbound(const Character& character, const std::vector<BoundSkin>&
   return out;
 }
 
-/// Whether most bones are as long, and most joints as large, at bind as in the nodes.
+/// Whether a bone stands in its parent's frame at bind as it does in the nodes: where a clip's
+/// first frame squashes and stretches joints, bones are of another length in the world alone.
+bool same_in_parent(const glm::dmat4& parent_at_bind, const glm::dmat4& at_bind,
+                    const glm::dmat4& parent_in_nodes, const glm::dmat4& in_nodes) {
+  const glm::dvec3 bind(glm::inverse(parent_at_bind) * at_bind[3]);
+  const glm::dvec3 node(glm::inverse(parent_in_nodes) * in_nodes[3]);
+  const double length = glm::length(node);
+  return length > 0.0 && glm::distance(bind, node) <= kSameLength * length;
+}
+
+/// Whether most bones are as long, and most joints as large, at bind as in the nodes, or stand in
+/// their parents' frames alike.
 bool is_skeleton(const std::vector<Node>& nodes, const BindPose& bind, double size) {
   std::size_t bones = 0, alike = 0;
   for (std::size_t n = 0; n < nodes.size(); ++n) {
@@ -111,7 +122,8 @@ bool is_skeleton(const std::vector<Node>& nodes, const BindPose& bind, double si
     const double scale = longest_axis(*bind[n]) / longest_axis(nodes[n].world_from_node);
     const double slack = std::max(kSameLength * in_nodes, 0.2 * kPoseDiffers * size);
     ++bones;
-    alike += std::abs(at_bind - in_nodes) <= slack && std::abs(scale - 1.0) <= kSameLength;
+    alike += (std::abs(at_bind - in_nodes) <= slack && std::abs(scale - 1.0) <= kSameLength) ||
+             same_in_parent(*bind[p], *bind[n], nodes[p].world_from_node, nodes[n].world_from_node);
   }
   return bones == 0 || static_cast<double>(alike) >= kMostBones * static_cast<double>(bones);
 }

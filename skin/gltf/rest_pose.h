@@ -22,8 +22,9 @@ glm::dmat4 place_at_bind(const std::vector<Node>& nodes, const BoundSkin& skin);
 ///
 /// The nodes of a file often hold the first frame of some animation, and only the inverse binds
 /// remember the pose in which the weights were painted. So the bind pose is the rest where the
-/// inverse binds describe a skeleton (invertible, bones as long as the nodes' own) and stand more
-/// than 1 % of the character's size from the node pose; a warning `rest_is_bind_pose` says so.
+/// inverse binds describe a skeleton (invertible, bones as long as the nodes' own, in the world or
+/// in their parents' frames) and stand more than 1 % of the character's size from the node pose; a
+/// warning `rest_is_bind_pose` says so.
 /// Where they describe none, the node pose stays, with `bind_pose_unusable`.
 ///
 /// `vertex_skin` gives the skin of each vertex of `character`, -1 for rigid ones; influences index

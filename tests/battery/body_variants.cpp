@@ -5,7 +5,9 @@
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <numeric>
+#include <optional>
 #include <set>
+#include <stdexcept>
 
 #include "skin/character/joint_names.h"
 #include "skin/character/matrix_facts.h"
@@ -61,6 +63,51 @@ void renew_normals(Character& body) {
     const double length = glm::length(sum[place]);
     body.bind_normal.emplace_back(length > 0.0 ? sum[place] / length : glm::dvec3(0, 1, 0));
   }
+}
+
+Character bound_in_one_space(Character character) {
+  constexpr double kSame = 1e-5;
+  constexpr Index kNone = static_cast<Index>(-1);
+  const Character& in = character;
+  std::vector<Index> first(in.nodes.size(), kNone);  // joint of each node
+  std::vector<bool> moved(in.vertex_count(), false);
+  for (const skin::Part& part : in.parts) {
+    const Index begin = part.first_vertex, end = begin + part.vertex_count;
+    if (begin == end || moved[begin]) continue;
+    std::fill(moved.begin() + begin, moved.begin() + end, true);
+    std::set<std::uint16_t> joints;
+    for (Index v = begin; v < end; ++v)
+      for (Index k = 0; k < skin::kMaxInfluences && in.influences[v].weight[k] > 0.0f; ++k)
+        joints.insert(in.influences[v].joint[k]);
+    std::optional<glm::dmat4> motion;
+    for (const std::uint16_t joint : joints) {
+      const Index known = first[static_cast<Index>(in.joints[joint].node)];
+      if (known == kNone) continue;
+      const glm::dmat4 own =
+          glm::inverse(in.joints[known].joint_from_mesh) * in.joints[joint].joint_from_mesh;
+      if (!motion) motion = own;
+      if (!skin::same_motion(own, *motion, kSame, 1.0))
+        throw std::runtime_error("bound in several spaces");
+    }
+    for (const std::uint16_t joint : joints) {
+      Index& known = first[static_cast<Index>(in.joints[joint].node)];
+      if (known != kNone) continue;
+      known = joint;
+      if (motion)
+        character.joints[joint].joint_from_mesh =
+            in.joints[joint].joint_from_mesh * glm::inverse(*motion);
+    }
+    for (Index v = begin; v < end; ++v) {
+      if (motion)
+        character.bind_position[v] =
+            glm::vec3(*motion * glm::dvec4(glm::dvec3(in.bind_position[v]), 1.0));
+      for (Index k = 0; k < skin::kMaxInfluences && in.influences[v].weight[k] > 0.0f; ++k) {
+        std::uint16_t& joint = character.influences[v].joint[k];
+        joint = static_cast<std::uint16_t>(first[static_cast<Index>(in.joints[joint].node)]);
+      }
+    }
+  }
+  return character;
 }
 
 Character welded(const Character& in) {

@@ -18,6 +18,11 @@ JointWeights weights_of(const skin::Influences& influences);
 /// The largest `most` of them, at most skin::kMaxInfluences, largest first, summing to 1.
 skin::Influences influences_of(const JointWeights& weights, std::size_t most);
 
+/// The body with one bind matrix a node: the vertices of parts that are bound in another space than
+/// the first part that goes by the node are moved to that one. Throws std::runtime_error where no
+/// one motion does it.
+skin::Character bound_in_one_space(skin::Character character);
+
 /// The body as one part with one vertex a place and no pictures: what split normals and several
 /// materials make of a mesh is the reader's business, and every variant is made of this.
 skin::Character welded(const skin::Character& character);

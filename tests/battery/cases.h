@@ -44,7 +44,8 @@ class CaseMaker {
 
   bool has_characters() const;
   /// Nothing where the character has no place for the fault that was drawn. Throws where the file
-  /// cannot be read, where its spine is uncertain, and where its joints are bound more than once.
+  /// cannot be read, where its spine is uncertain, and where its parts cannot be
+  /// bound_in_one_space().
   std::optional<Case> make(Family family, std::uint64_t seed, std::uint64_t number);
 
  private:

@@ -102,6 +102,33 @@ TEST(Variants, TheWorldSeesNoOtherBindSpace) {
   EXPECT_LT(farthest(skin::rest_mesh(body).position, skin::rest_mesh(figure()).position), 1e-5);
 }
 
+TEST(Variants, PartsOfSeveralBindSpacesAreBroughtIntoOne) {
+  Character body = figure();
+  const Index vertices = body.vertex_count(), joints = body.joints.size();
+  // The upper half of the vertices as a part of its own, in centimetres.
+  const glm::dmat4 metres = glm::scale(glm::dmat4(1.0), glm::dvec3(0.01));
+  body.parts.front().vertex_count = static_cast<std::uint32_t>(vertices / 2);
+  skin::Part coat = body.parts.front();
+  coat.first_vertex = static_cast<std::uint32_t>(vertices / 2);
+  coat.vertex_count = static_cast<std::uint32_t>(vertices - vertices / 2);
+  body.parts.push_back(coat);
+  for (Index j = 0; j < joints; ++j)
+    body.joints.push_back({body.joints[j].node, body.joints[j].joint_from_mesh * metres});
+  for (Index v = vertices / 2; v < vertices; ++v) {
+    body.bind_position[v] *= 100.0f;
+    for (std::uint16_t& joint : body.influences[v].joint)
+      joint = static_cast<std::uint16_t>(joint + joints);
+  }
+  const std::vector<glm::vec3> wanted = skin::rest_mesh(figure()).position;
+  ASSERT_LT(farthest(skin::rest_mesh(body).position, wanted), 1e-5);
+  Character one = bound_in_one_space(body);
+  EXPECT_LT(farthest(skin::rest_mesh(one).position, wanted), 1e-5);
+  EXPECT_LT(farthest(one.bind_position, figure().bind_position), 1e-5);
+
+  body.joints[joints + 2].joint_from_mesh *= metres;  // of no part's space
+  EXPECT_THROW(bound_in_one_space(body), std::runtime_error);
+}
+
 TEST(Variants, AScaledBodyStandsScaled) {
   Character body = figure();
   scale(body, 40.0);

@@ -14,6 +14,7 @@
 #include "skin/deform/skinning.h"
 #include "skin/gltf/gltf_reader.h"
 #include "skin/gltf/rigid_parts.h"
+#include "skin/gltf/skin_layout.h"
 #include "tests/skin/gltf_fixture.h"
 
 namespace backbend::skin {
@@ -399,6 +400,73 @@ TEST(GlbWriter, NamesANodeOnceInTheSkinThoughTwoBindMatricesHangOnIt) {
   EXPECT_NE(joints[1], joints[2]);
   const PosedMesh here = rest_mesh(c);
   EXPECT_LT(glm::distance(skinned_at(glb, 0)[4], dvec3(here.position[4])), 1e-6);
+}
+
+/// A coat, bound in another space than the body below it: both go by the same nodes.
+TEST(GlbWriter, GivesPartsThatAreBoundInSeveralSpacesASkinEach) {
+  Character c = strip_character();
+  const auto vertices = static_cast<std::uint32_t>(c.vertex_count());
+  const auto triangles = static_cast<std::uint32_t>(c.triangles.size());
+  const auto joints = static_cast<std::uint16_t>(c.joints.size());
+  const dmat4 space = glm::scale(glm::translate(kOne, dvec3(0, 0.5, 0.1)), dvec3(0.01));
+  for (std::uint16_t j = 0; j < joints; ++j)
+    c.joints.push_back({c.joints[j].node, c.joints[j].joint_from_mesh * space});
+  for (std::uint32_t v = 0; v < vertices; ++v) {
+    c.bind_position.emplace_back(glm::inverse(space) * glm::dvec4(dvec3(c.bind_position[v]), 1.0));
+    c.bind_normal.push_back(c.bind_normal[v]);
+    Influences coat = c.influences[v];
+    for (std::uint16_t& joint : coat.joint) joint = static_cast<std::uint16_t>(joint + joints);
+    c.influences.push_back(coat);
+  }
+  for (std::uint32_t t = 0; t < triangles; ++t)
+    c.triangles.push_back(c.triangles[t] + glm::uvec3(vertices));
+  c.parts.push_back({"coat", 0, triangles, triangles, vertices, vertices});
+
+  const std::vector<std::uint8_t> glb = encode_glb(c);
+  const json header = header_of(glb);
+  EXPECT_EQ(header["skins"].size(), 2u);
+  EXPECT_EQ(header["nodes"].size(), c.nodes.size() + 2);  // a mesh on each skin
+  const Character read = read_back(glb);
+  EXPECT_TRUE(read.warnings.empty());
+  EXPECT_EQ(read.nodes.size(), c.nodes.size() + 2);
+  ASSERT_EQ(read.joints.size(), c.joints.size());
+  const PosedMesh here = rest_mesh(c), there = rest_mesh(read);
+  const auto of_lower = [](const Character& of, std::size_t v) {
+    float sum = 0.0f;
+    for (std::size_t k = 0; k < kMaxInfluences; ++k)
+      if (of.nodes[static_cast<std::size_t>(of.joints[of.influences[v].joint[k]].node)].name ==
+          "lower")
+        sum += of.influences[v].weight[k];
+    return sum;
+  };
+  for (std::size_t v = 0; v < c.vertex_count(); ++v) {
+    EXPECT_LT(glm::distance(here.position[v], there.position[v]), 1e-6f) << v;
+    EXPECT_FLOAT_EQ(of_lower(read, v), of_lower(c, v)) << v;
+  }
+}
+
+/// What no vertex goes by is bound in the space of its neighbours in the list.
+TEST(LayOutSkins, PutsAJointWithoutVerticesBesideTheOneBefore) {
+  Character c;
+  for (int n = 0; n < 3; ++n) c.nodes.emplace_back();
+  const auto bound = [&](int node, double at) {
+    c.joints.push_back({node, glm::translate(kOne, dvec3(at, 0, 0))});
+  };
+  bound(0, 0), bound(1, 0), bound(0, 1), bound(1, 1), bound(2, 1), bound(1, 2);
+  const auto part = [&](std::uint16_t joint) {
+    c.parts.push_back({"part", 0, 0, 0, static_cast<std::uint32_t>(c.vertex_count()), 1});
+    c.bind_position.emplace_back(0.0f);
+    c.influences.emplace_back();
+    c.influences.back().joint[0] = joint;
+    c.influences.back().weight[0] = 1.0f;
+  };
+  part(0), part(2), part(0);
+  const SkinLayout layout = lay_out_skins(c, written_skin(c).influences);
+  const std::vector<std::vector<std::size_t>> expected = {{0, 1}, {2, 3, 4}};
+  EXPECT_EQ(layout.joints, expected);  // and no room for the third of node 1
+  EXPECT_EQ(layout.of_part, (std::vector<std::size_t>{0, 1, 0}));
+  EXPECT_EQ(layout.place(1, 4), 2u);
+  EXPECT_EQ(layout.place(0, 4), SkinLayout::kNone);
 }
 
 TEST(GlbWriter, WritesEightInfluencesAsTwoSets) {

@@ -191,6 +191,25 @@ TEST(RestPose, AsksThatHalfOfTheBonesAreAsLongAndTheJointsAsLarge) {
   }
 }
 
+/// A clip's first frame in which a joint is squashed: all bones above it are shorter in the world.
+TEST(RestPose, IsTheBindPoseWhereTheNodesAreSquashed) {
+  Rig rig;
+  auto& nodes = rig.character.nodes;
+  const auto squashed = static_cast<std::size_t>(rig.skin.node[0]);
+  const std::size_t top = static_cast<std::size_t>(rig.skin.node.back());
+  const dmat4 before = nodes[top].world_from_node;
+  nodes[squashed].parent_from_node =
+      glm::scale(nodes[squashed].parent_from_node, dvec3(1.4, 0.7, 1.4));
+  for (std::size_t n = squashed; n < nodes.size(); ++n)
+    nodes[n].world_from_node =
+        nodes[n].parent < 0 ? nodes[n].parent_from_node
+                            : nodes[static_cast<std::size_t>(nodes[n].parent)].world_from_node *
+                                  nodes[n].parent_from_node;
+  EXPECT_EQ(code_of(rig.settle()), "rest_is_bind_pose");
+  for (int c = 0; c < 4; ++c)
+    EXPECT_LT(glm::distance(nodes[top].world_from_node[c], before[c]), 1e-9);
+}
+
 TEST(RestPose, TakesTheFirstUsableBindOfANode) {
   Rig rig;
   rig.bind_from(1, turn_about(rig.bound(1), 0.4));
