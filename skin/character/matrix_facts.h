@@ -14,14 +14,18 @@ inline bool is_finite(const glm::dmat4& matrix) {
   return true;
 }
 
+/// The length of the longest axis of the 3x3 part.
+inline double longest_axis(const glm::dmat4& matrix) {
+  const glm::dmat3 axes(matrix);
+  return std::max({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+}
+
 /// Whether the 3x3 part can be inverted without losing everything: its volume against the cube of
 /// its longest axis, so that scale does not matter.
 inline bool is_invertible(const glm::dmat4& matrix) {
-  const glm::dmat3 axes(matrix);
-  const double longest =
-      std::max({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+  const double longest = longest_axis(matrix);
   return std::isfinite(longest) && longest > 0.0 &&
-         std::abs(glm::determinant(axes)) > 1e-9 * longest * longest * longest;
+         std::abs(glm::determinant(glm::dmat3(matrix))) > 1e-9 * longest * longest * longest;
 }
 
 /// The origin of a frame in the space that its matrix leads to.

@@ -37,6 +37,11 @@ double BodyBox::size() const {
   return std::max({sides.x, sides.y, sides.z});
 }
 
+glm::dmat4 rest_motion(const Character& character, Index joint) {
+  const SkinJoint& one = character.joints[joint];
+  return character.nodes[static_cast<Index>(one.node)].world_from_node * one.joint_from_mesh;
+}
+
 double apart(const glm::dmat4& a, const glm::dmat4& b, const BodyBox& box) {
   double most = 0.0;
   for (int corner = 0; corner < 8; ++corner) {
@@ -66,10 +71,7 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
   }
 
   // The motion that most joints share.
-  double scale = 0.0;
-  for (int c = 0; c < 3; ++c)
-    scale = std::max(scale, glm::length(glm::dvec3(joints.front().world_from_mesh[c])));
-  const double agree = kAgree * box.size() * scale;
+  const double agree = kAgree * box.size() * longest_axis(joints.front().world_from_mesh);
   Index most = 0, middle = 0;
   const Index step = std::max<Index>(1, joints.size() / kCandidates);
   for (Index c = 0; c < joints.size(); c += step) {

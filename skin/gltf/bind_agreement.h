@@ -13,6 +13,9 @@ struct BodyBox {
   double size() const;  // its largest side
 };
 
+/// World from mesh as a joint of the character makes it at rest.
+glm::dmat4 rest_motion(const Character& character, std::size_t joint);
+
 /// How far two motions carry one point of a box apart at most.
 double apart(const glm::dmat4& a, const glm::dmat4& b, const BodyBox& box);
 

@@ -34,11 +34,6 @@ BindPose bind_pose(const std::vector<Node>& nodes, const std::vector<BoundSkin>&
   return bind;
 }
 
-double longest_axis(const glm::dmat4& m) {
-  return std::max({glm::length(glm::dvec3(m[0])), glm::length(glm::dvec3(m[1])),
-                   glm::length(glm::dvec3(m[2]))});
-}
-
 /// The node whose frame moves `node`: the nearest bound ancestor.
 int bound_parent(const std::vector<Node>& nodes, const BindPose& bind, std::size_t node) {
   int parent = nodes[node].parent;

@@ -4,6 +4,7 @@
 #include <glm/matrix.hpp>
 
 #include "skin/character/matrix_facts.h"
+#include "skin/gltf/bind_agreement.h"
 
 namespace backbend::skin {
 namespace {
@@ -11,11 +12,6 @@ namespace {
 using Index = std::size_t;
 
 constexpr double kSame = 1e-6;  // of an axis, between two motions
-
-glm::dmat4 rest_motion(const Character& character, Index joint) {
-  const SkinJoint& one = character.joints[joint];
-  return character.nodes[static_cast<Index>(one.node)].world_from_node * one.joint_from_mesh;
-}
 
 /// The joint that alone moves all vertices of a part; -1 for none.
 int only_joint(const Character& character, const Part& part) {

@@ -1,45 +1,98 @@
 #include "skin/gltf/skin_layout.h"
 
 #include <algorithm>
+#include <limits>
 #include <set>
+
+#include "skin/character/matrix_facts.h"
+#include "skin/gltf/bind_agreement.h"
 
 namespace backbend::skin {
 namespace {
 
 using Index = std::size_t;
 
-std::set<Index> joints_of(const Part& part, const std::vector<WrittenInfluences>& influences,
-                          Index joint_count) {
-  std::set<Index> out;
+constexpr double kAgree = 0.002;  // of the mesh's size, between two motions: as find_bind_off()
+
+using Joints = std::set<Index>;  // numbers in Character::joints
+
+Joints joints_of(const Part& part, const std::vector<WrittenInfluences>& influences,
+                 Index joint_count) {
+  Joints out;
   for (Index v = part.first_vertex; v < Index{part.first_vertex} + part.vertex_count; ++v)
     for (Index k = 0; k < static_cast<Index>(influences[v].count); ++k)
       if (influences[v].joint[k] < joint_count) out.insert(influences[v].joint[k]);
   return out;
 }
 
-/// Skins under way: which joint each has for a node.
+/// In the space in which the part is bound.
+BodyBox box_of(const Character& character, const Part& part) {
+  constexpr double kFar = std::numeric_limits<double>::infinity();
+  BodyBox out{glm::dvec3(kFar), glm::dvec3(-kFar)};
+  for (Index v = part.first_vertex; v < Index{part.first_vertex} + part.vertex_count; ++v) {
+    out.low = glm::min(out.low, glm::dvec3(character.bind_position[v]));
+    out.high = glm::max(out.high, glm::dvec3(character.bind_position[v]));
+  }
+  return out;
+}
+
+/// Skins under way.
 class Skins {
  public:
   Skins(const Character& character, const std::vector<bool>& needs_node)
       : character_(character), needs_node_(needs_node) {}
 
-  Index size() const { return of_node_.size(); }
-  void open() { of_node_.emplace_back(character_.nodes.size(), SkinLayout::kNone); }
-  bool takes(Index skin, Index joint) const {
-    const Index held = of_node_[skin][node(joint)];
-    return needs_node_[joint] || held == SkinLayout::kNone || held == joint;
+  Index open() {
+    skins_.push_back({{}, std::vector<Index>(character_.nodes.size(), SkinLayout::kNone)});
+    return skins_.size() - 1;
   }
-  void put(Index skin, Index joint) {
-    if (!needs_node_[joint]) of_node_[skin][node(joint)] = joint;
+  Index size() const { return skins_.size(); }
+  const Joints& joints(Index skin) const { return skins_[skin].joints; }
+  /// Whether the skin binds none of these joints' nodes otherwise.
+  bool takes(Index skin, const Joints& joints) const {
+    return std::ranges::all_of(joints, [&](Index joint) {
+      const Index held = skins_[skin].of_node[node(joint)];
+      return needs_node_[joint] || held == SkinLayout::kNone || held == joint;
+    });
+  }
+  /// Whether the skin has one of these joints, or one that moves what is in `box` as one of them
+  /// does at rest.
+  bool is_akin(Index skin, const Joints& joints, const BodyBox& box) const {
+    return std::ranges::any_of(joints, [&](Index joint) {
+      const glm::dmat4 motion = rest_motion(character_, joint);
+      const double agree = kAgree * longest_axis(motion) * box.size();
+      return std::ranges::any_of(skins_[skin].joints, [&](Index other) {
+        return other == joint || apart(motion, rest_motion(character_, other), box) <= agree;
+      });
+    });
+  }
+  void add(Index skin, const Joints& joints) {
+    for (const Index joint : joints) {
+      skins_[skin].joints.insert(joint);
+      if (!needs_node_[joint]) skins_[skin].of_node[node(joint)] = joint;
+    }
   }
 
  private:
+  struct Skin {
+    Joints joints;
+    std::vector<Index> of_node;  // [node] its joint
+  };
+
   Index node(Index joint) const { return static_cast<Index>(character_.joints[joint].node); }
 
   const Character& character_;
   const std::vector<bool>& needs_node_;
-  std::vector<std::vector<Index>> of_node_;  // [skin][node]
+  std::vector<Skin> skins_;
 };
+
+bool bind_each_node_once(const Character& character, const Joints& joints,
+                         const std::vector<bool>& needs_node) {
+  std::set<int> nodes;
+  return std::ranges::all_of(joints, [&](Index joint) {
+    return needs_node[joint] || nodes.insert(character.joints[joint].node).second;
+  });
+}
 
 }  // namespace
 
@@ -55,7 +108,7 @@ SkinLayout lay_out_skins(const Character& character,
   const Index count = character.joints.size();
   SkinLayout out;
   out.needs_node.assign(count, false);
-  std::vector<std::set<Index>> used;
+  std::vector<Joints> used;
   for (const Part& part : character.parts) {
     used.push_back(joints_of(part, influences, count));
     std::set<int> nodes;
@@ -63,43 +116,44 @@ SkinLayout lay_out_skins(const Character& character,
       if (!nodes.insert(character.joints[joint].node).second) out.needs_node[joint] = true;
   }
 
+  Joints all;
+  for (const Joints& of_part : used) all.insert(of_part.begin(), of_part.end());
+  const bool one_is_enough = bind_each_node_once(character, all, out.needs_node);
+
   Skins skins(character, out.needs_node);
-  std::vector<std::set<Index>> joints;
-  const auto put = [&](Index skin, Index joint) {
-    skins.put(skin, joint);
-    joints[skin].insert(joint);
-  };
-  const auto open = [&] {
-    skins.open();
-    joints.emplace_back();
-  };
-  open();
-  for (const std::set<Index>& of_part : used) {
+  std::vector<BodyBox> box;  // of the first part of each skin
+  for (Index p = 0; p < used.size(); ++p) {
+    const BodyBox own = box_of(character, character.parts[p]);
     Index skin = 0;
-    const auto fits = [&](Index joint) { return skins.takes(skin, joint); };
-    while (skin < skins.size() && !std::ranges::all_of(of_part, fits)) ++skin;
-    if (skin == skins.size()) open();
-    for (const Index joint : of_part) put(skin, joint);
+    while (skin < skins.size() &&
+           !(one_is_enough || used[p].empty() ||
+             (skins.takes(skin, used[p]) && skins.is_akin(skin, used[p], own))))
+      ++skin;
+    if (skin == skins.size()) {
+      skins.open();
+      box.push_back(own);
+    }
+    skins.add(skin, used[p]);
     out.of_part.push_back(skin);
   }
-
-  // A file's joints come skin by skin: one without vertices was read beside the one before it.
-  Index last = 0;
-  for (Index joint = 0; joint < count; ++joint) {
-    Index home = SkinLayout::kNone;
-    for (Index skin = 0; skin < joints.size(); ++skin)
-      if (joints[skin].contains(joint)) home = std::min(home, skin);
-    if (home == SkinLayout::kNone) {
-      home = last;
-      if (!skins.takes(home, joint))
-        for (home = 0; home < skins.size() && !skins.takes(home, joint);) ++home;
-      if (home == skins.size()) continue;
-      put(home, joint);
-    }
-    last = home;
+  if (skins.size() == 0) {
+    skins.open();
+    box.emplace_back();
   }
-  for (const std::set<Index>& of_skin : joints)
-    out.joints.emplace_back(of_skin.begin(), of_skin.end());
+
+  // The reader tells where a skin's mesh stands by the joint above most others, with vertices or
+  // without.
+  for (Index joint = 0; joint < count; ++joint) {
+    if (all.contains(joint)) continue;
+    for (Index skin = 0; skin < skins.size(); ++skin) {
+      if (!skins.takes(skin, {joint})) continue;
+      if (skins.size() > 1 && !skins.is_akin(skin, {joint}, box[skin])) continue;
+      skins.add(skin, {joint});
+      break;
+    }
+  }
+  for (Index skin = 0; skin < skins.size(); ++skin)
+    out.joints.emplace_back(skins.joints(skin).begin(), skins.joints(skin).end());
   return out;
 }
 

@@ -23,8 +23,8 @@ struct SkinLayout {
 };
 
 /// `influences` are written_skin()'s. As few skins as the parts, taken in order, allow; at least
-/// one. A joint without vertices is in the skin of the joint before it; where that skin has its
-/// node already, in the first that has not, or in none.
+/// one. Of several, a joint without vertices is in one whose mesh it would move as the skin's other
+/// joints do at rest, or in none.
 SkinLayout lay_out_skins(const Character& character,
                          const std::vector<WrittenInfluences>& influences);
 

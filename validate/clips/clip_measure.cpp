@@ -140,16 +140,20 @@ class JointMeasures {
     const auto slides = [&](const std::vector<double>& way) {
       return *std::max_element(way.begin(), way.end()) > wide;
     };
+    // Several joints that move on their parents were moved by somebody (a shrug, a cartoon's
+    // stretched neck), unless the controls say otherwise: then only pops count, and of those what
+    // is no small part of how far the joint was moved.
+    const bool made = !arms_are_still && moving_joints_ > 1;
+    constexpr double kOfOwnWay = 0.25;
     const auto report_pops = [&](Index joint, int base) {
       std::vector<glm::dvec3> path;
       for (Index i = 0; i < range.count; ++i)
         path.push_back(place(range.first + i, watched_[joint].node, base));
       const std::vector<double> pops = path_pops(path, time);
-      for (Index i = 0; i < range.count; ++i) report(i, pops[i], joint);
+      const double own = made ? kOfOwnWay * widest(joint) : 0.0;
+      for (Index i = 0; i < range.count; ++i)
+        if (pops[i] >= own) report(i, pops[i], joint);
     };
-    // Several joints that move on their parents were moved by somebody (a shrug, a cartoon's
-    // stretched neck), unless the controls say otherwise: then only pops count.
-    const bool made = !arms_are_still && moving_joints_ > 1;
     for (Index a = 0; a < arms_.size(); ++a) {
       if (!made && slides(arm[a])) {
         for (Index i = 0; i < range.count; ++i) report(i, arm[a][i], arms_[a]);
@@ -228,7 +232,9 @@ class JointMeasures {
   /// Where a joint belongs on its parent: of rest, first, last and middle place the one that most
   /// frames of the clip hold.
   glm::dvec3 usual_place(Index joint) const {
-    const int node = watched_[joint].node, base = parent(joint);
+    return usual_place(watched_[joint].node, parent(joint));
+  }
+  glm::dvec3 usual_place(int node, int base) const {
     std::vector<glm::dvec3> all;
     for (Index f = 0; f < body_.frame_count(); ++f) all.push_back(place(f, node, base));
     glm::dvec3 middle;
@@ -253,8 +259,19 @@ class JointMeasures {
     return best;
   }
 
-  /// Watched joints that leave their place on their parent anywhere in the file by more than what
-  /// nobody sees. Joints of captured motion keep it; in keyed motion that translates, several move.
+  /// How far a joint gets from its usual place on its parent anywhere in the file.
+  double widest(Index joint) const { return widest(watched_[joint].node, parent(joint)); }
+  double widest(int node, int base) const {
+    const glm::dvec3 usual = usual_place(node, base);
+    double out = 0.0;
+    for (Index f = 0; f < body_.frame_count(); ++f)
+      out = std::max(out, glm::distance(place(f, node, base), usual));
+    return out;
+  }
+
+  /// Watched joints, and thighs, that leave their place on their parent anywhere in the file by
+  /// more than what nobody sees. Joints of captured motion keep it; in keyed motion that
+  /// translates, several move.
   Index count_moving_joints() const {
     const skin::ClipSweep whole{"", 0, body_.frame_count()};
     const double seen = kMoves * anatomy_.spine_length;
@@ -262,6 +279,12 @@ class JointMeasures {
     for (const auto& slides : {arm_slides(whole), spine_slides(whole)})
       for (const std::vector<double>& way : slides)
         count += !way.empty() && *std::max_element(way.begin(), way.end()) > seen;
+    for (const auto* leg : {&anatomy_.left_leg, &anatomy_.right_leg}) {
+      // One on a control of its own, beside the spine, moves with every step.
+      if (leg->empty() || spine_above(character_, anatomy_, leg->front()) < 0) continue;
+      count +=
+          widest(leg->front(), character_.nodes[static_cast<Index>(leg->front())].parent) > seen;
+    }
     return count;
   }
 

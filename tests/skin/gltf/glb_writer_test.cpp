@@ -445,14 +445,14 @@ TEST(GlbWriter, GivesPartsThatAreBoundInSeveralSpacesASkinEach) {
   }
 }
 
-/// What no vertex goes by is bound in the space of its neighbours in the list.
-TEST(LayOutSkins, PutsAJointWithoutVerticesBesideTheOneBefore) {
+TEST(LayOutSkins, PutsPartsAndJointsWhereOthersMoveTheMeshAsTheyDo) {
   Character c;
-  for (int n = 0; n < 3; ++n) c.nodes.emplace_back();
+  for (int n = 0; n < 5; ++n) c.nodes.emplace_back();
   const auto bound = [&](int node, double at) {
     c.joints.push_back({node, glm::translate(kOne, dvec3(at, 0, 0))});
   };
   bound(0, 0), bound(1, 0), bound(0, 1), bound(1, 1), bound(2, 1), bound(1, 2);
+  bound(3, 5), bound(4, 1);
   const auto part = [&](std::uint16_t joint) {
     c.parts.push_back({"part", 0, 0, 0, static_cast<std::uint32_t>(c.vertex_count()), 1});
     c.bind_position.emplace_back(0.0f);
@@ -460,11 +460,11 @@ TEST(LayOutSkins, PutsAJointWithoutVerticesBesideTheOneBefore) {
     c.influences.back().joint[0] = joint;
     c.influences.back().weight[0] = 1.0f;
   };
-  part(0), part(2), part(0);
+  part(0), part(2), part(0), part(6), part(7);
   const SkinLayout layout = lay_out_skins(c, written_skin(c).influences);
-  const std::vector<std::vector<std::size_t>> expected = {{0, 1}, {2, 3, 4}};
+  const std::vector<std::vector<std::size_t>> expected = {{0, 1}, {2, 3, 4, 7}, {6}};
   EXPECT_EQ(layout.joints, expected);  // and no room for the third of node 1
-  EXPECT_EQ(layout.of_part, (std::vector<std::size_t>{0, 1, 0}));
+  EXPECT_EQ(layout.of_part, (std::vector<std::size_t>{0, 1, 0, 2, 1}));
   EXPECT_EQ(layout.place(1, 4), 2u);
   EXPECT_EQ(layout.place(0, 4), SkinLayout::kNone);
 }

@@ -466,6 +466,42 @@ TEST(ClipFaults, AnAnimatorMaySlideAJointALittleWhereNoControlSaysOtherwise) {
   }
 }
 
+/// Moves a joint on its parent by `way(frame)` of the spine, forward.
+template <typename Way>
+void slide(skin::Clip& clip, const Motion& motion, const char* joint, const Way& way) {
+  for (Index f = 0; f < clip.frame_count(); ++f)
+    plant(clip, motion.joint(joint), f, glm::dquat(1, 0, 0, 0),
+          glm::dvec3(0, 0, way(static_cast<double>(f)) * motion.anatomy.spine_length));
+}
+
+TEST(ClipFaults, OneWhoSlidesAThighSlidesTheArmOnPurpose) {
+  const Motion motion = sweep_motion(false);
+  const auto there = [](double f) { return 0.1 * std::min(1.0, std::max(0.0, f - 10.0) / 40.0); };
+  for (const bool thigh : {false, true}) {
+    skin::Clip slid = motion.clip;
+    slide(slid, motion, "LeftShoulder", there);
+    if (thigh) slide(slid, motion, "LeftUpLeg", there);
+    bool found = false;
+    for (const Finding& each : failing(motion.findings(slid))) found |= each.code == "BB021";
+    EXPECT_EQ(found, !thigh) << list(motion.findings(slid));
+  }
+}
+
+TEST(ClipFaults, AStepOfAKeyedSlideIsNoPopWhereTheJointIsMovedFourTimesAsFar) {
+  const Motion motion = sweep_motion(false);
+  for (const double step : {0.05, 0.2}) {
+    skin::Clip slid = motion.clip;
+    const auto way = [&](double f) {
+      return 0.3 * std::min(1.0, f / 50.0) + (f >= 30.0 ? step : 0.0);
+    };
+    slide(slid, motion, "LeftShoulder", way);
+    slide(slid, motion, "RightShoulder", [](double f) { return 0.3 * std::min(1.0, f / 50.0); });
+    bool found = false;
+    for (const Finding& each : failing(motion.findings(slid))) found |= each.code == "BB021";
+    EXPECT_EQ(found, step > 0.1) << list(motion.findings(slid));
+  }
+}
+
 TEST(ClipFaults, WhatCarriesTheBodyMayTravel) {
   // A skeleton that is built from the chest: where it goes, the body goes.
   Motion motion = sweep_motion(false);
