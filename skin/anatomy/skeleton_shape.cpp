@@ -43,8 +43,10 @@ void find_children(const Character& character, SkeletonShape& shape) {
   for (std::size_t n = 0; n < count; ++n) {
     if (is_passed(n)) continue;
     int parent = character.nodes[n].parent;
-    if (parent >= 0 && is_passed(static_cast<std::size_t>(parent)))
+    if (parent >= 0 && is_passed(static_cast<std::size_t>(parent))) {
+      shape.children[static_cast<std::size_t>(parent)].push_back(static_cast<int>(n));
       parent = character.nodes[static_cast<std::size_t>(parent)].parent;
+    }
     if (parent >= 0)
       shape.children[static_cast<std::size_t>(parent)].push_back(static_cast<int>(n));
   }

@@ -120,15 +120,31 @@ int head_by_topology(const SkeletonShape& shape, int attach) {
   return node;
 }
 
+/// The joint that a node stands for: itself, or the heaviest of its children that stand where it
+/// does, as a mesh does below its object; -1 for none.
+int joint_of_node(const SkeletonShape& shape, Index node) {
+  if (shape.is_joint[node]) return static_cast<int>(node);
+  int best = -1;
+  for (const int child : shape.children[node]) {
+    const auto c = static_cast<Index>(child);
+    if (!(shape.weight[c] > 0.0) ||
+        glm::distance(shape.position[c], shape.position[node]) > 0.001 * shape.size)
+      continue;
+    if (best < 0 || shape.weight[c] > shape.weight[static_cast<Index>(best)]) best = child;
+  }
+  return best;
+}
+
 /// What is called a head, the heaviest with what hangs from it first: the first of a chain of heads
 /// carries the others.
 std::vector<int> heads_by_name(const SkeletonShape& shape) {
   std::vector<int> heads;
   for (Index n = 0; n < shape.name.size(); ++n) {
     const NameFacts& name = shape.name[n];
-    if (name.part == BodyPart::head && name.side == Side::none && !name.end && !name.control &&
-        shape.is_joint[n] && !shape.is_mechanism[n])
-      heads.push_back(static_cast<int>(n));
+    if (name.part != BodyPart::head || name.side != Side::none || name.end || name.control ||
+        shape.is_mechanism[n])
+      continue;
+    if (const int joint = joint_of_node(shape, n); joint >= 0) heads.push_back(joint);
   }
   std::ranges::stable_sort(heads, std::greater(),
                            [&](int head) { return shape.weight_below[static_cast<Index>(head)]; });
@@ -148,7 +164,10 @@ class EndFinder {
     for (const int head : heads_by_name(shape_)) {
       out_ = {};
       out_.head = head;
-      say("head: " + quoted_name(character_, head) + " by its name");
+      const auto h = static_cast<Index>(head);
+      const bool own = shape_.name[h].part == BodyPart::head;
+      say("head: " + quoted_name(character_, own ? head : character_.nodes[h].parent) +
+          " by its name");
       find_hip();
       if (out_.hip >= 0) return std::move(out_);
       if (!first) first = out_;

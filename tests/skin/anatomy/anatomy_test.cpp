@@ -955,7 +955,8 @@ TEST(Anatomy, RefusesAHeadThatHangsFromTheHipsBesideAVertebra) {
 }
 
 /// A box figure: one joint each for hips, torso, head, arms and legs, and what they move.
-Character box_figure(const std::string& arm, double arm_length) {
+/// `head` hangs from the torso; below it a mesh of its own where it is an object that has one.
+Character box_figure(const std::string& arm, double arm_length, bool head_is_object = false) {
   Character character;
   character.file_name = "box.glb";
   const auto add = [&](const std::string& name, int parent, const glm::dvec3& at,
@@ -969,7 +970,8 @@ Character box_figure(const std::string& arm, double arm_length) {
   };
   const int hips = add("hips", -1, {0, 0.8, 0}, {0, 0.9, 0});
   const int torso = add("torso", hips, {0, 1.0, 0}, {0, 1.3, 0});
-  add("head", torso, {0, 1.4, 0}, {0, 1.7, 0});
+  const int object = head_is_object ? add_node(character, "head", torso, {0, 1.4, 0}) : torso;
+  add(head_is_object ? "Cube.001" : "head", object, {0, 1.4, 0}, {0, 1.7, 0});
   for (const double side : {1.0, -1.0}) {
     const std::string end = side > 0.0 ? ".L" : ".R";
     add(arm + end, torso, {0.25 * side, 1.3, 0}, {(0.25 + arm_length) * side, 1.3, 0});
@@ -989,6 +991,14 @@ TEST(Anatomy, TakesArmsAndLegsOfOneJoint) {
   EXPECT_EQ(anatomy.chest, stick_node(character, "torso"));
   EXPECT_EQ(anatomy.forward, glm::dvec3(0, 0, 1));
   EXPECT_EQ(body_kind(character, anatomy).kind, BodyKind::human);
+}
+
+TEST(Anatomy, TakesTheMeshOfAnObjectThatIsCalledHeadForTheHead) {
+  const Character character = box_figure("arm", 0.6, true);
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_TRUE(anatomy.sure()) << anatomy.doubts.front();
+  EXPECT_EQ(names_of(character, anatomy.spine), (Names{"hips", "torso", "Cube.001"}));
+  EXPECT_EQ(reason_of(anatomy, "head: "), "head: 'head' by its name");
 }
 
 TEST(Anatomy, TakesAClavicleForAnArmOnlyWhereItMovesOne) {
