@@ -322,6 +322,8 @@ class Reader {
       character_.influences.resize(character_.influences.size() + count, one);
       return;
     }
+    int& mesh_node = out_.skins[static_cast<std::size_t>(instance.skin)].mesh_node;
+    if (mesh_node < 0) mesh_node = instance.node;
     const auto& numbers = skin_joints_[static_cast<std::size_t>(instance.skin)];
     source.first_vertex = static_cast<std::uint32_t>(character_.influences.size());
     source.vertex_count = static_cast<std::uint32_t>(count);

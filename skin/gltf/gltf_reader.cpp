@@ -126,8 +126,7 @@ void check_bind_matrices(const std::string& file, const GltfGeometry& geometry,
     }
 }
 
-void finish_character(const GltfDocument& document, const GltfGeometry& geometry,
-                      Character& character) {
+void finish_character(const GltfDocument& document, GltfGeometry& geometry, Character& character) {
   check_bind_matrices(document.file, geometry, character);
   for (Warning& warning : settle_rest_pose(character, geometry.skins, geometry.vertex_skin))
     character.warnings.push_back(std::move(warning));
@@ -150,7 +149,7 @@ Character read_character(const std::filesystem::path& file) {
 WeightedGltf read_weighted(const GltfDocument& document) {
   std::vector<int> index_of_file_node;
   Character character = start_character(document, index_of_file_node);
-  const GltfGeometry geometry =
+  GltfGeometry geometry =
       read_geometry(*document.model, document.file, index_of_file_node, character);
   if (character.triangles.empty())
     throw NoMeshError(document.file +
@@ -167,7 +166,7 @@ Character read_skeleton(const GltfDocument& document) {
   std::vector<int> index_of_file_node;
   Character character = start_character(document, index_of_file_node);
   Character bare = character;
-  const GltfGeometry geometry =
+  GltfGeometry geometry =
       read_geometry(*document.model, document.file, index_of_file_node, character);
   if (!character.triangles.empty() && has_skin(geometry)) {
     finish_character(document, geometry, character);

@@ -18,6 +18,7 @@ constexpr double kSameLength = 0.05;   // two bones of one length, relative
 // Junk that describes no skeleton would match hardly ever; the worst real file (a snake) matches 71
 // %.
 constexpr double kMostBones = 0.5;
+constexpr double kLeansNot = 0.9986, kAlongAxes = 0.99996;  // cosines of 3 and 0.5 degrees
 
 /// Where the joints' bind matrices put the nodes; empty for nodes that no skin binds.
 using BindPose = std::vector<std::optional<glm::dmat4>>;
@@ -139,6 +140,43 @@ void move_to(std::vector<Node>& nodes, const BindPose& bind) {
   }
 }
 
+/// Whether each axis of a frame lies along one of the world, as near as this cosine.
+bool is_along_axes(const glm::dmat4& frame, double cosine) {
+  for (int c = 0; c < 3; ++c) {
+    const glm::dvec3 axis = glm::normalize(glm::dvec3(frame[c]));
+    if (!(std::max({std::abs(axis.x), std::abs(axis.y), std::abs(axis.z)}) > cosine)) return false;
+  }
+  return true;
+}
+
+/// The motion that takes the bind pose from the root, where a clip's first frame leans it, to where
+/// the nodes of the meshes say that they were bound; nothing where they say another size, do not
+/// agree, or stand askew themselves.
+std::optional<glm::dmat4> stood_up(const Character& character, const std::vector<BoundSkin>& skins,
+                                   const std::vector<int>& vertex_skin) {
+  std::optional<glm::dmat4> out;
+  for (std::size_t s = 0; s < skins.size(); ++s) {
+    const BoundSkin& skin = skins[s];
+    const BodyBox box = box_of(character, vertex_skin, static_cast<int>(s));
+    if (!(box.size() > 0.0)) continue;  // no vertex has it
+    if (skin.mesh_node < 0 || !is_invertible(skin.world_from_mesh)) return std::nullopt;
+    const glm::dmat4& own =
+        character.nodes[static_cast<std::size_t>(skin.mesh_node)].world_from_node;
+    if (!is_invertible(own) || !is_along_axes(own, kAlongAxes) ||
+        is_along_axes(skin.world_from_mesh, kLeansNot))
+      return std::nullopt;
+    const glm::dmat4 motion = own * glm::affineInverse(skin.world_from_mesh);
+    for (int c = 0; c < 3; ++c)
+      if (std::abs(glm::length(glm::dvec3(motion[c])) - 1.0) > kSameLength) return std::nullopt;
+    const double slack = kPoseDiffers * longest_axis(own) * box.size();
+    if (glm::determinant(glm::dmat3(motion)) < 0.0 ||
+        (out && apart(motion * skin.world_from_mesh, *out * skin.world_from_mesh, box) > slack))
+      return std::nullopt;
+    if (!out) out = motion;
+  }
+  return out;
+}
+
 struct Spread {
   double size = 0.0;      // largest extent of the mesh at bind
   double farthest = 0.0;  // of any vertex between bind pose and node pose
@@ -195,7 +233,7 @@ glm::dmat4 place_at_bind(const std::vector<Node>& nodes, const BoundSkin& skin) 
   return best;
 }
 
-std::vector<Warning> settle_rest_pose(Character& character, const std::vector<BoundSkin>& skins,
+std::vector<Warning> settle_rest_pose(Character& character, std::vector<BoundSkin>& skins,
                                       const std::vector<int>& vertex_skin) {
   const Spread spread = measure(character, skins, vertex_skin);
   if (!(spread.farthest > kPoseDiffers * spread.size)) return {};
@@ -211,6 +249,11 @@ std::vector<Warning> settle_rest_pose(Character& character, const std::vector<Bo
                                        " and the binds describe no skeleton: the node pose is "
                                        "taken as the rest"}};
   for (const auto& [node, world] : misbound.right) bind[static_cast<std::size_t>(node)] = world;
+  if (const auto motion = stood_up(character, skins, vertex_skin)) {
+    for (BoundSkin& skin : skins) skin.world_from_mesh = *motion * skin.world_from_mesh;
+    for (auto& world : bind)
+      if (world) world = *motion * *world;
+  }
   move_to(character.nodes, bind);
   return {{"rest_is_bind_pose", "the node pose and the pose the skin was bound in are " + apart +
                                     ": the bind pose is taken as the rest"}};

@@ -69,7 +69,10 @@ struct Rig {
   }
   std::vector<Warning> settle() {
     bind();
-    return settle_rest_pose(character, {skin}, vertex_skin);
+    std::vector<BoundSkin> skins = {skin};
+    std::vector<Warning> out = settle_rest_pose(character, skins, vertex_skin);
+    skin = skins.front();
+    return out;
   }
   dmat4 bound(std::size_t j) const {
     return skin.world_from_mesh * glm::affineInverse(skin.joint_from_mesh[j]);
@@ -210,6 +213,37 @@ TEST(RestPose, IsTheBindPoseWhereTheNodesAreSquashed) {
     EXPECT_LT(glm::distance(nodes[top].world_from_node[c], before[c]), 1e-9);
 }
 
+/// A clip whose first frame lies down: its root leans, and would lean the bind pose.
+TEST(RestPose, StandsAlongTheAxesAsTheMeshesNodeSaysWhateverTheRootsPose) {
+  const auto lean_of = [](double node_turn, double node_scale, double root_turn) {
+    Rig rig;
+    auto& nodes = rig.character.nodes;
+    const dmat4 lean = glm::rotate(kUnmoved, root_turn, dvec3(0, 0, 1));
+    for (Node& node : nodes) node.world_from_node = lean * node.world_from_node;
+    nodes[0].parent_from_node = lean * nodes[0].parent_from_node;
+    rig.skin.world_from_mesh = lean * rig.skin.world_from_mesh;
+    rig.bind_from(2, turn_about(rig.bound(2), 0.7));
+    Node mesh;
+    mesh.name = "mesh";
+    mesh.world_from_node = mesh.parent_from_node =
+        glm::rotate(glm::scale(kUnmoved, dvec3(node_scale)), node_turn, dvec3(1, 0, 0));
+    nodes.push_back(mesh);
+    rig.skin.mesh_node = static_cast<int>(nodes.size()) - 1;
+    const dmat4 from_root = rig.skin.world_from_mesh;
+    EXPECT_EQ(code_of(rig.settle()), "rest_is_bind_pose");
+    const std::size_t top = static_cast<std::size_t>(rig.skin.node.back());
+    for (int c = 0; c < 4; ++c)
+      EXPECT_LT(
+          glm::distance(nodes[top].world_from_node[c], rig.bound(rig.skin.node.size() - 1)[c]),
+          1e-9);
+    return glm::distance(dvec3(rig.skin.world_from_mesh[1]), dvec3(from_root[1]));
+  };
+  EXPECT_NEAR(lean_of(0.0, 1.0, 0.5), 2.0 * std::sin(0.25), 1e-9);
+  EXPECT_LT(lean_of(0.0, 1.0, 0.04), 1e-9) << "a little lean is the pose's";
+  EXPECT_LT(lean_of(0.3, 1.0, 0.5), 1e-9) << "the mesh's node stands askew itself";
+  EXPECT_LT(lean_of(0.0, 1.5, 0.5), 1e-9) << "another size";
+}
+
 TEST(RestPose, TakesTheFirstUsableBindOfANode) {
   Rig rig;
   rig.bind_from(1, turn_about(rig.bound(1), 0.4));
@@ -217,7 +251,8 @@ TEST(RestPose, TakesTheFirstUsableBindOfANode) {
   BoundSkin other = rig.skin;
   rig.skin.joint_from_mesh[2] = glm::scale(kUnmoved, dvec3(1, 1, 0));
   rig.bind();
-  settle_rest_pose(rig.character, {rig.skin, other}, rig.vertex_skin);
+  std::vector<BoundSkin> skins = {rig.skin, other};
+  settle_rest_pose(rig.character, skins, rig.vertex_skin);
   for (std::size_t j = 0; j < rig.skin.node.size(); ++j) {
     const dmat4 expected = other.world_from_mesh * glm::affineInverse(other.joint_from_mesh[j]);
     EXPECT_LT(
