@@ -54,6 +54,9 @@ Booking book_mesh_finding(const Check& check, double limit, const MeshContext& c
   const bool coarse = context.rows_per_bone < kLeastRowsForSlices;
   if (ideal_is_as_bad && compares_slices(check) && (short_spine || coarse || context.in_pieces))
     return {Verdict::fail, Owner::skeleton, false};
+  // Stiff pieces that lie against each other at rest run into each other in any bend.
+  if (ideal_is_as_bad && context.in_pieces && check.code == "BB034")
+    return {Verdict::fail, Owner::skeleton, false};
   if (ideal_is_as_bad && short_spine &&
       (check.code == "BB030" || check.code == "BB033" || check.code == "BB034"))
     return {Verdict::fail, Owner::skeleton, false};

@@ -177,7 +177,7 @@ TEST(BookMeshFinding, SlicesOfASurfaceOfOneVertexABoneAreFacetsAndNeverDecide) {
   EXPECT_EQ(book_mesh_finding(kKink, 25.0, facts).owner, Owner::solver);
 }
 
-TEST(BookMeshFinding, SlicesOfATorsoOfSeparatePiecesAreToTurnAgainstEachOther) {
+TEST(BookMeshFinding, SeparatePiecesOfATorsoAreToTurnAgainstAndIntoEachOther) {
   MeshContext facts{.value = 79.6,
                     .ideal = 79.6,
                     .proxy = 13.7,
@@ -185,7 +185,7 @@ TEST(BookMeshFinding, SlicesOfATorsoOfSeparatePiecesAreToTurnAgainstEachOther) {
                     .judging_weights = true,
                     .bones = 3,
                     .in_pieces = true};
-  for (const char* code : {"BB011", "BB036"}) {
+  for (const char* code : {"BB011", "BB036", "BB034"}) {
     EXPECT_EQ(book_mesh_finding(*find_check(code), 25.0, facts).owner, Owner::skeleton) << code;
     EXPECT_FALSE(book_mesh_finding(*find_check(code), 25.0, facts).decides) << code;
   }
