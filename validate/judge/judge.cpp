@@ -86,7 +86,12 @@ Finding start_finding(const RigRecord& rig, const JudgeContext& context, const S
   const PoseRecord& pose = sweep.poses[index];
   Finding finding = start_finding(rig, context, sweep, code, pose.body, pose.control_deg);
   finding.at.pose = static_cast<int>(index);
-  if (rig.recording) finding.pose = frame_text(sweep, index);
+  if (rig.recording) {
+    finding.pose = frame_text(sweep, index);
+    // Which of a file's animations it is; a sweep of a channel says so itself.
+    if (rig.sweeps.size() > 1 && sweep.sweep.channel.empty())
+      finding.pose = sweep.sweep.name + ", " + finding.pose;
+  }
   finding.frame = pose.frame;
   if (pose.frame) finding.time_s = pose.time_s;
   return finding;

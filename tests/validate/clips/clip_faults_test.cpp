@@ -356,6 +356,20 @@ TEST(ClipFaults, ManySmallJumpsThatAddUpAreOneOfTheirSum) {
   EXPECT_NEAR(found[0].value, 20.0, 1.0) << list(found);
 }
 
+TEST(ClipFaults, OfAFileWithSeveralAnimationsSayWhichOneItIs) {
+  const Motion motion = sweep_motion(false);
+  skin::Clip sick = motion.clip;
+  for (Index f = 45; f < sick.frame_count(); ++f)
+    plant(sick, motion.joint("spine_03"), f, rotation(glm::dvec3(0, radians_from(40.0), 0)));
+  const auto pose_of = [&] {
+    const std::vector<Finding> found = failing(motion.findings(sick));
+    return found.empty() ? std::string() : found[0].pose;
+  };
+  EXPECT_TRUE(pose_of().starts_with("frame 45 (")) << pose_of();
+  sick.sweeps = {{"walk", 0, 30}, {"run", 30, sick.frame_count() - 30}};
+  EXPECT_TRUE(pose_of().starts_with("run, frame ")) << pose_of();
+}
+
 TEST(ClipFaults, AFirstFrameInAReferencePoseIsNoJumpThoughTheHipsStandInIt) {
   const Motion motion = sweep_motion(false);
   // Bent from the second frame on, and with the arms lowered.
