@@ -26,6 +26,7 @@ struct GlbAnimation {
 /// skeleton is written with rigid joint frames and inverse bind matrices that make up for it: the
 /// skinned vertices are the same.
 ///
+/// Parts that are bound in several spaces have a skin and a mesh each (lay_out_skins()).
 /// Rigid parts are written bound at rest (with_rigid_parts_at_rest()). Vertices without any weight
 /// follow an extra joint that never moves. Throws CharacterError for a motion with the wrong number
 /// of nodes, times that do not rise, non-finite numbers, a node that still shears, and sizes beyond

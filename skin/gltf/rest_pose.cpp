@@ -18,7 +18,9 @@ constexpr double kSameLength = 0.05;   // two bones of one length, relative
 // Junk that describes no skeleton would match hardly ever; the worst real file (a snake) matches 71
 // %.
 constexpr double kMostBones = 0.5;
-constexpr double kLeansNot = 0.9986, kAlongAxes = 0.99996;  // cosines of 3 and 0.5 degrees
+// Cosines of 0.05, 0.5, 3 and 45 degrees. A mesh's node may hold anything, for readers of glTF
+// leave it out: to turn a body by more than the last it takes a root that leans for sure.
+constexpr double kUpright = 1.0 - 4e-7, kAlongAxes = 0.99996, kLeans = 0.9986, kHalfRight = 0.7071;
 
 /// Where the joints' bind matrices put the nodes; empty for nodes that no skin binds.
 using BindPose = std::vector<std::optional<glm::dmat4>>;
@@ -162,10 +164,11 @@ std::optional<glm::dmat4> stood_up(const Character& character, const std::vector
     if (skin.mesh_node < 0 || !is_invertible(skin.world_from_mesh)) return std::nullopt;
     const glm::dmat4& own =
         character.nodes[static_cast<std::size_t>(skin.mesh_node)].world_from_node;
-    if (!is_invertible(own) || !is_along_axes(own, kAlongAxes) ||
-        is_along_axes(skin.world_from_mesh, kLeansNot))
-      return std::nullopt;
+    if (!is_invertible(own) || !is_along_axes(own, kAlongAxes)) return std::nullopt;
     const glm::dmat4 motion = own * glm::affineInverse(skin.world_from_mesh);
+    const double cosine = 0.5 * (motion[0][0] + motion[1][1] + motion[2][2] - 1.0);
+    if (is_along_axes(skin.world_from_mesh, cosine > kHalfRight ? kUpright : kLeans))
+      return std::nullopt;
     for (int c = 0; c < 3; ++c)
       if (std::abs(glm::length(glm::dvec3(motion[c])) - 1.0) > kSameLength) return std::nullopt;
     const double slack = kPoseDiffers * longest_axis(own) * box.size();

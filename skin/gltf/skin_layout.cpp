@@ -42,9 +42,8 @@ class Skins {
   Skins(const Character& character, const std::vector<bool>& needs_node)
       : character_(character), needs_node_(needs_node) {}
 
-  Index open() {
+  void open() {
     skins_.push_back({{}, std::vector<Index>(character_.nodes.size(), SkinLayout::kNone)});
-    return skins_.size() - 1;
   }
   Index size() const { return skins_.size(); }
   const Joints& joints(Index skin) const { return skins_[skin].joints; }
@@ -86,6 +85,7 @@ class Skins {
   std::vector<Skin> skins_;
 };
 
+/// Whether no two of these joints are of one node, but for those with nodes of their own.
 bool bind_each_node_once(const Character& character, const Joints& joints,
                          const std::vector<bool>& needs_node) {
   std::set<int> nodes;
