@@ -1,6 +1,7 @@
 #include "skin/gltf/rest_pose.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <limits>
 #include <optional>
@@ -8,6 +9,7 @@
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
 #include "skin/gltf/bind_agreement.h"
+#include "solver/math/rotation.h"
 
 namespace backbend::skin {
 namespace {
@@ -18,9 +20,9 @@ constexpr double kSameLength = 0.05;   // two bones of one length, relative
 // Junk that describes no skeleton would match hardly ever; the worst real file (a snake) matches 71
 // %.
 constexpr double kMostBones = 0.5;
-// Cosines of 0.05, 0.5, 3 and 45 degrees. A mesh's node may hold anything, for readers of glTF
-// leave it out: to turn a body by more than the last it takes a root that leans for sure.
-constexpr double kUpright = 1.0 - 4e-7, kAlongAxes = 0.99996, kLeans = 0.9986, kHalfRight = 0.7071;
+// Cosines of 0.05, 0.5 and 3 degrees. A mesh's node may hold anything, for readers of glTF leave it
+// out: to turn a body by much it takes a root that leans for sure.
+constexpr double kUpright = 1.0 - 4e-7, kAlongAxes = 0.99996, kLeans = 0.9986, kMuchDeg = 45.0;
 
 /// Where the joints' bind matrices put the nodes; empty for nodes that no skin binds.
 using BindPose = std::vector<std::optional<glm::dmat4>>;
@@ -151,6 +153,12 @@ bool is_along_axes(const glm::dmat4& frame, double cosine) {
   return true;
 }
 
+/// The angle that a motion of about size 1 turns by.
+double degrees_of(const glm::dmat4& motion) {
+  const double cosine = 0.5 * (motion[0][0] + motion[1][1] + motion[2][2] - 1.0);
+  return solver::degrees(std::acos(std::clamp(cosine, -1.0, 1.0)));
+}
+
 /// The motion that takes the bind pose from the root, where a clip's first frame leans it, to where
 /// the nodes of the meshes say that they were bound; nothing where they say another size, do not
 /// agree, or stand askew themselves.
@@ -166,8 +174,7 @@ std::optional<glm::dmat4> stood_up(const Character& character, const std::vector
         character.nodes[static_cast<std::size_t>(skin.mesh_node)].world_from_node;
     if (!is_invertible(own) || !is_along_axes(own, kAlongAxes)) return std::nullopt;
     const glm::dmat4 motion = own * glm::affineInverse(skin.world_from_mesh);
-    const double cosine = 0.5 * (motion[0][0] + motion[1][1] + motion[2][2] - 1.0);
-    if (is_along_axes(skin.world_from_mesh, cosine > kHalfRight ? kUpright : kLeans))
+    if (is_along_axes(skin.world_from_mesh, degrees_of(motion) < kMuchDeg ? kUpright : kLeans))
       return std::nullopt;
     for (int c = 0; c < 3; ++c)
       if (std::abs(glm::length(glm::dvec3(motion[c])) - 1.0) > kSameLength) return std::nullopt;
@@ -252,14 +259,17 @@ std::vector<Warning> settle_rest_pose(Character& character, std::vector<BoundSki
                                        " and the binds describe no skeleton: the node pose is "
                                        "taken as the rest"}};
   for (const auto& [node, world] : misbound.right) bind[static_cast<std::size_t>(node)] = world;
+  std::string stands;
   if (const auto motion = stood_up(character, skins, vertex_skin)) {
+    stands = ", stood up by " + number_text(degrees_of(*motion), 2) +
+             " deg as the nodes of the meshes stand";
     for (BoundSkin& skin : skins) skin.world_from_mesh = *motion * skin.world_from_mesh;
     for (auto& world : bind)
       if (world) world = *motion * *world;
   }
   move_to(character.nodes, bind);
   return {{"rest_is_bind_pose", "the node pose and the pose the skin was bound in are " + apart +
-                                    ": the bind pose is taken as the rest"}};
+                                    ": the bind pose is taken as the rest" + stands}};
 }
 
 }  // namespace backbend::skin

@@ -152,7 +152,7 @@ class JointMeasures {
       const std::vector<double> pops = path_pops(path, time);
       const double own = made ? kOfOwnWay * widest(joint) : 0.0;
       for (Index i = 0; i < range.count; ++i)
-        if (pops[i] >= own) report(i, pops[i], joint);
+        if (!(pops[i] < own)) report(i, pops[i], joint);  // too few frames: not a number
     };
     for (Index a = 0; a < arms_.size(); ++a) {
       if (!made && slides(arm[a])) {

@@ -230,7 +230,10 @@ TEST(RestPose, StandsAlongTheAxesAsTheMeshesNodeSaysWhateverTheRootsPose) {
     nodes.push_back(mesh);
     rig.skin.mesh_node = static_cast<int>(nodes.size()) - 1;
     const dmat4 from_root = rig.skin.world_from_mesh;
-    EXPECT_EQ(code_of(rig.settle()), "rest_is_bind_pose");
+    const std::vector<Warning> warnings = rig.settle();
+    EXPECT_EQ(code_of(warnings), "rest_is_bind_pose");
+    const bool stood = dvec3(rig.skin.world_from_mesh[1]) != dvec3(from_root[1]);
+    EXPECT_EQ(warnings[0].message.find(", stood up by ") != std::string::npos, stood);
     const std::size_t top = static_cast<std::size_t>(rig.skin.node.back());
     for (int c = 0; c < 4; ++c)
       EXPECT_LT(
