@@ -304,9 +304,7 @@ std::vector<JointBindOff> joints_bound_off(const Character& character) {
     BodyBox whole{glm::dvec3(kFar), glm::dvec3(-kFar)};
     for (Index j = first; j < character.joints.size(); ++j) {
       if (!moves[j] || find(j) != first) continue;
-      const glm::dmat4 world =
-          character.nodes[static_cast<Index>(character.joints[j].node)].world_from_node *
-          character.joints[j].joint_from_mesh;
+      const glm::dmat4 world = rest_motion(character, j);
       if (!is_finite(world)) continue;
       joints.push_back({character.joints[j].node, world});
       number.push_back(j);

@@ -12,7 +12,6 @@ namespace {
 
 using Index = std::size_t;
 
-constexpr double kAgree = 0.002;       // of the box's size
 constexpr double kSandwich = 0.05;     // the joints around one agree this much better than it does
 constexpr Index kCandidates = 64;      // joints that are tried as the one that most agree with
 constexpr double kOneInTheSkin = 0.9;  // of the joints agree: the skin was bound as it stands
@@ -71,7 +70,7 @@ std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
   }
 
   // The motion that most joints share.
-  const double agree = kAgree * box.size() * longest_axis(joints.front().world_from_mesh);
+  const double agree = kMotionsAgree * box.size() * longest_axis(joints.front().world_from_mesh);
   Index most = 0, middle = 0;
   const Index step = std::max<Index>(1, joints.size() / kCandidates);
   for (Index c = 0; c < joints.size(); c += step) {

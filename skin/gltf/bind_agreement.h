@@ -13,6 +13,10 @@ struct BodyBox {
   double size() const;  // its largest side
 };
 
+/// Motions that carry no point of a box further apart than this share of its size agree: the
+/// rounding of stored matrices is far below, and an angle of 0.3 degrees at a limb's root above.
+constexpr double kMotionsAgree = 0.002;
+
 /// World from mesh as a joint of the character makes it at rest.
 glm::dmat4 rest_motion(const Character& character, std::size_t joint);
 
@@ -40,8 +44,7 @@ struct BoundJoint {
 /// the joint above it while what hangs from it agrees with that one again; and a last joint where
 /// it is the only one of the skin that stands apart, at another place. One that carries all that
 /// hangs from it, two joints or more, to where it stands is turned, not bound wrongly. `box` is in
-/// the mesh's space. Differences below 0.2 % of the box's size agree: the rounding of stored
-/// matrices is far below that, and an angle of 0.3 degrees at a limb's root above.
+/// the mesh's space. Differences below kMotionsAgree are none.
 std::vector<BindOff> find_bind_off(const std::vector<Node>& nodes,
                                    const std::vector<BoundJoint>& joints, const BodyBox& box);
 

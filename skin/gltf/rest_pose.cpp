@@ -196,9 +196,7 @@ Spread measure(const Character& character, const std::vector<BoundSkin>& skins,
                const std::vector<int>& vertex_skin) {
   std::vector<glm::dmat4> world_from_mesh(character.joints.size());
   for (std::size_t j = 0; j < character.joints.size(); ++j)
-    world_from_mesh[j] =
-        character.nodes[static_cast<std::size_t>(character.joints[j].node)].world_from_node *
-        character.joints[j].joint_from_mesh;
+    world_from_mesh[j] = rest_motion(character, j);
 
   constexpr double kFar = std::numeric_limits<double>::infinity();
   glm::dvec3 low(kFar), high(-kFar);

@@ -12,8 +12,6 @@ namespace {
 
 using Index = std::size_t;
 
-constexpr double kAgree = 0.002;  // of the mesh's size, between two motions: as find_bind_off()
-
 using Joints = std::set<Index>;  // numbers in Character::joints
 
 Joints joints_of(const Part& part, const std::vector<WrittenInfluences>& influences,
@@ -59,7 +57,7 @@ class Skins {
   bool is_akin(Index skin, const Joints& joints, const BodyBox& box) const {
     return std::ranges::any_of(joints, [&](Index joint) {
       const glm::dmat4 motion = rest_motion(character_, joint);
-      const double agree = kAgree * longest_axis(motion) * box.size();
+      const double agree = kMotionsAgree * longest_axis(motion) * box.size();
       return std::ranges::any_of(skins_[skin].joints, [&](Index other) {
         return other == joint || apart(motion, rest_motion(character_, other), box) <= agree;
       });

@@ -141,8 +141,8 @@ class JointMeasures {
       return *std::max_element(way.begin(), way.end()) > wide;
     };
     // Several joints that move on their parents were moved by somebody (a shrug, a cartoon's
-    // stretched neck), unless the controls say otherwise: then only pops count, and of those what
-    // is no small part of how far the joint was moved.
+    // stretched neck), unless the controls say otherwise: then only pops count, from a
+    // quarter of the joint's whole way on.
     const bool made = !arms_are_still && moving_joints_ > 1;
     constexpr double kOfOwnWay = 0.25;
     const auto report_pops = [&](Index joint, int base) {
