@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
+#include <limits>
 #include <map>
+#include <optional>
 #include <string>
 #include <tuple>
 
 #include "skin/character/joint_names.h"
 #include "skin/character/matrix_facts.h"
+#include "skin/character/point_cells.h"
 
 namespace backbend::skin {
 namespace {
@@ -16,7 +20,13 @@ using Index = std::size_t;
 
 constexpr double kAsTheAxis = 0.9994;  // cosine of 2 degrees
 constexpr double kTurnedMost = 0.6;    // ... of 53, as far as a body turns from the nearest axis
-constexpr double kInTheMiddle = 0.1;   // of how far a limb reaches to its side
+// Lengths are shares of the points' largest side.
+constexpr double kLooksAround = 0.04, kNarrows = 0.7;  // from an image, less with each step
+constexpr double kMatches = 0.002, kReaches = 0.005;   // a point and the image of another
+constexpr int kSteps = 12;
+constexpr std::size_t kMostAsked = 4000;  // points: more fit no better
+constexpr double kBetter = 0.05;          // of the points, to leave the skeleton's mirror
+constexpr double kInTheMiddle = 0.1;      // of how far a limb reaches to its side
 
 /// Where each node stands to be told from its mirror image: its own place; of one in the middle all
 /// of whose joints lie on one side (a clavicle that starts at the spine), the mean of theirs.
@@ -49,6 +59,111 @@ std::vector<glm::dvec3> places_of(const Character& character, const Mirror& mirr
   return out;
 }
 
+/// Of each node that its name puts on one side: the one that is called so on the other; -1 for
+/// none.
+std::vector<int> named_images(const Character& character, const std::vector<NameFacts>& facts) {
+  std::map<std::tuple<std::string, int, Side>, int> by_name;
+  for (Index n = 0; n < facts.size(); ++n)
+    if (facts[n].side != Side::none)
+      by_name.emplace(
+          std::tuple(facts[n].without_side, static_cast<int>(facts[n].part), facts[n].side),
+          static_cast<int>(n));
+  std::vector<int> out(character.nodes.size(), -1);
+  for (Index n = 0; n < facts.size(); ++n) {
+    if (facts[n].side == Side::none) continue;
+    const Side other = facts[n].side == Side::left ? Side::right : Side::left;
+    const auto found =
+        by_name.find({facts[n].without_side, static_cast<int>(facts[n].part), other});
+    if (found != by_name.end()) out[n] = found->second;
+  }
+  return out;
+}
+
+std::vector<NameFacts> read_names(const Character& character) {
+  std::vector<NameFacts> facts;
+  for (const Node& node : character.nodes) facts.push_back(read_joint_name(node.name));
+  return facts;
+}
+
+/// The middle between the joints of both limbs of a kind, or where none are, between those that are
+/// called left and right, and the way across; nothing without either.
+std::optional<Mirror> mirror_of_pairs(const Character& character, const Anatomy& anatomy) {
+  glm::dvec3 across(0.0), middle(0.0);
+  double pairs = 0.0;
+  const auto add = [&](int left, int right) {
+    const glm::dvec3 l = origin(character.nodes[static_cast<Index>(left)].world_from_node);
+    const glm::dvec3 r = origin(character.nodes[static_cast<Index>(right)].world_from_node);
+    across += l - r;
+    middle += 0.5 * (l + r);
+    pairs += 1.0;
+  };
+  for (const auto& [left, right] : {std::pair(&anatomy.left_arm, &anatomy.right_arm),
+                                    std::pair(&anatomy.left_leg, &anatomy.right_leg)})
+    for (Index k = 0; k < std::min(left->size(), right->size()); ++k) add((*left)[k], (*right)[k]);
+  if (pairs == 0.0) {
+    const std::vector<NameFacts> facts = read_names(character);
+    const std::vector<int> image = named_images(character, facts);
+    for (const SkinJoint& joint : character.joints) {
+      const auto n = static_cast<Index>(joint.node);
+      if (facts[n].side == Side::left && image[n] >= 0) add(joint.node, image[n]);
+    }
+  }
+  if (!(glm::length(across) > 0.0)) return std::nullopt;
+  return Mirror{glm::normalize(across), middle / pairs};
+}
+
+/// Points of a surface, to hold mirrors against.
+class SurfaceMatch {
+ public:
+  SurfaceMatch(const std::vector<glm::dvec3>& points, double size)
+      : size_(size), cells_(points, kLooksAround * size) {
+    const Index step = (points.size() + kMostAsked - 1) / kMostAsked;
+    for (Index p = 0; p < points.size(); p += step) asked_.push_back(points[p]);
+  }
+
+  /// The share of the points that lie near the image of another.
+  double share(const Mirror& mirror) const {
+    Index near = 0;
+    for (const glm::dvec3& point : asked_) {
+      const glm::dvec3 image = mirror(point);
+      const Index nearest = cells_.nearest(image);
+      near += nearest < cells_.size() &&
+              glm::distance(cells_.point(nearest), image) <= kMatches * size_;
+    }
+    return static_cast<double>(near) / static_cast<double>(asked_.size());
+  }
+
+  /// The mirror moved to where points lie half way to those near their images, step by step.
+  Mirror fitted(Mirror mirror) const {
+    double reach = kLooksAround * size_;
+    for (int step = 0; step < kSteps;
+         ++step, reach = std::max(kNarrows * reach, kReaches * size_)) {
+      glm::dvec3 across(0.0), middle(0.0);
+      double pairs = 0.0;
+      for (const glm::dvec3& point : asked_) {
+        const glm::dvec3 image = mirror(point);
+        const Index nearest = cells_.nearest(image);
+        if (nearest == cells_.size()) continue;
+        const glm::dvec3& other = cells_.point(nearest);
+        if (glm::distance(other, image) > reach) continue;
+        const double side = glm::dot(point - mirror.middle, mirror.left) > 0.0 ? 1.0 : -1.0;
+        across += side * (point - other);
+        middle += 0.5 * (point + other);
+        pairs += 1.0;
+      }
+      const double length = glm::length(across);
+      if (!(length > 0.0)) break;
+      mirror = {across / length, middle / pairs};
+    }
+    return mirror;
+  }
+
+ private:
+  double size_;
+  PointCells cells_;
+  std::vector<glm::dvec3> asked_;
+};
+
 }  // namespace
 
 Mirror mirror_of(const Character& character, const Anatomy& anatomy) {
@@ -72,6 +187,33 @@ Mirror mirror_of(const Character& character, const Anatomy& anatomy) {
   return mirror;
 }
 
+Mirror surface_mirror(const Character& character, const Anatomy& anatomy,
+                      const std::vector<glm::dvec3>& points) {
+  const Mirror own = mirror_of(character, anatomy);
+  glm::dvec3 low(std::numeric_limits<double>::infinity()), high(-low);
+  for (const glm::dvec3& p : points) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  const double size =
+      points.empty() ? 0.0 : std::max({high.x - low.x, high.y - low.y, high.z - low.z});
+  if (!(size > 0.0)) return own;
+  const SurfaceMatch match(points, size);
+  Mirror best = own;
+  double most = match.share(own) + kBetter;
+  if (most >= 1.0) return own;
+  const auto try_from = [&](const Mirror& start) {
+    const Mirror fitted = match.fitted(start);
+    const double share = match.share(fitted);
+    if (share <= most) return;
+    most = share;
+    best = fitted;
+  };
+  try_from(own);
+  if (const auto pairs = mirror_of_pairs(character, anatomy)) try_from(*pairs);
+  return best;
+}
+
 glm::dmat3 body_axes(const Anatomy& anatomy, const Mirror& mirror) {
   return {mirror.left, anatomy.up, glm::cross(mirror.left, anatomy.up)};
 }
@@ -86,27 +228,12 @@ bool spine_is_in_the_middle(const Character& character, const Anatomy& anatomy,
 }
 
 std::vector<int> mirrored_nodes(const Character& character, const Mirror& mirror) {
-  std::map<std::tuple<std::string, int, Side>, int> by_name;
-  std::vector<NameFacts> facts;
-  for (const Node& node : character.nodes) facts.push_back(read_joint_name(node.name));
-  for (Index n = 0; n < facts.size(); ++n)
-    if (facts[n].side != Side::none)
-      by_name.emplace(
-          std::tuple(facts[n].without_side, static_cast<int>(facts[n].part), facts[n].side),
-          static_cast<int>(n));
+  const std::vector<NameFacts> facts = read_names(character);
   const std::vector<glm::dvec3> place = places_of(character, mirror);
-  std::vector<int> out(facts.size());
+  std::vector<int> out = named_images(character, facts);
   for (Index n = 0; n < facts.size(); ++n) {
+    if (out[n] >= 0) continue;
     out[n] = static_cast<int>(n);
-    if (facts[n].side != Side::none) {
-      const Side other = facts[n].side == Side::left ? Side::right : Side::left;
-      const auto found =
-          by_name.find({facts[n].without_side, static_cast<int>(facts[n].part), other});
-      if (found != by_name.end()) {
-        out[n] = found->second;
-        continue;
-      }
-    }
     // No pair by name: the nearest joint to the mirrored place, itself where that is nearest.
     const glm::dvec3 image = mirror(place[n]);
     double nearest = glm::distance(image, place[n]);

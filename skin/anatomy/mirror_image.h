@@ -22,6 +22,13 @@ struct Mirror {
 /// degrees off the anatomy's left.
 Mirror mirror_of(const Character& character, const Anatomy& anatomy);
 
+/// The reflection that takes a body's surface, `points` at rest, onto itself, starting from
+/// mirror_of() and from the middle between pairs of joints, of limbs or, where none are, by names,
+/// which a body that leans to a side has in another place: fitted to the points that lie near each
+/// other's images. mirror_of() itself where that is as good, or nothing is.
+Mirror surface_mirror(const Character& character, const Anatomy& anatomy,
+                      const std::vector<glm::dvec3>& points);
+
 /// The body's left, up and forward as columns, unit length, left as the mirror has it.
 glm::dmat3 body_axes(const Anatomy& anatomy, const Mirror& mirror);
 /// Whether every joint of the spine is within 2 % of the spine's length of the middle plane.

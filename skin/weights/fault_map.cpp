@@ -17,6 +17,12 @@ void add_fault(const SkinPlaces& places, FaultMap& faults, int node, int other, 
   fault.vertex = places.vertex[place];
 }
 
+void keep_patches(const SkinPlaces& places, FaultMap& faults, double fewest, double share) {
+  const double least = std::max(fewest, share * static_cast<double>(places.own_count));
+  std::erase_if(faults,
+                [&](const auto& each) { return static_cast<double>(each.second.places) < least; });
+}
+
 void take_faults(FaultMap& from, WeightAnswer& to) {
   for (auto& [node, fault] : from) to.faults.push_back(fault);
   std::stable_sort(to.faults.begin(), to.faults.end(),

@@ -13,6 +13,11 @@ using FaultMap = std::map<int, WeightFault>;
 void add_fault(const SkinPlaces& places, FaultMap& faults, int node, int other, double share,
                double distance, std::size_t place);
 
+/// Drops what has fewer places than `fewest` and than `share` of all: single slips are for the
+/// check of stray vertices.
+void keep_patches(const SkinPlaces& places, FaultMap& faults, double fewest = 6.0,
+                  double share = 0.005);
+
 /// Adds the faults to an answer, the worst of all first.
 void take_faults(FaultMap& from, WeightAnswer& to);
 

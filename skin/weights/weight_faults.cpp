@@ -8,13 +8,13 @@
 #include <memory>
 
 #include "skin/anatomy/import_checks.h"
-#include "skin/anatomy/mirror_image.h"
-#include "skin/character/closest_point.h"
 #include "skin/character/point_cells.h"
 #include "skin/character/printable.h"
+#include "skin/weights/body_sides.h"
 #include "skin/weights/costume_pieces.h"
 #include "skin/weights/fault_map.h"
 #include "skin/weights/skin_places.h"
+#include "skin/weights/weight_asymmetry.h"
 #include "skin/weights/weight_borders.h"
 #include "skin/weights/weight_levels.h"
 #include "skin/weights/weight_order.h"
@@ -26,29 +26,22 @@ namespace {
 using Index = std::size_t;
 
 // Lengths are shares of the body's largest side.
-constexpr double kOffMiddle = 0.12;     // nearer the middle both sides share vertices
-constexpr double kAsFarOut = 0.6;       // ... or further out than this share of the joint's own
-constexpr double kAcross = 0.9;         // ... of the joint's own, from its area
-constexpr double kFar = 0.15;           // from a joint's area
-constexpr double kSpilt = 0.2;          // a weight that fades halves within less
-constexpr double kIsland = 0.08;        // ... and one that stands alone needs no more
-constexpr double kPiece = 0.05;         // of the places: a piece of costume, bound as a whole
-constexpr std::size_t kArmJoints = 2;   // of an arm: clavicle and upper arm
-constexpr double kHumpJoints = 2.0;     // along the skeleton, for a weight that rises again
-constexpr double kLedJoints = 2.5;      // ... and leads there, as far off as kFar
-constexpr double kWhole = 0.95;         // of a joint's largest weight: as much as anywhere
-constexpr double kHump = 0.04;          // of a vertex's weight: how far it rises
-constexpr double kMostly = 0.5;         // of a weight, for its joint to lead
-constexpr double kMirrored = 0.95;      // of the places, to speak of a symmetric body
-constexpr double kMirrorSlack = 0.002;  // between a place and its image
-constexpr double kSamePlace = 1e-5;     // between places where shells touch
-constexpr double kSurfaceSlack = 0.01;  // ... and the surface, where no place has one
-constexpr double kUnlikeSides = 0.42;   // of a joint's weight, between sides of other vertices
-constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint to be compared so
-constexpr double kJointSlack = 0.01;    // between a joint and its image
-constexpr double kMostOdd = 0.3;        // of spine and arms, on joints without an image
-constexpr double kPatch = 0.005;        // of the places, and ...
-constexpr double kWidePatch = 0.01;     // ... of a hump with its slope
+constexpr double kOffMiddle = 0.12;    // nearer the middle both sides share vertices
+constexpr double kAsFarOut = 0.6;      // ... or further out than this share of the joint's own
+constexpr double kAcross = 0.9;        // ... of the joint's own, from its area
+constexpr double kFar = 0.15;          // from a joint's area
+constexpr double kSpilt = 0.2;         // a weight that fades halves within less
+constexpr double kIsland = 0.08;       // ... and one that stands alone needs no more
+constexpr double kPiece = 0.05;        // of the places: a piece of costume, bound as a whole
+constexpr std::size_t kArmJoints = 2;  // of an arm: clavicle and upper arm
+constexpr double kHumpJoints = 2.0;    // along the skeleton, for a weight that rises again
+constexpr double kLedJoints = 2.5;     // ... and leads there, as far off as kFar
+constexpr double kWhole = 0.95;        // of a joint's largest weight: as much as anywhere
+constexpr double kHump = 0.04;         // of a vertex's weight: how far it rises
+constexpr double kMostly = 0.5;        // of a weight, for its joint to lead
+constexpr double kJointSlack = 0.01;   // between a joint and its image
+constexpr double kPatch = 0.005;       // of the places, and ...
+constexpr double kWidePatch = 0.01;    // ... of a hump with its slope
 constexpr std::size_t kLeastForSlopes = 1000;  // places: on fewer a joint's area is all slope
 constexpr double kPatchPlaces = 6.0;           // ... this many: fewer are single slips
 constexpr double kHeavy = 0.2;                 // of a vertex's weight: few places show it, ...
@@ -83,17 +76,15 @@ class FaultFinder {
   FaultFinder(const Character& character, const Anatomy& anatomy)
       : character_(character),
         anatomy_(anatomy),
-        mirror_(mirror_of(character, anatomy)),
-        places_(character, anatomy) {}
+        places_(character, anatomy),
+        sides_(character, anatomy, places_) {}
 
   WeightFaults find() {
     WeightFaults out;
     if (!(places_.size > 0.0) || !(places_.all > 0.0)) return out;
-    image_ = mirrored_nodes(character_, mirror_);
-    find_odd_joints();
     find_distant(out);
     find_one_sided(out.far);
-    find_asymmetry(out.asymmetry, out.wrong_side);
+    find_asymmetry(places_, sides_, out.asymmetry, out.wrong_side);
     out.order = find_order_faults(places_, anatomy_);
     out.levels = find_level_faults(places_, anatomy_);
     out.seams = find_seam_faults(character_, anatomy_, places_);
@@ -303,22 +294,6 @@ class FaultFinder {
     return nearest;
   }
 
-  /// Single slips are for the check of stray vertices.
-  void keep_patches(FaultMap& faults, double fewest = kPatchPlaces, double share = kPatch) const {
-    const double least = std::max(fewest, share * static_cast<double>(places_.own_count));
-    for (auto each = faults.begin(); each != faults.end();)
-      each =
-          static_cast<double>(each->second.places) < least ? faults.erase(each) : std::next(each);
-  }
-
-  /// Whether the hips hang from a joint: it stays behind when the spine moves.
-  bool above_hips(int node) const {
-    for (int n = character_.nodes[static_cast<Index>(anatomy_.spine.front())].parent; n >= 0;
-         n = character_.nodes[static_cast<Index>(n)].parent)
-      if (n == node) return true;
-    return false;
-  }
-
   /// Whether a joint is a knee or an elbow, or beyond one.
   bool lower_limb(int node) const {
     for (const std::vector<int>* limb :
@@ -353,7 +328,7 @@ class FaultFinder {
     std::vector<bool> meant(places_.total.size(), false);
     for (Index n = 0; n < places_.total.size(); ++n)
       meant[n] = places_.total[n] > 0.0 && places_.on_spine[n] < 0 &&
-                 above_hips(static_cast<int>(n)) && follows(static_cast<int>(n));
+                 sides_.above_hips(static_cast<int>(n)) && follows(static_cast<int>(n));
     FaultMap all, held, strongly, one_sided;
     for (Index p = 0; p < places_.weights.size(); ++p)
       for (const NodeWeight& w : places_.weights[p]) {
@@ -366,7 +341,7 @@ class FaultFinder {
         if (w.weight >= kHeldStrongly)
           add_fault(places_, strongly, w.node, rival, w.weight, distance, p);
         double there = 0.0;
-        for (const NodeWeight& other : weights_of_images()[p])
+        for (const NodeWeight& other : sides_.images()[p])
           if (other.node == w.node) there += other.weight;
         if (there <= kOneSided * w.weight)
           add_fault(places_, one_sided, w.node, rival, w.weight, distance, p);
@@ -376,13 +351,13 @@ class FaultFinder {
       if (const auto side = one_sided.find(node);
           side != one_sided.end() && side->second.places >= kUneven * fault.places)
         uneven.insert({node, fault});
-    keep_patches(uneven, kPlacesUneven, kSmallPatch);
-    keep_patches(all, kPlacesBehind, kShareBehind);
-    keep_patches(held, kPlacesHeld, kShareHeld);
+    keep_patches(places_, uneven, kPlacesUneven, kSmallPatch);
+    keep_patches(places_, all, kPlacesBehind, kShareBehind);
+    keep_patches(places_, held, kPlacesHeld, kShareHeld);
     const auto on_vertebrae =
         std::ranges::count_if(places_.main, [&](int node) { return node >= 0 && on_torso(node); });
-    keep_patches(strongly, std::max(kPlacesHeld, kShareOfTorso * static_cast<double>(on_vertebrae)),
-                 0.0);
+    keep_patches(places_, strongly,
+                 std::max(kPlacesHeld, kShareOfTorso * static_cast<double>(on_vertebrae)), 0.0);
     std::erase_if(held, [](const auto& each) { return each.second.value < kHeldBehind; });
     for (const auto* more : {&all, &held, &strongly}) uneven.insert(more->begin(), more->end());
     take_faults(uneven, out);
@@ -494,7 +469,7 @@ class FaultFinder {
     constexpr double kAside = 0.03, kAcrossBy = 0.5;
     std::vector<double> middle(places_.total.size(), 0.0);
     const auto aside = [&](const glm::dvec3& p) {
-      return glm::dot(p - mirror_.middle, mirror_.left);
+      return glm::dot(p - sides_.mirror().middle, sides_.mirror().left);
     };
     for (Index p = 0; p < places_.weights.size(); ++p)
       for (const NodeWeight& w : places_.weights[p])
@@ -507,15 +482,15 @@ class FaultFinder {
              middle[static_cast<Index>(node)] * joint < -kAcrossBy * joint * joint;
     };
     const auto swapped = [&](int node) {
-      const int image = image_[static_cast<Index>(node)];
+      const int image = sides_.joint_images()[static_cast<Index>(node)];
       return image != node && is_across(node) && is_across(image);
     };
     for (Index p = 0; p < places_.weights.size(); ++p)
       for (const NodeWeight& w : places_.weights[p])
         if (w.weight >= kCounts && swapped(w.node) &&
             aside(places_.point[p]) * aside(places_.at(w.node)) < 0.0)
-          add_fault(places_, wrong, w.node, image_[static_cast<Index>(w.node)], w.weight,
-                    glm::distance(places_.point[p], places_.at(w.node)), p);
+          add_fault(places_, wrong, w.node, sides_.joint_images()[static_cast<Index>(w.node)],
+                    w.weight, glm::distance(places_.point[p], places_.at(w.node)), p);
   }
 
   void find_distant(WeightFaults& out) {
@@ -524,16 +499,18 @@ class FaultFinder {
     const bool is_fine = places_.own_count >= kLeastForSlopes;
     const double far_away = kFar * places_.size;
     bool sided = false;
-    for (Index n = 0; n < image_.size(); ++n)
-      sided |= places_.total[n] > 0.0 && image_[n] != static_cast<int>(n);
+    for (Index n = 0; n < sides_.joint_images().size(); ++n)
+      sided |= places_.total[n] > 0.0 && sides_.joint_images()[n] != static_cast<int>(n);
     for (Index p = 0; p < places_.weights.size(); ++p) {
-      const double aside = glm::dot(places_.point[p] - mirror_.middle, mirror_.left);
+      const double aside =
+          glm::dot(places_.point[p] - sides_.mirror().middle, sides_.mirror().left);
       for (const NodeWeight& w : places_.weights[p]) {
         if (w.weight < kCounts) continue;
         const int rival = places_.heaviest_but(p, w.node);
         if (rival < 0) continue;
-        const int image = image_[static_cast<Index>(w.node)];
-        const double joint_aside = glm::dot(places_.at(w.node) - mirror_.middle, mirror_.left);
+        const int image = sides_.joint_images()[static_cast<Index>(w.node)];
+        const double joint_aside =
+            glm::dot(places_.at(w.node) - sides_.mirror().middle, sides_.mirror().left);
         // Legs stand closer together than arms: what is as far out as they are is theirs.
         const double off_middle =
             std::min(kOffMiddle * places_.size, kAsFarOut * std::abs(joint_aside));
@@ -582,14 +559,15 @@ class FaultFinder {
     }
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
     find_swapped(wrong);
-    keep_patches(wrong);
-    keep_patches(far);
-    keep_patches(wide, kPlacesUneven, kWidePatch);
+    keep_patches(places_, wrong);
+    keep_patches(places_, far);
+    keep_patches(places_, wide, kPlacesUneven, kWidePatch);
     find_cut_off(cut_off);
-    find_misbound_pieces(character_, anatomy_, places_, mirror_, image_, wrong_pieces, pieces);
-    keep_patches(cut_off, kPlacesSure, 0.0);
-    keep_patches(heavy_wrong, kPlacesHeavy, 0.0);
-    keep_patches(heavy, kPlacesHeavy, 0.0);
+    find_misbound_pieces(character_, anatomy_, places_, sides_.mirror(), sides_.joint_images(),
+                         wrong_pieces, pieces);
+    keep_patches(places_, cut_off, kPlacesSure, 0.0);
+    keep_patches(places_, heavy_wrong, kPlacesHeavy, 0.0);
+    keep_patches(places_, heavy, kPlacesHeavy, 0.0);
     for (const auto* more : {&heavy_wrong, &wrong_pieces}) wrong.insert(more->begin(), more->end());
     for (const auto* more : {&wide, &cut_off, &heavy, &pieces})
       far.insert(more->begin(), more->end());
@@ -597,137 +575,12 @@ class FaultFinder {
     take_faults(far, out.far);
   }
 
-  /// Spine or arms: what the spine's motion shows. Feet, fingers, tails and ears of many a healthy
-  /// character differ.
-  bool is_upper_body(int node) const {
-    const auto on = [&](const std::vector<int>& chain, Index count) {
-      const auto end = chain.begin() + static_cast<std::ptrdiff_t>(std::min(count, chain.size()));
-      return std::find(chain.begin(), end, node) != end;
-    };
-    return on(anatomy_.spine, anatomy_.spine.size()) || on(anatomy_.left_arm, kArmJoints) ||
-           on(anatomy_.right_arm, kArmJoints);
-  }
-
-  /// The weights of the surface where each place's mirror image is: of the place there, else of the
-  /// nearest point of the triangles around the nearest places. Empty where the surface is too far
-  /// off: the body has no other side there. Counts those with a place.
-  const std::vector<PlaceWeights>& weights_of_images() {
-    if (!images_.empty()) return images_;
-    double length = 0.0;
-    for (Index p = 0; p < places_.point.size(); ++p)
-      for (Index e = places_.edges.first[p]; e < places_.edges.first[p + 1]; ++e)
-        length += glm::distance(places_.point[p], places_.point[places_.edges.of[e]]);
-    const double mean_edge =
-        places_.edges.of.empty() ? 0.0 : length / static_cast<double>(places_.edges.of.size());
-    const PointCells cells(places_.point, std::max(kMirrorSlack * places_.size, mean_edge));
-    std::vector<std::vector<Index>> triangles(places_.point.size());
-    for (Index t = 0; t < character_.triangles.size(); ++t)
-      for (int k = 0; k < 3; ++k)
-        triangles[character_.place[character_.triangles[t][k]]].push_back(t);
-    std::vector<PlaceWeights>& out = images_;
-    out.resize(places_.point.size());
-    for (Index p = 0; p < places_.point.size(); ++p) {
-      const glm::dvec3 at = mirror_(places_.point[p]);
-      const Index nearest = cells.nearest(at);
-      if (nearest == places_.point.size()) continue;
-      if (const double off = glm::distance(places_.point[nearest], at);
-          off <= kMirrorSlack * places_.size) {
-        // Where shells touch, several places lie there: this one's image is the one most like it.
-        double least = std::numeric_limits<double>::infinity();
-        cells.each_within(at, off + kSamePlace * places_.size, [&](Index q) {
-          const double unlike =
-              weight_difference(places_.weights[p], places_.weights[q], &image_).share;
-          if (unlike >= least) return;
-          least = unlike;
-          out[p] = places_.weights[q];
-        });
-        ++images_by_place_;
-        continue;
-      }
-      TrianglePoint best;
-      best.distance = kSurfaceSlack * places_.size;
-      const glm::uvec3* found = nullptr;
-      const auto look_around = [&](Index place) {
-        for (const Index t : triangles[place]) {
-          const glm::uvec3& corner = character_.triangles[t];
-          const auto corner_at = [&](int k) { return places_.point[character_.place[corner[k]]]; };
-          const TrianglePoint on =
-              closest_on_triangle(at, corner_at(0), corner_at(1), corner_at(2));
-          if (on.distance >= best.distance) continue;
-          best = on;
-          found = &corner;
-        }
-      };
-      look_around(nearest);
-      for (Index e = places_.edges.first[nearest]; e < places_.edges.first[nearest + 1]; ++e)
-        look_around(places_.edges.of[e]);
-      if (found == nullptr) continue;
-      std::map<int, double> mixed;
-      for (int k = 0; k < 3; ++k)
-        for (const NodeWeight& w : places_.weights[character_.place[(*found)[k]]])
-          mixed[w.node] += best.share[static_cast<Index>(k)] * w.weight;
-      for (const auto& [node, weight] : mixed) out[p].push_back({node, weight});
-    }
-    return out;
-  }
-
-  /// Joints with weight that stand elsewhere on the other side, or have no other side: a hand that
-  /// was bound a little apart, a rope on the back. A joint above the hips moves nothing by where it
-  /// is.
-  void find_odd_joints() {
-    odd_.assign(image_.size(), false);
-    for (Index n = 0; n < image_.size(); ++n)
-      odd_[n] = places_.total[n] > kLeastArea * places_.all && !above_hips(static_cast<int>(n)) &&
-                glm::distance(mirror_(places_.at(static_cast<int>(n))), places_.at(image_[n])) >
-                    kJointSlack * places_.size;
-  }
-
-  bool moves_with_odd(const PlaceWeights& weights) const {
-    return std::ranges::any_of(weights, [&](const NodeWeight& w) {
-      return w.weight >= kCounts && odd_[static_cast<Index>(w.node)];
-    });
-  }
-
-  /// The odd joint without which a body cannot be compared side by side: a vertebra, or the one
-  /// that moves most where odd joints move kMostOdd of the places of spine and arms; -1 for none.
-  int odd_joint_that_counts() const {
-    for (const int node : anatomy_.spine)
-      if (odd_[static_cast<Index>(node)]) return node;
-    std::vector<double> moved(odd_.size(), 0.0);
-    Index asked = 0, odd = 0;
-    for (const PlaceWeights& weights : places_.weights) {
-      if (std::ranges::none_of(weights, [&](const NodeWeight& w) {
-            return w.weight >= kCounts && is_upper_body(w.node);
-          }))
-        continue;
-      ++asked;
-      if (!moves_with_odd(weights)) continue;
-      ++odd;
-      for (const NodeWeight& w : weights)
-        if (odd_[static_cast<Index>(w.node)]) moved[static_cast<Index>(w.node)] += w.weight;
-    }
-    if (static_cast<double>(odd) <= kMostOdd * static_cast<double>(asked)) return -1;
-    return static_cast<int>(std::ranges::max_element(moved) - moved.begin());
-  }
-
-  /// The share of the places that have a mirror image, but for what moves with odd joints.
-  double mirrored_share() {
-    const std::vector<PlaceWeights>& image = weights_of_images();
-    Index asked = places_.own_count, mirrored = 0;
-    for (Index p = 0; p < image.size(); ++p)
-      if (moves_with_odd(places_.weights[p]))
-        --asked;
-      else
-        mirrored += !image[p].empty();
-    return static_cast<double>(mirrored) / static_cast<double>(std::max<Index>(asked, 1));
-  }
-
   /// Patches of the torso where a weight, of a joint two or more away, rises again and that the
   /// other side has nowhere near: of a body that mirrors itself and whose torso is painted so
   /// elsewhere.
   void find_one_sided(WeightAnswer& out) {
-    if (mirrored_share() < kMirrored) return;
-    const std::vector<PlaceWeights>& image = weights_of_images();
+    if (!sides_.surface_is_comparable()) return;
+    const std::vector<PlaceWeights>& image = sides_.images();
     const double near = kNearImage * places_.size;
     const PointCells cells(places_.point, near);
     // Of joints at one place, such as the two sides' at the hips, each is the other's image.
@@ -735,7 +588,7 @@ class FaultFinder {
     const auto images_of = [&](int node) -> const std::vector<int>& {
       const auto [found, is_new] = images.insert({node, {}});
       for (Index n = 0; is_new && n < places_.total.size(); ++n)
-        if (glm::distance(mirror_(places_.at(node)), places_.at(static_cast<int>(n))) <=
+        if (glm::distance(sides_.mirror()(places_.at(node)), places_.at(static_cast<int>(n))) <=
             kJointSlack * places_.size)
           found->second.push_back(static_cast<int>(n));
       return found->second;
@@ -799,96 +652,10 @@ class FaultFinder {
     take_faults(faults, out);
   }
 
-  void find_asymmetry(WeightAnswer& out, WeightAnswer& wrong_side) {
-    if (const int node = odd_joint_that_counts(); node >= 0) {
-      out.not_applicable = "the skeleton is not symmetric: joint " +
-                           in_quotes(character_.nodes[static_cast<Index>(node)].name) +
-                           " has no mirror image";
-      return;
-    }
-    const std::vector<PlaceWeights>& image = weights_of_images();
-    const double share = mirrored_share();
-    if (share < kMirrored) {
-      out.not_applicable = "the body is not symmetric: " + number_text(100.0 * share, 3) +
-                           " % of its places have a mirror image, " +
-                           number_text(100.0 * kMirrored, 3) + " % are needed";
-      return;
-    }
-    // Of each joint, what its side lacks of the other side's weight; a middle joint has two sides.
-    std::map<std::pair<int, bool>, WeightFault> faults;
-    std::map<std::pair<int, bool>, double> whole, lacks;
-    std::map<std::pair<int, bool>, std::map<int, double>> instead;
-    std::map<std::pair<int, bool>, double> worst;
-    FaultMap swapped;  // what one side's joint has of the other's
-    std::map<int, double> worst_swapped;
-    for (Index p = 0; p < places_.point.size(); ++p) {
-      if (places_.weights[p].empty() || image[p].empty() || moves_with_odd(places_.weights[p]) ||
-          moves_with_odd(image[p]))
-        continue;
-      const bool left = glm::dot(places_.point[p] - mirror_.middle, mirror_.left) > 0.0;
-      // What this place should have, by its image.
-      for (const NodeWeight& w : image[p])
-        whole[{image_[static_cast<Index>(w.node)], left}] += w.weight;
-      const WeightDifference apart = weight_difference(image[p], places_.weights[p], &image_);
-      if (apart.share < kCounts || !is_upper_body(apart.least)) continue;
-      const std::pair<int, bool> key(apart.least, left);
-      lacks[key] += apart.share;
-      const double joint_aside = glm::dot(places_.at(apart.most) - mirror_.middle, mirror_.left);
-      if (apart.most == image_[static_cast<Index>(apart.least)] && apart.most != apart.least &&
-          (joint_aside > 0.0) != left) {
-        WeightFault& wrong = swapped[apart.most];
-        wrong.node = apart.most;
-        wrong.other = apart.least;
-        ++wrong.places;
-        wrong.vertices.push_back(places_.vertex[p]);
-        wrong.value += 2.0 * apart.share /
-                       (places_.total[static_cast<Index>(apart.most)] +
-                        places_.total[static_cast<Index>(apart.least)]);
-        if (apart.share > worst_swapped[apart.most]) wrong.vertex = places_.vertex[p];
-        worst_swapped[apart.most] = std::max(worst_swapped[apart.most], apart.share);
-      }
-      instead[key][apart.most] += apart.share;
-      WeightFault& fault = faults[key];
-      ++fault.places;
-      fault.vertices.push_back(places_.vertex[p]);
-      if (apart.share <= worst[key]) continue;
-      worst[key] = apart.share;
-      fault.vertex = places_.vertex[p];
-    }
-    FaultMap by_joint;
-    // Sides that are not built alike were painted one by one, and are never quite alike.
-    const bool unlike =
-        static_cast<double>(images_by_place_) < kMirrored * static_cast<double>(places_.own_count);
-    for (auto& [key, fault] : faults) {
-      fault.node = key.first;
-      const int image_of = image_[static_cast<Index>(key.first)];
-      const double all =
-          image_of == key.first ? whole[key] : places_.total[static_cast<Index>(image_of)];
-      if (unlike && all < kLeastUnlike * places_.all) continue;
-      fault.value = std::min(1.0, lacks[key] / std::max(all, 1e-300));
-      fault.other =
-          std::max_element(instead[key].begin(), instead[key].end(),
-                           [](const auto& x, const auto& y) { return x.second < y.second; })
-              ->first;
-      if (WeightFault& known = by_joint[key.first]; fault.value > known.value) known = fault;
-    }
-    keep_patches(by_joint);
-    if (unlike)
-      std::erase_if(by_joint, [](const auto& each) { return each.second.value < kUnlikeSides; });
-    take_faults(by_joint, out);
-    keep_patches(swapped);
-    for (const WeightFault& known : wrong_side.faults) swapped.erase(known.node);
-    take_faults(swapped, wrong_side);
-  }
-
   const Character& character_;
   const Anatomy& anatomy_;
-  const Mirror mirror_;
   const SkinPlaces places_;
-  std::vector<int> image_;                  // of each node: the one on the other side
-  std::vector<bool> odd_;                   // of each node: whether that stands elsewhere
-  std::vector<PlaceWeights> images_;        // of the surface where each place's mirror image is
-  Index images_by_place_ = 0;               // ... of a place there
+  const BodySides sides_;
   std::map<int, std::vector<Index>> held_;  // of each shell: places that a joint weighs
   std::map<int, std::vector<bool>> island_;
   std::map<int, std::vector<Hump>> hump_;

@@ -163,11 +163,10 @@ void judge_symmetry(const Character& character, const Anatomy& anatomy,
                     const std::vector<std::uint32_t>& vertex, WeightHygiene& out) {
   const double edge = kMirrorTolerance * anatomy.height;
   if (!(edge > 0.0) || character.place_count == 0) return;
-  const Mirror mirror = mirror_of(character, anatomy);
-
   const PosedMesh rest = rest_mesh(character);
   std::vector<glm::dvec3> points;
   for (const std::uint32_t v : vertex) points.emplace_back(rest.position[v]);
+  const Mirror mirror = surface_mirror(character, anatomy, points);
   const PointCells cells(points, edge);
   const std::vector<int> other = mirrored_nodes(character, mirror);
   Index mirrored = 0;

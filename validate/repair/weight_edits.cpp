@@ -74,7 +74,7 @@ struct WeightEdits::Parts {
         writable(writable),
         rest(skin::rest_mesh(character)),
         graph(skin::weight_graph(character, rest.position)),
-        mirror(skin::mirror_of(character, anatomy)),
+        mirror(skin::surface_mirror(character, anatomy, graph.position)),
         image(skin::mirrored_nodes(character, mirror)) {
     for (const std::uint32_t v : graph.vertex)
       weights.push_back(skin::shares_of(character.influences[v]));

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <glm/trigonometric.hpp>
+#include <vector>
+
 #include "tests/skin/stick_figure.h"
 
 namespace backbend::skin {
@@ -27,6 +31,35 @@ TEST(MirroredNodes, ArePairedWhereLimbsStartInTheMiddleUnderNamesWithoutSides) {
   for (const char* name : {"hips", "spine_1", "spine_2", "neck", "head"})
     EXPECT_EQ(of(stick_node(figure, name)), stick_node(figure, name)) << name;
   EXPECT_EQ(of(stick_node(figure, "clavicle.L")), stick_node(figure, "clavicle.R"));
+}
+
+TEST(SurfaceMirror, TakesABodyThatLeansToASideOntoItself) {
+  const Character figure = stick_figure();
+  const Anatomy anatomy = find_anatomy(figure);
+  // An egg of points, leaning by `degrees` around the forward axis and shifted.
+  const auto egg = [](double degrees, const glm::dvec3& shift) {
+    std::vector<glm::dvec3> out;
+    const double a = glm::radians(degrees);
+    for (int row = 1; row < 20; ++row)
+      for (int k = 0; k < 24; ++k) {
+        const double up = 0.085 * row, round = glm::radians(15.0 * k),
+                     wide = 0.3 * std::sin(up / 1.7 * 3.14159) * (1.0 + 0.2 * std::cos(round));
+        const double x = wide * std::sin(round), z = wide * std::cos(round);
+        out.push_back(shift + glm::dvec3(x * std::cos(a) - up * std::sin(a),
+                                         x * std::sin(a) + up * std::cos(a), z));
+      }
+    return out;
+  };
+  const Mirror straight = surface_mirror(figure, anatomy, egg(0.0, {}));
+  EXPECT_EQ(straight.left, mirror_of(figure, anatomy).left);
+  EXPECT_EQ(straight.middle, mirror_of(figure, anatomy).middle);
+  const glm::dvec3 shift(0.02, 0.0, 0.0);
+  const Mirror leaning = surface_mirror(figure, anatomy, egg(4.0, shift));
+  const double a = glm::radians(4.0);
+  EXPECT_NEAR(glm::distance(leaning.left, glm::dvec3(std::cos(a), std::sin(a), 0.0)), 0.0, 1e-6);
+  EXPECT_NEAR(glm::dot(leaning.middle - shift, leaning.left), 0.0, 1e-6);
+  // Nothing to hold a mirror against.
+  EXPECT_EQ(surface_mirror(figure, anatomy, {}).left, mirror_of(figure, anatomy).left);
 }
 
 TEST(SpineIsInTheMiddle, UnlessAJointIsFarOff) {

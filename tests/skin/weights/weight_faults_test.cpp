@@ -481,6 +481,85 @@ TEST(Asymmetry, OfTheTorsoIsFoundBesideAJointThatHasNoOtherSide) {
   EXPECT_NE(told.find("'rope' has no mirror image"), std::string::npos) << told;
 }
 
+TEST(Asymmetry, OfTheTorsoIsFoundUnderALimbWhoseSidesAreNotAlike) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character plain = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(plain);
+  const std::vector<glm::vec3> rest = rest_mesh(plain).position;
+  // A gauntlet on the left, or a hunch: what these joints move stands out by a share of the height.
+  const auto swollen = [&](const std::vector<int>& joints, double by) {
+    Character out = plain;
+    for (std::size_t v = 0; v < out.influences.size(); ++v) {
+      const auto& in = out.influences[v];
+      if (glm::dot(glm::dvec3(rest[v]), anatomy.left) < 0.0) continue;
+      for (std::size_t k = 0; k < in.weight.size(); ++k)
+        if (std::ranges::count(joints, out.joints[in.joint[k]].node) > 0)
+          out.bind_position[v] += glm::vec3(by * anatomy.height * in.weight[k] * anatomy.up);
+    }
+    return out;
+  };
+  std::vector<int> arm{*(anatomy.left_arm.end() - 2)};  // from the elbow on, with the fingers
+  for (std::size_t n = 0; n < plain.nodes.size(); ++n)
+    if (std::ranges::count(arm, plain.nodes[n].parent) > 0) arm.push_back(static_cast<int>(n));
+  Character gauntlet = swollen(arm, 0.05);
+  EXPECT_EQ(find_weight_faults(gauntlet, anatomy).asymmetry.not_applicable, "");
+  EXPECT_LE(find_weight_faults(gauntlet, anatomy).asymmetry.worst(), kAsymmetry);
+  for (std::size_t k = anatomy.chest_index; k-- > 0;)
+    move_weight(gauntlet, anatomy, anatomy.spine[k], anatomy.spine[k + 1], 1.0, 1);
+  EXPECT_GT(find_weight_faults(gauntlet, anatomy).asymmetry.worst(), kAsymmetry);
+  // A torso whose sides are not alike says nothing.
+  const std::string told =
+      find_weight_faults(swollen(anatomy.spine, 0.03), anatomy).asymmetry.not_applicable;
+  EXPECT_NE(told.find("the body is not symmetric"), std::string::npos) << told;
+}
+
+TEST(Asymmetry, OnFewPlacesOfACoarseMeshIsAFaultWhereItIsPlain) {
+  REQUIRE_CHARACTER("alpaca.glb");
+  Character coarse = read_character(shared_character("alpaca.glb"));
+  const Anatomy anatomy = find_anatomy(coarse);
+  const Mirror mirror = mirror_of(coarse, anatomy);
+  const std::vector<glm::vec3> rest = rest_mesh(coarse).position;
+  const int left = anatomy.left_arm[0], right = anatomy.right_arm[0];
+  const int chest = anatomy.spine[anatomy.chest_index];
+  // Both clavicles move eight places each, and one of them eight in the middle.
+  move_weight(coarse, anatomy, left, chest, 1.0);
+  move_weight(coarse, anatomy, right, chest, 1.0);
+  const glm::dvec3 joint(coarse.nodes[static_cast<std::size_t>(left)].world_from_node[3]);
+  std::map<double, glm::dvec3> aside, middle;  // by how far from the clavicle
+  for (const glm::vec3& place : rest) {
+    const glm::dvec3 at(place);
+    const double off = glm::dot(at - mirror.middle, mirror.left);
+    if (off > 0.02 * anatomy.height) aside[glm::distance(at, joint)] = at;
+    if (std::abs(off) < 1e-5 * anatomy.height) middle[glm::distance(at, joint)] = at;
+  }
+  ASSERT_GE(middle.size(), 8u);
+  const auto with = [&](float on_left, float on_right, int node_of_middle = -1) {
+    Character out = coarse;
+    const auto give_near = [&](const std::map<double, glm::dvec3>& places, bool mirrored, int node,
+                               float share) {
+      for (auto place = places.begin(); place != std::next(places.begin(), 8); ++place)
+        for (std::size_t v = 0; v < rest.size(); ++v)
+          if (glm::distance(glm::dvec3(rest[v]), mirrored ? mirror(place->second) : place->second) <
+              1e-4 * anatomy.height)
+            give(out.influences[v], skin_joint(out, node), share);
+    };
+    give_near(aside, false, left, on_left);
+    give_near(aside, true, right, on_right);
+    if (node_of_middle >= 0) give_near(middle, false, node_of_middle, 0.6F);
+    return find_weight_faults(out, anatomy);
+  };
+  EXPECT_LE(with(0.6F, 0.6F).asymmetry.worst(), kAsymmetry);
+  // Automatic weights differ so.
+  EXPECT_LE(with(0.6F, 0.4F).asymmetry.worst(), kAsymmetry);
+  EXPECT_TRUE(names(with(0.6F, 0.3F).asymmetry, kAsymmetry, right));
+  // What is in the middle lies on neither side.
+  for (const int node : {left, right}) {
+    const WeightFaults faults = with(0.6F, 0.6F, node);
+    EXPECT_TRUE(names(faults.asymmetry, kAsymmetry, node == left ? right : left));
+    EXPECT_FALSE(names(faults.wrong_side, kWrongSide, node));
+  }
+}
+
 TEST(OffBones, AreVertebraeThatEachHaveTheWeightsOfTheNext) {
   for (const char* file :
        {"mh_male_13k.glb", "mh_female_cmu_13k.glb", "quaternius_female_24k.glb", "bunny.glb"}) {
