@@ -116,9 +116,14 @@ int run(const std::string& kind) {
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
   if (!scene) return complain(one_line(importer.GetErrorString()));
-  if (!write_output(encode_scene(*scene))) return complain("cannot be passed on");
-  // The output is complete: skip the destructors, which a broken scene may crash.
-  std::_Exit(0);
+  int code = 0;
+  try {
+    if (!write_output(encode_scene(*scene))) code = complain("cannot be passed on");
+  } catch (const skin::CharacterError& error) {
+    code = complain(error.what());
+  }
+  // All is said: skip the destructors, which a broken scene may crash.
+  std::_Exit(code);
 }
 
 }  // namespace

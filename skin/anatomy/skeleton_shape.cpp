@@ -18,10 +18,12 @@
 namespace backbend::skin {
 namespace {
 
-constexpr double kMirrorReach = 0.1;   // two mirrored branches reach equally far, relative
-constexpr double kMirrorAngle = 0.94;  // cosine: their ends lie across one world axis
-constexpr double kApart = 0.02;        // ... and this much of the size apart
-constexpr double kWorn = 0.1;          // of the size, around the body: what it wears lies within
+constexpr double kMirrorReach = 0.1;     // two mirrored branches reach equally far, relative
+constexpr double kChainReach = 0.15;     // ... of two chains of as many joints, placed by hand
+constexpr std::size_t kChainJoints = 4;  // ... and this many
+constexpr double kMirrorAngle = 0.94;    // cosine: their ends lie across one world axis
+constexpr double kApart = 0.02;          // ... and this much of the size apart
+constexpr double kWorn = 0.1;            // of the size, around the body: what it wears lies within
 constexpr std::size_t kMostSiblings = 256;
 
 /// What hangs from each node. Nodes that only stand between a joint and the one it hangs from,
@@ -130,11 +132,24 @@ bool numbered_apart(const NameFacts& a, const NameFacts& b) {
          letters(a.without_side) == letters(b.without_side);
 }
 
+/// The joints of a chain without a fork, from its root on; 0 where it forks.
+std::size_t chain_length(const SkeletonShape& shape, std::size_t root) {
+  std::size_t length = 1;
+  for (std::size_t n = root; !shape.children[n].empty(); ++length) {
+    if (shape.children[n].size() > 1) return 0;
+    n = static_cast<std::size_t>(shape.children[n].front());
+  }
+  return length;
+}
+
 /// From the end of one branch to the end of another that reaches as far, of length 1; 0 where they
 /// do not, or end in one place.
 glm::dvec3 across_between(const SkeletonShape& shape, std::size_t a, std::size_t b) {
   const double reach = std::max(shape.reach[a], shape.reach[b]);
-  if (std::abs(shape.reach[a] - shape.reach[b]) > kMirrorReach * reach) return glm::dvec3(0.0);
+  const std::size_t joints = chain_length(shape, a);
+  const bool is_limb = joints >= kChainJoints && joints == chain_length(shape, b);
+  if (std::abs(shape.reach[a] - shape.reach[b]) > (is_limb ? kChainReach : kMirrorReach) * reach)
+    return glm::dvec3(0.0);
   const glm::dvec3 across = shape.position[static_cast<std::size_t>(shape.farthest[a])] -
                             shape.position[static_cast<std::size_t>(shape.farthest[b])];
   const double length = glm::length(across);

@@ -151,6 +151,30 @@ std::vector<int> heads_by_name(const SkeletonShape& shape) {
   return heads;
 }
 
+/// The last joint that is called a neck, or its heaviest child, which carries the head then; -1 for
+/// none.
+int head_by_neck(const SkeletonShape& shape) {
+  int neck = -1;
+  for (Index n = 0; n < shape.name.size(); ++n) {
+    const NameFacts& name = shape.name[n];
+    if (name.part == BodyPart::neck && name.side == Side::none && !name.end && !name.control &&
+        !shape.is_mechanism[n] && shape.is_joint[n])
+      neck = static_cast<int>(n);  // parents stand before their children
+  }
+  if (neck < 0) return -1;
+  int head = neck;
+  double most = 0.0;
+  for (const int child : shape.children[static_cast<Index>(neck)]) {
+    const auto c = static_cast<Index>(child);
+    if (!shape.is_joint[c] || shape.name[c].end || shape.is_mechanism[c] ||
+        shape.weight_below[c] <= most)
+      continue;
+    most = shape.weight_below[c];
+    head = child;
+  }
+  return head;
+}
+
 class EndFinder {
  public:
   EndFinder(const Character& character, const SkeletonShape& shape,
@@ -223,6 +247,11 @@ class EndFinder {
       if (out_.head >= 0) return;
     }
     if (limbs_.size() < 2 || upper == lower || !shape_.is_ancestor(character_, lower, upper)) {
+      out_.head = head_by_neck(shape_);
+      if (out_.head >= 0) {
+        say("head: " + quoted_name(character_, out_.head) + ", by the name of the neck");
+        return;
+      }
       out_.doubt = "no joint is named head, and fewer than two pairs of limbs to infer it from";
       return;
     }

@@ -11,6 +11,28 @@ bool is_upper(char c) { return c >= 'A' && c <= 'Z'; }
 bool is_lower(char c) { return c >= 'a' && c <= 'z'; }
 bool is_letter(char c) { return is_upper(c) || is_lower(c); }
 
+/// A name with Latin letters without their accents, of UTF-8: `Tête` -> Tete. Those of one letter
+/// (U+00C0 to U+00FF) become it, those that stand after their letter (U+0300 to U+036F) go.
+std::string without_accents(std::string_view name) {
+  constexpr std::string_view kPlain =
+      "AAAAAAACEEEEIIIIDNOOOOO-OUUUUY--aaaaaaaceeeeiiiidnooooo-ouuuuy-y";
+  std::string out;
+  for (std::size_t i = 0; i < name.size(); ++i) {
+    const auto byte = static_cast<unsigned char>(name[i]);
+    const auto next = i + 1 < name.size() ? static_cast<unsigned char>(name[i + 1]) : 0U;
+    const bool follows = next >= 0x80 && next <= 0xBF;
+    if (byte == 0xC3 && follows) {
+      out += kPlain[next - 0x80];
+      ++i;
+    } else if ((byte == 0xCC && follows) || (byte == 0xCD && follows && next <= 0xAF)) {
+      ++i;
+    } else {
+      out += name[i];
+    }
+  }
+  return out;
+}
+
 /// The words of a name in lower case, digits dropped: `J_Bip_L_UpperArm01` -> j bip l upper arm.
 std::vector<std::string> words_of(std::string_view name) {
   if (const auto cut = name.find_last_of(":|"); cut != std::string_view::npos)
@@ -210,7 +232,7 @@ void read_prefixes(std::string_view word, NameFacts& facts) {
 
 NameFacts read_joint_name(std::string_view name) {
   NameFacts facts;
-  std::vector<std::string> words = words_of(name);
+  std::vector<std::string> words = words_of(without_accents(name));
   for (std::string& word : words) {
     if (is_any(word, {"l", "left", "lft"})) {
       facts.side = Side::left;

@@ -49,6 +49,11 @@ class BrokenImports(CommandTest):
             document["skins"][0]["joints"][2] = document["skins"][0]["joints"][1]
         self.refusal("twice.glb", glb.tube(change=twice), "'spine'", "twice")
 
+    def test_two_joints_of_one_name_in_a_collada_file_are_refused_with_the_cure(self):
+        # As Maya lets a duplicated limb have them.
+        self.refusal("named.dae", dae.tube(names=["hips", "spine", "spine", "neck", "head"]), "names of their own",
+                     "'spine'")
+
     def test_a_singular_bind_matrix_is_refused_by_its_joint(self):
         flat = glb.with_bind_matrix(glb.tube(), 2, lambda m: [*m[:8], 0, 0, 0, 0, *m[12:]])
         self.refusal("flat.glb", flat, "'chest'", "singular")

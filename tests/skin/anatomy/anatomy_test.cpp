@@ -1267,6 +1267,58 @@ TEST(Anatomy, PrefersBonesThatAreMarkedAsDeformingToTheMechanismBesideThem) {
   EXPECT_EQ(names_of(character, find_anatomy(character).spine), spine);
 }
 
+TEST(Anatomy, FindsTheHeadByTheNeckOfAFigureWithoutLegs) {
+  for (const bool has_child : {true, false}) {
+    Character genie;
+    const auto bone = [&](const std::string& name, int parent, const glm::dvec3& at) {
+      const int node = add_node(genie, name, parent, at);
+      stick_vertex(genie, node);
+      return node;
+    };
+    const int core = bone("Core", -1, {0, 1.0, 0});
+    const int torso = bone("Torso", core, {0, 1.3, 0});
+    const int neck = bone("Neck", torso, {0, 1.5, 0});
+    if (has_child) bone("joint4", neck, {0, 1.6, 0});
+    for (const double side : {1.0, -1.0}) {
+      const std::string which = side > 0.0 ? "Left" : "Right";
+      const int arm = bone(which + "_Arm", torso, {0.2 * side, 1.4, 0});
+      bone(which + "_Wrist", bone(which + "_Elbow", arm, {0.45 * side, 1.4, 0}),
+           {0.7 * side, 1.4, 0});
+    }
+    const Anatomy anatomy = find_anatomy(genie);
+    Names spine{"Core", "Torso", "Neck"};
+    if (has_child) spine.push_back("joint4");
+    EXPECT_EQ(names_of(genie, anatomy.spine), spine);
+    EXPECT_EQ(names_of(genie, anatomy.left_arm), (Names{"Left_Arm", "Left_Elbow", "Left_Wrist"}));
+  }
+}
+
+TEST(Anatomy, PairsLimbsWithoutNamesThatWerePlacedByHand) {
+  // Arms of four joints, of which one reaches `share` as far as the other.
+  const auto spine_with = [](double share) {
+    Character figure;
+    const auto bone = [&](int parent, const glm::dvec3& at) {
+      const int node = add_node(figure, "Bone." + std::to_string(figure.nodes.size()), parent, at);
+      stick_vertex(figure, node);
+      return node;
+    };
+    const int hips = bone(-1, {0, 1.0, 0}), chest = bone(hips, {0, 1.4, 0});
+    bone(bone(chest, {0, 1.6, 0}), {0, 1.75, 0});
+    for (const double side : {1.0, -1.0}) {
+      int arm = chest, leg = hips;
+      for (int k = 0; k < 4; ++k) {
+        const double reach = (0.15 + 0.15 * k) * (side > 0.0 ? 1.0 : share);
+        arm = bone(arm, {0.1 * side + reach * side, 1.4, 0});
+        leg = bone(leg, {0.15 * side, 0.95 - 0.3 * k, 0});
+      }
+    }
+    return find_anatomy(figure).spine.size();
+  };
+  EXPECT_EQ(spine_with(1.0), 4u);
+  EXPECT_EQ(spine_with(0.87), 4u);
+  EXPECT_ANY_THROW(spine_with(0.8));
+}
+
 TEST(JointNames, AreReadWhateverTheirDialect) {
   const auto part = [](const char* name) { return read_joint_name(name).part; };
   const auto side = [](const char* name) { return read_joint_name(name).side; };
@@ -1290,6 +1342,12 @@ TEST(JointNames, AreReadWhateverTheirDialect) {
   EXPECT_EQ(part("Becken"), BodyPart::hip);
   EXPECT_EQ(part("epaule_L"), BodyPart::clavicle);
   EXPECT_EQ(part("Rodilla.R"), BodyPart::leg);
+  EXPECT_EQ(part("T\u00eate"), BodyPart::head);
+  EXPECT_EQ(part("Te\u0302te"), BodyPart::head) << "an accent that stands after its letter";
+  EXPECT_EQ(part("Pesco\u00e7o"), BodyPart::neck);
+  EXPECT_EQ(part("\u00c9paule.L"), BodyPart::clavicle);
+  EXPECT_EQ(side("\u00c9paule.L"), Side::left);
+  EXPECT_EQ(part("\xc3"), BodyPart::none) << "cut short";
   EXPECT_EQ(part("course"), BodyPart::none) << "only as a word of its own";
   EXPECT_TRUE(read_joint_name("HeadTop_End").end);
   EXPECT_TRUE(read_joint_name("IKFrontLeg.L").control);
