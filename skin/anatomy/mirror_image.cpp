@@ -116,25 +116,22 @@ std::optional<Mirror> mirror_of_pairs(const Character& character, const Anatomy&
 class SurfaceMatch {
  public:
   SurfaceMatch(const std::vector<glm::dvec3>& points, double size)
-      : size_(size), cells_(points, kLooksAround * size) {
+      : points_(points), size_(size), near_(points, kMatches * size) {
     const Index step = (points.size() + kMostAsked - 1) / kMostAsked;
     for (Index p = 0; p < points.size(); p += step) asked_.push_back(points[p]);
   }
 
   /// The share of the points that lie near the image of another.
   double share(const Mirror& mirror) const {
-    Index near = 0;
-    for (const glm::dvec3& point : asked_) {
-      const glm::dvec3 image = mirror(point);
-      const Index nearest = cells_.nearest(image);
-      near += nearest < cells_.size() &&
-              glm::distance(cells_.point(nearest), image) <= kMatches * size_;
-    }
+    const auto near = std::ranges::count_if(asked_, [&](const glm::dvec3& point) {
+      return near_.nearest(mirror(point)) < near_.size();
+    });
     return static_cast<double>(near) / static_cast<double>(asked_.size());
   }
 
   /// The mirror moved to where points lie half way to those near their images, step by step.
   Mirror fitted(Mirror mirror) const {
+    const PointCells cells(points_, kLooksAround * size_);
     double reach = kLooksAround * size_;
     for (int step = 0; step < kSteps;
          ++step, reach = std::max(kNarrows * reach, kReaches * size_)) {
@@ -142,9 +139,9 @@ class SurfaceMatch {
       double pairs = 0.0;
       for (const glm::dvec3& point : asked_) {
         const glm::dvec3 image = mirror(point);
-        const Index nearest = cells_.nearest(image);
-        if (nearest == cells_.size()) continue;
-        const glm::dvec3& other = cells_.point(nearest);
+        const Index nearest = cells.nearest(image);
+        if (nearest == cells.size()) continue;
+        const glm::dvec3& other = cells.point(nearest);
         if (glm::distance(other, image) > reach) continue;
         const double side = glm::dot(point - mirror.middle, mirror.left) > 0.0 ? 1.0 : -1.0;
         across += side * (point - other);
@@ -159,8 +156,9 @@ class SurfaceMatch {
   }
 
  private:
+  const std::vector<glm::dvec3>& points_;
   double size_;
-  PointCells cells_;
+  PointCells near_;
   std::vector<glm::dvec3> asked_;
 };
 

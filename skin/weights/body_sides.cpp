@@ -32,6 +32,7 @@ BodySides::BodySides(const Character& character, const Anatomy& anatomy, const S
       places_(places),
       mirror_(surface_mirror(character, anatomy, places.point)),
       joint_image_(mirrored_nodes(character, mirror_)) {
+  if (!(places.size > 0.0)) return;
   find_images();
   find_odd_joints();
   compare_surfaces();
