@@ -16,8 +16,8 @@ using Index = std::size_t;
 
 constexpr double kInTheMiddle = 0.002;  // of the size: what is nearer lies on neither side
 constexpr double kSlight = 0.25;        // of a vertex's weight: automatic weights differ by so much
-constexpr Index kFewPlaces = 16;        // ... by chance, on a coarse mesh
-constexpr double kUnlikeSides = 0.42;   // of a joint's weight, between sides of other vertices
+constexpr Index kFewPlaces = 16;       // ... on a coarse mesh, and sides of other vertices anywhere
+constexpr double kUnlikeSides = 0.42;  // of a joint's weight, between sides of other vertices
 constexpr double kLeastUnlike = 0.005;  // of all weight, for a side of a joint to be compared so
 
 }  // namespace
@@ -76,7 +76,7 @@ void find_asymmetry(const SkinPlaces& places, const BodySides& sides, WeightAnsw
     const int image_of = joint_image[static_cast<Index>(key.first)];
     const double all =
         image_of == key.first ? whole[key] : places.total[static_cast<Index>(image_of)];
-    if (worst[key] < kSlight && fault.places < kFewPlaces) continue;
+    if (worst[key] < kSlight && (unlike || fault.places < kFewPlaces)) continue;
     if (unlike && all < kLeastUnlike * places.all) continue;
     fault.value = std::min(1.0, lacks[key] / std::max(all, 1e-300));
     fault.other = std::max_element(instead[key].begin(), instead[key].end(),

@@ -59,7 +59,7 @@ struct WeightFaults {
   /// the surface within 0.01. Asked of spine, clavicles and upper arms, where 95 % of the places
   /// have an image or the torso mirrors itself (skin/weights/body_sides.h), and the spine's joints
   /// do; where fewer places have a place there, of 0.42 and more. A difference on fewer than 16
-  /// places, on none of which it is 0.25 of a vertex's weight, does not count.
+  /// places, there on any number, on none of which it is 0.25 of a vertex's weight, does not count.
   WeightAnswer asymmetry;
   /// Joints of the spine up to the chest whose middles of weight do not stand in the chain's order:
   /// by how much of the spine's length the lower one stands beyond the upper. Asked of joints that

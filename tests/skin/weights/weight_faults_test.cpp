@@ -533,11 +533,20 @@ TEST(Asymmetry, OnFewPlacesOfACoarseMeshIsAFaultWhereItIsPlain) {
     if (std::abs(off) < 1e-5 * anatomy.height) middle[glm::distance(at, joint)] = at;
   }
   ASSERT_GE(middle.size(), 8u);
-  const auto with = [&](float on_left, float on_right, int node_of_middle = -1) {
+  const double in_mesh = glm::distance(coarse.bind_position.front(), coarse.bind_position.back()) /
+                         glm::distance(rest.front(), rest.back());  // its unit against the world's
+  const auto with = [&](float on_left, float on_right, int node_of_middle = -1, int count = 8,
+                        bool alike = true) {
     Character out = coarse;
+    for (std::size_t v = 0; v < rest.size() && !alike; ++v) {
+      const glm::dvec3 at(rest[v]);
+      if (glm::dot(at - mirror.middle, mirror.left) < 0.0)
+        out.bind_position[v] +=
+            glm::vec3(in_mesh * 0.003 * anatomy.height * std::sin(40.0 * at.y / anatomy.height));
+    }
     const auto give_near = [&](const std::map<double, glm::dvec3>& places, bool mirrored, int node,
                                float share) {
-      for (auto place = places.begin(); place != std::next(places.begin(), 8); ++place)
+      for (auto place = places.begin(); place != std::next(places.begin(), count); ++place)
         for (std::size_t v = 0; v < rest.size(); ++v)
           if (glm::distance(glm::dvec3(rest[v]), mirrored ? mirror(place->second) : place->second) <
               1e-4 * anatomy.height)
@@ -552,6 +561,11 @@ TEST(Asymmetry, OnFewPlacesOfACoarseMeshIsAFaultWhereItIsPlain) {
   // Automatic weights differ so.
   EXPECT_LE(with(0.6F, 0.4F).asymmetry.worst(), kAsymmetry);
   EXPECT_TRUE(names(with(0.6F, 0.3F).asymmetry, kAsymmetry, right));
+  EXPECT_TRUE(names(with(0.4F, 0.2F, -1, 24).asymmetry, kAsymmetry, right));
+  // Sides that are not built alike were painted one by one.
+  EXPECT_EQ(with(0.4F, 0.2F, -1, 24, false).asymmetry.not_applicable, "");
+  EXPECT_LE(with(0.4F, 0.2F, -1, 24, false).asymmetry.worst(), kAsymmetry);
+  EXPECT_TRUE(names(with(0.6F, 0.2F, -1, 24, false).asymmetry, kAsymmetry, right));
   // What is in the middle lies on neither side.
   for (const int node : {left, right}) {
     const WeightFaults faults = with(0.6F, 0.6F, node);
