@@ -5,6 +5,7 @@
 #include <functional>
 #include <vector>
 
+#include "skin/character/matrix_facts.h"
 #include "solver/rig/spine_pose.h"
 #include "validate/metrics/surface/bend_intent.h"
 #include "validate/metrics/surface/mesh.h"
@@ -122,6 +123,34 @@ class Tube {
     for (int i = 0; i < kSteps; ++i)
       p += rotation(bend(s * (i + 0.5) / kSteps)) * glm::dvec3(0, s / kSteps, 0);
     return p;
+  }
+};
+
+/// What binds a tube to its bones, as a character says it.
+struct TubeBinding {
+  std::vector<skin::Influences> influences;
+  const Tube& tube;
+
+  explicit TubeBinding(const Tube& t) : tube(t) {
+    for (const std::vector<double>& weight : tube.weight) {
+      skin::Influences& own = influences.emplace_back();
+      std::size_t i = 0;
+      for (std::size_t b = 0; b < weight.size(); ++b) {
+        if (weight[b] == 0.0) continue;
+        own.joint[i] = static_cast<std::uint16_t>(b);
+        own.weight[i++] = static_cast<float>(weight[b]);
+      }
+    }
+  }
+  skin::JointMatrices joints(const solver::SpinePose& pose) const {
+    std::vector<skin::SkinJoint> joint;
+    std::vector<glm::dmat4> world;
+    for (int b = 0; b < tube.bones; ++b) {
+      const auto i = static_cast<std::size_t>(b);
+      joint.push_back({b, glm::dmat4(1.0)});
+      world.push_back(skin::rigid_matrix(pose.turn[i], tube.rest.position[i], pose.position[i]));
+    }
+    return skin::joint_matrices(joint, world);
   }
 };
 

@@ -476,6 +476,7 @@ PoseRecord measure_even_bend(const Stage& stage, const ClipBody& body, const Cli
   PosedCharacter posed;
   posed.spine = ideal.pose(0);
   posed.mesh = body.blended(even);
+  posed.world_from_node = even;
   PoseRecord out;
   out.control = {0.0};
   out.body.twist = ideal.twist_deg(0);
@@ -517,6 +518,7 @@ void measure_frame(const ClipBody& body, const ClipSystem& system, const RigAtRe
     PosedCharacter posed;
     posed.spine = pose;
     posed.mesh = body.mesh(frame);
+    if (!body.has_points()) posed.world_from_node = body.world_from_node(frame);
     measure_pose(*metrics, at_rest, posed, record, Crossing::left_out);
   } else {
     const auto curve = system.intended_curve(record.control, kCurvePoints);

@@ -28,21 +28,6 @@ std::vector<float> along_spine(const BodyMetrics& body, const std::vector<double
   return out;
 }
 
-/// 1 at the vertices of triangles that face against their skinned normals and did not at rest.
-std::vector<float> inside_out(const Stage& stage, const skin::PosedMesh& mesh) {
-  std::vector<float> out(mesh.position.size(), 0.0f);
-  const auto faces_in = [](const skin::PosedMesh& body, const glm::uvec3& t) {
-    const glm::vec3 a = body.position[t.x], b = body.position[t.y], c = body.position[t.z];
-    const glm::vec3 sum = body.normal[t.x] + body.normal[t.y] + body.normal[t.z];
-    return glm::dot(glm::cross(b - a, c - a), sum) < 0.0f;
-  };
-  for (const glm::uvec3& t : stage.character().triangles) {
-    if (!faces_in(mesh, t) || faces_in(stage.rest(), t)) continue;
-    out[t.x] = out[t.y] = out[t.z] = 1.0f;
-  }
-  return out;
-}
-
 /// How far the rig's arm parent takes each vertex of the arms from where the chest control takes
 /// it, % of the height; 0 on the rest of the body. What BB022 is the largest of.
 std::vector<float> arm_motion(const Stage& stage, const HeatPose& pose) {
@@ -78,7 +63,7 @@ VertexHeat metric_heat(const Stage& stage, const BodyMetrics& body, const HeatPo
   if (arms) return scaled("arm drift, % of height", "% of height", 0.1, arm_motion(stage, pose));
   if (code == "BB033")
     return scaled("triangles that are turned inside out", "", 1.0,
-                  inside_out(stage, pose.posed.mesh));
+                  body.inverted_heat(pose.posed.mesh, pose.posed.world_from_node));
   const RigAtRest rest = rig_at_rest(pose.system);
   if (code == "BB032")
     return scaled("strain over that of the ideal bend (limit x " + number_text(limit, 0) + ")",

@@ -265,15 +265,10 @@ RigRecord measure_chain_only(const Stage& stage, const RigPlan& plan, solver::Ma
 
 void measure_pose(const BodyMetrics& body, const RigAtRest& rig, const PosedCharacter& posed,
                   PoseRecord& record, Crossing crossing) {
-  // Which way a triangle should face is what the joints make of it: deformers that turn a patch
-  // over turn the normals of their own points with it.
-  const skin::PosedMesh own = posed.blended
-                                  ? skin::PosedMesh{posed.mesh.position, posed.blended->normal}
-                                  : skin::PosedMesh{};
   const BodyMeasures measures =
-      body.measure(rig, record.control, posed.spine, posed.blended ? own : posed.mesh,
-                   glm::radians(record.body.twist), record.body.stretch != 0.0, crossing,
-                   posed.blended ? std::span<const glm::dmat4>{} : posed.world_from_node);
+      body.measure(rig, record.control, posed.spine, posed.mesh, glm::radians(record.body.twist),
+                   record.body.stretch != 0.0, crossing, posed.world_from_node,
+                   posed.blended ? Deformers::added : Deformers::none);
   record_chain(*rig.system, posed.spine, measures.chain, record);
   record_mesh({body, measures}, record);
 }

@@ -163,8 +163,9 @@ class Search {
     BodyMeasures measured;
     if (q_.stage && of_places_) {  // a kink needs no skin
       PosedCharacter posed = q_.stage->pose(*q_.system, control);
-      measured = body_->measure(at_rest_, control, posed.spine, posed.mesh,
-                                solver::radians(pose[kTwist]), false, Crossing::left_out);
+      measured =
+          body_->measure(at_rest_, control, posed.spine, posed.mesh, solver::radians(pose[kTwist]),
+                         false, Crossing::left_out, posed.world_from_node);
       spine = std::move(posed.spine);
     } else {
       q_.system->solve_into(control, solver::Detail::joints, spine);

@@ -45,8 +45,10 @@ SurfaceBounds::SurfaceBounds(const Stage& stage, const BodyMetrics& body)
   for (const skin::SkinJoint& joint : character_.joints) {
     rest_.push_back(character_.nodes[static_cast<std::size_t>(joint.node)].world_from_node *
                     joint.joint_from_mesh);
-    normal_.emplace_back(skin::normal_matrix(rest_.back()));
   }
+  std::vector<glm::dmat4> world_from_node;
+  for (const skin::Node& node : character_.nodes) world_from_node.push_back(node.world_from_node);
+  face_ = face_turns(skin::joint_matrices(character_.joints, world_from_node));
   const MeshRest& mesh = body.mesh();
   area_ = mesh.area;
   for (std::size_t b = 0; b < mesh.block.size(); ++b) {
@@ -67,10 +69,9 @@ SurfaceBounds::SurfaceBounds(const Stage& stage, const BodyMetrics& body)
 SurfaceBounds::Vertex SurfaceBounds::vertex_of(std::size_t v) const {
   const skin::Influences& influences = character_.influences[v];
   const glm::dvec4 place(glm::dvec3(character_.bind_position[v]), 1.0);
-  const glm::dvec3 normal(character_.bind_normal[v]);
   double sum = 0.0;
   for (const float w : influences.weight) sum += w;
-  if (!(sum > 0.0)) return {{0, 1.0, glm::dvec3(place), normal}};  // no joint: stays as it is
+  if (!(sum > 0.0)) return {{0, 1.0, glm::dvec3(place)}};  // no joint: stays as it is
   Vertex vertex;
   for (std::size_t k = 0; k < skin::kMaxInfluences; ++k) {
     if (!(influences.weight[k] > 0.0f)) continue;
@@ -80,10 +81,10 @@ SurfaceBounds::Vertex SurfaceBounds::vertex_of(std::size_t v) const {
         motion_of_node_[static_cast<std::size_t>(character_.joints[joint].node)]);
     auto at = std::find_if(vertex.begin(), vertex.end(),
                            [&](const Carried& c) { return c.motion == motion; });
-    if (at == vertex.end()) at = vertex.insert(at, {motion, 0.0, {}, {}});
+    if (at == vertex.end()) at = vertex.insert(at, {motion, 0.0, {}});
     at->weight += weight;
     at->place += weight * glm::dvec3(rest_[joint] * place);
-    at->normal += weight * (normal_[joint] * normal);
+    at->face += weight * glm::dmat3(face_[joint]);
   }
   return vertex;
 }
@@ -105,14 +106,16 @@ void SurfaceBounds::add_triangle(const std::array<std::size_t, 3>& corner, doubl
   Triangle t{{}, static_cast<std::uint32_t>(triangle_term_.size()), 0, area};
   for (const Vertex& v : vertex)
     for (const Carried& c : v) t.middle += c.place / 3.0;
+  const auto bound = [&](std::size_t k) { return glm::dvec3(character_.bind_position[corner[k]]); };
+  const glm::dvec3 face = glm::normalize(glm::cross(bound(1) - bound(0), bound(2) - bound(0)));
   for (const std::uint16_t motion : motions) {
     TriangleTerm term{pair_of(base, motion), {}, {}, {}};
     Carried part[3];
     for (std::size_t k = 0; k < 3; ++k) {
-      part[k] = {motion, 0.0, {}, {}};
+      part[k] = {motion, 0.0, {}};
       for (const Carried& c : vertex[k])
         if (c.motion == motion) part[k] = c;
-      term.normal[k] = part[k].normal;
+      term.facing[k] = part[k].face * face;
     }
     for (std::size_t e = 0; e < 2; ++e) {
       term.weight[e] = part[e + 1].weight - part[0].weight;
@@ -188,8 +191,8 @@ std::vector<std::uint32_t> SurfaceBounds::slices() const {
   return all;
 }
 
-bool SurfaceBounds::faces_its_normals(const Triangle& t, const RelativeMotions& motions) const {
-  IntervalVector edge[2], normal[3];
+bool SurfaceBounds::faces_as_it_should(const Triangle& t, const RelativeMotions& motions) const {
+  IntervalVector edge[2], corner[3];
   for (std::uint32_t i = t.first_term; i < t.first_term + t.terms; ++i) {
     const TriangleTerm& term = triangle_term_[i];
     const IntervalVector middle = motions.shift(term.pair, t.middle);
@@ -197,12 +200,12 @@ bool SurfaceBounds::faces_its_normals(const Triangle& t, const RelativeMotions& 
       edge[e] = edge[e] + motions.turn(term.pair, term.edge[e]) + Interval(term.weight[e]) * middle;
     }
     for (std::size_t k = 0; k < 3; ++k)
-      normal[k] = normal[k] + motions.turn(term.pair, term.normal[k]);
+      corner[k] = corner[k] + motions.turn(term.pair, term.facing[k]);
   }
   // Weights of a vertex sum to 1: what is left of the middle itself cancels.
   const IntervalVector face = cross(edge[0], edge[1]);
   Interval facing(0.0);
-  for (const IntervalVector& n : normal) facing = facing + dot(face, n) / length(n);
+  for (const IntervalVector& c : corner) facing = facing + dot(face, c) / length(c);
   return facing.lo > 0.0;  // not finite: lower bound -infinity
 }
 
@@ -210,7 +213,7 @@ double SurfaceBounds::keep_unproved(const RelativeMotions& motions,
                                     std::vector<std::uint32_t>& triangle) const {
   double left = 0.0;
   std::erase_if(triangle, [&](std::uint32_t i) {
-    const bool proved = faces_its_normals(triangle_[i], motions);
+    const bool proved = faces_as_it_should(triangle_[i], motions);
     if (!proved) left += triangle_[i].area;
     return proved;
   });

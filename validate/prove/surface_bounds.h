@@ -11,10 +11,10 @@ namespace backbend::validate {
 
 /// Bounds of what linear blending does to a character's surface over boxes of poses.
 ///
-/// A vertex is the sum of rigid motions of points of its own, so a triangle's edges and its
-/// vertices' normals are such sums of vectors, and whether it faces against its normals does not
-/// change where all of it is moved rigidly: it is asked in the rest space of the motion that
-/// carries most of it, in which the other motions hardly move. Weights and rest matrices count as
+/// A vertex is the sum of rigid motions of points of its own, so a triangle's edges are such
+/// sums of vectors, as is the way that it should face (Facing), and whether it does is the same
+/// where all of it is moved rigidly: it is asked in the rest space of the motion that carries most
+/// of it, in which the other motions hardly move. Weights and rest matrices count as
 /// exact; `check` skins in floats, within about 10^-6 of it.
 class SurfaceBounds {
  public:
@@ -27,8 +27,8 @@ class SurfaceBounds {
   /// Numbers of the slices that have a ring.
   std::vector<std::uint32_t> slices() const;
 
-  /// Takes those out of `triangle` that are proved to face with their normals, as check BB033 asks
-  /// it, at every pose. Returns the share of the surface's rest area that is left in.
+  /// Takes those out of `triangle` that are proved to face as they should, as check BB033 asks it,
+  /// at every pose. Returns the share of the surface's rest area that is left in.
   double keep_unproved(const RelativeMotions& motions, std::vector<std::uint32_t>& triangle) const;
 
   /// The least lower bounds of areas over those at rest; infinite of no slice.
@@ -43,11 +43,13 @@ class SurfaceBounds {
   const std::vector<MotionPair>& pairs() const { return pairs_; }
 
  private:
-  /// What one motion has of a vertex: its weight, and the weighted sums of rest place and normal.
+  /// What one motion has of a vertex: its weight, the weighted sum of rest places, and what it
+  /// makes of the normal as bound of a face with this vertex.
   struct Carried {
     std::uint16_t motion;
     double weight;
-    glm::dvec3 place, normal;
+    glm::dvec3 place;
+    glm::dmat3 face{0.0};
   };
   using Vertex = std::vector<Carried>;
   Vertex vertex_of(std::size_t v) const;
@@ -57,7 +59,7 @@ class SurfaceBounds {
     std::uint16_t pair;
     double weight[2];      // of the edges: differences of weights
     glm::dvec3 edge[2];    // from the first corner to the second and the third
-    glm::dvec3 normal[3];  // of the corners
+    glm::dvec3 facing[3];  // its part of the way that the triangle should face, by corner
   };
   struct Triangle {
     glm::dvec3 middle;
@@ -78,13 +80,13 @@ class SurfaceBounds {
   std::uint16_t pair_of(std::uint16_t base, std::uint16_t motion);
   void add_triangle(const std::array<std::size_t, 3>& vertex, double area);
   void add_ring(const Slice& slice, double area);
-  bool faces_its_normals(const Triangle& t, const RelativeMotions& motions) const;
+  bool faces_as_it_should(const Triangle& t, const RelativeMotions& motions) const;
   double least_area(const Ring& ring, const RelativeMotions& motions) const;
 
   const skin::Character& character_;
   std::vector<int> motion_of_node_;
-  std::vector<glm::dmat4> rest_;    // of each joint: world from mesh
-  std::vector<glm::dmat3> normal_;  // of each joint
+  std::vector<glm::dmat4> rest_;  // of each joint: world from mesh
+  std::vector<glm::mat3> face_;   // of each joint, at rest: face_turns()
   double area_ = 0.0;
   std::vector<Triangle> triangle_;
   std::vector<TriangleTerm> triangle_term_;

@@ -159,13 +159,15 @@ constexpr std::array kChecks = {
           "posed gradient against that of an ideal bent and twisted beam"},
     Check{
         "BB033", "inverted triangles", Subject::mesh,
-        "area of triangles that face against their skinned normals, more than at rest", "%", 1.0,
-        Sense::at_most, true,
+        "area of triangles that face against their own normals as their joints turn them, "
+        "more than at rest",
+        "%", 1.0, Sense::at_most, true,
         "armpits of healthy bodies turn over up to 0.4 %, of coarse and fat ones 0.6 %; a flipped "
         "spine 2 %",
         Owner::weights, "surface turned inside out by far weights or too sharp a bend",
         "look at the place; where the pose is infeasible, nothing needs mending",
-        "pixels that see a triangle from behind", "face normal against the sum of its normals"},
+        "pixels that see a triangle from behind",
+        "face normal against what its corners' joints make of the one at bind"},
     Check{
         "BB034", "self-intersection", Subject::mesh,
         "area of the triangles that run through others and did not at rest, neighbours not counted",

@@ -90,7 +90,7 @@ TEST(MetricProof, NoPoseOfABoxIsWorseThanItsBounds) {
         const PosedCharacter posed = scene.stage.pose(*system, control);
         const BodyMeasures measured =
             scene.body.measure(rest, control, posed.spine, posed.mesh, solver::radians(pose[2]),
-                               false, Crossing::left_out);
+                               false, Crossing::left_out, posed.world_from_node);
         EXPECT_LE(measured.surface.inverted_area, inverted + 1e-9) << name;
         if (std::isfinite(area)) {
           EXPECT_GE(measured.slices.least_area_ratio, area - 1e-5) << name;

@@ -72,7 +72,7 @@ double asked_length(const RigAtRest& rig, std::span<const glm::dvec3> intended, 
 
 BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& anatomy,
                          const skin::SpineDriver& driver)
-    : height_(anatomy.height), parts_(character, driver) {
+    : height_(anatomy.height), joints_(character.joints), parts_(character, driver) {
   const skin::PosedMesh rest = skin::rest_mesh(character);
   rest_position_.assign(rest.position.begin(), rest.position.end());
   const std::vector<std::uint8_t> torso = torso_mask(character, anatomy, rest_position_);
@@ -108,7 +108,11 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                        last_slice(spine_fraction_, anatomy));
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
-  mesh_ = prepare_mesh(mesh, line, coordinate, slices_, parts_.of_vertex());
+  std::vector<glm::dmat4> world_from_node;
+  for (const skin::Node& node : character.nodes) world_from_node.push_back(node.world_from_node);
+  const skin::JointMatrices at_rest = skin::joint_matrices(joints_, world_from_node);
+  const MeshBinding binding{character.bind_position, character.influences, at_rest};
+  mesh_ = prepare_mesh(mesh, line, coordinate, slices_, parts_.of_vertex(), &binding);
   crossing_.emplace(rest_position_, character.triangles, character.place, parts_.of_vertex());
   has_arms_ = driver.arms_follow_chest();
   if (has_arms_) arm_ = arm_vertices(character, anatomy);
@@ -144,7 +148,8 @@ BendIntent BodyMetrics::intent(const RigAtRest& rig, const std::vector<glm::dvec
 BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> control,
                                   const solver::SpinePose& pose, const skin::PosedMesh& mesh,
                                   double twist, bool stretches, Crossing crossing,
-                                  std::span<const glm::dmat4> world_from_node) const {
+                                  std::span<const glm::dmat4> world_from_node,
+                                  Deformers deformers) const {
   BodyMeasures out;
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
   out.chain = measure_chain({pose, rig.system->rest(), curve, rig.curve, degrees(twist),
@@ -156,8 +161,10 @@ BodyMeasures BodyMetrics::measure(const RigAtRest& rig, std::span<const double> 
     return out;
   }
   const BendIntent asked = intent(rig, curve, pose, twist, stretches);
-  const bool hold = !world_from_node.empty() && parts_.hold(world_from_node);
-  out.surface = measure_mesh(mesh_, mesh.position, mesh.normal, asked, 1.0 / rig.bones,
+  const bool hold =
+      !world_from_node.empty() && deformers == Deformers::none && parts_.hold(world_from_node);
+  const std::vector<glm::mat3> turns = face_turns_of(world_from_node);
+  out.surface = measure_mesh(mesh_, mesh.position, {mesh.normal, turns}, asked, 1.0 / rig.bones,
                              hold ? Parts::rigid : Parts::unknown);
   if (out.surface.not_finite > 0) return out;
   out.slice_pose = pose_slices(slices_, mesh.position);
@@ -192,6 +199,18 @@ std::vector<float> BodyMetrics::strain_heat(const RigAtRest& rig, std::span<cons
   const std::vector<glm::dvec3> curve = rig.system->intended_curve(control, kCurvePoints);
   return strain_map(mesh_, mesh.position, intent(rig, curve, pose, twist, stretches),
                     1.0 / rig.bones);
+}
+
+std::vector<float> BodyMetrics::inverted_heat(const skin::PosedMesh& mesh,
+                                              std::span<const glm::dmat4> world_from_node) const {
+  const std::vector<glm::mat3> turns = face_turns_of(world_from_node);
+  return inverted_map(mesh_, mesh.position, {mesh.normal, turns});
+}
+
+std::vector<glm::mat3> BodyMetrics::face_turns_of(
+    std::span<const glm::dmat4> world_from_node) const {
+  if (world_from_node.empty()) return {};
+  return face_turns(skin::joint_matrices(joints_, world_from_node));
 }
 
 MeshExcess mesh_excess(const BodyMeasures& rig, const BodyMeasures& ideal, int window) {

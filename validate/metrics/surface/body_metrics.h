@@ -36,6 +36,10 @@ struct BodyMeasures {
 /// more; left out, BodyMeasures::crossing stays NaN.
 enum class Crossing { measured, left_out };
 
+/// Whether a posed mesh is what linear blending makes of its joints, or a rig's deformers add to
+/// it.
+enum class Deformers { none, added };
+
 /// A rig's curves at rest: made once per rig and character.
 struct RigAtRest {
   const solver::SpineSystem* system;
@@ -66,14 +70,15 @@ class BodyMetrics {
 
   /// Measures one pose. `pose` is the solved chain for `control`, `mesh` the character skinned with
   /// it; `twist` (radians) is what the body pose asks for between hips and chest, `stretches`
-  /// whether it asks for another length. `world_from_node`: the nodes that the mesh is blended from
-  /// with the character's own weights, which saves work where parts move as one body; empty where
-  /// it is another. Where the chain is not finite, or a vertex is not, the rest stays unmeasured
-  /// (NaN, and the counts say so).
+  /// whether it asks for another length. `world_from_node`: the nodes that move the mesh with the
+  /// character's own weights; empty where they are not known. They tell how triangles should face,
+  /// and without deformers save work where parts move as one body. Where the chain is not finite,
+  /// or a vertex is not, the rest stays unmeasured (NaN, and the counts say so).
   BodyMeasures measure(const RigAtRest& rig, std::span<const double> control,
                        const solver::SpinePose& pose, const skin::PosedMesh& mesh, double twist,
                        bool stretches = false, Crossing crossing = Crossing::measured,
-                       std::span<const glm::dmat4> world_from_node = {}) const;
+                       std::span<const glm::dmat4> world_from_node = {},
+                       Deformers deformers = Deformers::none) const;
 
   /// A part of measure() that costs much, alone. With Parts::unknown triangles of one part are
   /// tried against each other, too: a studio's own rig may bring an arm into the head.
@@ -83,6 +88,9 @@ class BodyMetrics {
   std::vector<float> strain_heat(const RigAtRest& rig, std::span<const double> control,
                                  const solver::SpinePose& pose, const skin::PosedMesh& mesh,
                                  double twist, bool stretches = false) const;
+  /// 1 at the vertices of triangles that are turned over, else 0. `world_from_node` as above.
+  std::vector<float> inverted_heat(const skin::PosedMesh& mesh,
+                                   std::span<const glm::dmat4> world_from_node) const;
 
   const SpineSlices& slices() const { return slices_; }
   SurfaceScope scope() const;
@@ -105,11 +113,13 @@ class BodyMetrics {
  private:
   BendIntent intent(const RigAtRest& rig, const std::vector<glm::dvec3>& curve,
                     const solver::SpinePose& pose, double twist, bool stretches) const;
+  std::vector<glm::mat3> face_turns_of(std::span<const glm::dmat4> world_from_node) const;
 
   double height_ = 0.0;
   int window_ = 2;
   std::vector<std::string> spine_name_;
   std::vector<double> spine_fraction_;
+  std::vector<skin::SkinJoint> joints_;
   std::vector<glm::vec3> rest_position_;
   std::vector<float> coordinate_;  // of each vertex
   std::vector<std::uint8_t> arm_;  // vertices that an arm moves entirely

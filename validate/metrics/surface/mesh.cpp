@@ -19,16 +19,16 @@ constexpr float kLeastStrain = 0.05f;
 constexpr std::uint32_t kLanes = MeshRest::kLanes;
 static_assert(kLanes == FloatLanes::kCount);
 
-/// A corner of MeshRest posed, so that one cache line holds all that a triangle asks of it.
-struct alignas(32) Corner {
-  float position[4], normal[4];  // the fourth is not used
+struct alignas(16) Corner {
+  float position[4];  // the fourth is not used
 };
 struct alignas(16) Normal {
-  float axis[4];  // the fourth is 0
+  float axis[4];  // the fourth is not used
 };
 /// What one pose is unfolded into. Kept by each thread: fresh pages cost more than the figures.
 struct Scratch {
-  std::vector<Corner> corner;       // per vertex
+  std::vector<Corner> corner;       // of MeshRest
+  std::vector<Normal> normal;       // of each corner, where no joints tell how triangles face
   std::vector<Normal> unit_normal;  // per slot, of its face
 };
 thread_local Scratch scratch;
@@ -58,16 +58,16 @@ void copy_three(std::span<const glm::vec3> from, std::size_t i, float* to) {
   }
 }
 
-void unfold(const MeshRest& rest, std::size_t corners, std::span<const glm::vec3> position,
-            std::span<const glm::vec3> normal, std::vector<Corner>& out) {
+/// Of each corner what its vertex has.
+template <class Four>
+void unfold(const MeshRest& rest, std::size_t corners, std::span<const glm::vec3> of_vertex,
+            std::vector<Four>& out) {
   out.resize(corners);
   constexpr std::size_t kAhead = 24;  // vertices lie apart: asked for before they are needed
   for (std::size_t c = 0; c < out.size(); ++c) {
     const std::uint32_t soon = rest.vertex[std::min(c + kAhead, out.size() - 1)];
-    _mm_prefetch(reinterpret_cast<const char*>(&position[soon]), _MM_HINT_T0);
-    _mm_prefetch(reinterpret_cast<const char*>(&normal[soon]), _MM_HINT_T0);
-    copy_three(position, rest.vertex[c], out[c].position);
-    copy_three(normal, rest.vertex[c], out[c].normal);
+    _mm_prefetch(reinterpret_cast<const char*>(&of_vertex[soon]), _MM_HINT_T0);
+    copy_three(of_vertex, rest.vertex[c], reinterpret_cast<float*>(&out[c]));
   }
 }
 
@@ -79,13 +79,22 @@ BlockCorners corners_of(const MeshRest::Block& block, const std::vector<Corner>&
 }
 
 /// Of each triangle, the sum of its corners' normals.
-VectorLanes normals_of(const MeshRest::Block& block, const std::vector<Corner>& corner) {
+VectorLanes normals_of(const MeshRest::Block& block, const std::vector<Normal>& normal) {
   alignas(16) float sum[kLanes][4];
   for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-    const auto at = [&](int k) { return _mm_load_ps(corner[block.corner[k][lane]].normal); };
+    const auto at = [&](int k) { return _mm_load_ps(normal[block.corner[k][lane]].axis); };
     _mm_store_ps(sum[lane], _mm_add_ps(_mm_add_ps(at(0), at(1)), at(2)));
   }
   return gather([&](int lane) { return sum[lane]; });
+}
+
+/// Bit i: triangle i faces another way than it should.
+std::uint32_t turned_over(const MeshRest& rest, const MeshRest::Block& block,
+                          const VectorLanes& face, std::span<const glm::mat3> joint,
+                          const std::vector<Normal>& normal) {
+  const VectorLanes facing =
+      joint.empty() ? normals_of(block, normal) : turned_faces(rest, block, joint);
+  return static_cast<std::uint32_t>(less(dot(face, facing), 0.0f)) & block.upright;
 }
 
 /// Singular values of a 3x2 matrix with columns u, v: the roots of its 2x2 Gram matrix, before the
@@ -243,7 +252,7 @@ struct Largest {
   }
 };
 
-/// Triangles that have turned against their normals.
+/// Triangles that have turned over.
 struct Inverted {
   std::size_t count = 0;
   double area = 0.0;
@@ -286,7 +295,7 @@ double volume_of(const MeshRest::Piece& piece, const MeshRest& rest,
 /// One pass over the first triangles: all but the folds of their edges, for which it leaves the
 /// faces' unit normals behind.
 void measure_triangles(const MeshRest& rest, std::size_t blocks, const IdealStrain& ideal,
-                       Scratch& s, MeshMeasures& out) {
+                       std::span<const glm::mat3> joint, Scratch& s, MeshMeasures& out) {
   const bool closed = rest.open_reason.empty();
   s.unit_normal.resize(blocks * kLanes);
   VolumeSum volume(rest.middle);
@@ -301,9 +310,7 @@ void measure_triangles(const MeshRest& rest, std::size_t blocks, const IdealStra
     const VectorLanes face = cross(e1, e2);
     scatter((FloatLanes(1.0f) / square_root(dot(face, face))) * face, s.unit_normal[slot].axis);
     if (closed) volume.add(corners, block.present);
-    const auto against =
-        static_cast<std::uint32_t>(less(dot(face, normals_of(block, s.corner)), 0.0f));
-    if ((against & block.upright) != 0) inverted.add(against & block.upright, rest, slot);
+    inverted.add(turned_over(rest, block, face, joint, s.normal), rest, slot);
 
     const Gram g = triangle_gram(block, e1, e2);
     if (b < rest.torso.size()) {
@@ -438,8 +445,9 @@ class LargestFold {
 }  // namespace
 
 MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> position,
-                          std::span<const glm::vec3> normal, const BendIntent& intent, double bone,
+                          const Facing& facing, const BendIntent& intent, double bone,
                           Parts parts) {
+  const std::span<const glm::vec3> normal = facing.normal;
   assert(position.size() == rest.vertex_count && normal.size() == rest.vertex_count);
   assert(intent.bend.size() == rest.slice_count);
   MeshMeasures out;
@@ -450,9 +458,11 @@ MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> posit
   }
   Scratch& s = scratch;
   const bool rigid = parts == Parts::rigid;
-  unfold(rest, rigid ? rest.bending_corners : rest.vertex.size(), position, normal, s.corner);
+  const std::size_t corners = rigid ? rest.bending_corners : rest.vertex.size();
+  unfold(rest, corners, position, s.corner);
+  if (facing.joint.empty()) unfold(rest, corners, normal, s.normal);
   measure_triangles(rest, rigid ? rest.bending_blocks : rest.block.size(),
-                    IdealStrain(rest, intent, bone), s, out);
+                    IdealStrain(rest, intent, bone), facing.joint, s, out);
   LargestFold folds(rest, rigid ? rest.bending_edges : rest.edge.size(), s);
   folds.measure();
   out.dihedral_deg = degrees(folds.angle());
@@ -464,7 +474,7 @@ std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> p
                               const BendIntent& intent, double bone) {
   const IdealStrain ideal(rest, intent, bone);
   Scratch& s = scratch;
-  unfold(rest, rest.bending_corners, position, position, s.corner);
+  unfold(rest, rest.bending_corners, position, s.corner);
   std::vector<float> map(rest.vertex_count, 0.0f);
   for (std::size_t b = 0; b < rest.torso.size(); ++b) {
     const MeshRest::Block& block = rest.block[b];
@@ -479,6 +489,23 @@ std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> p
         float& here = map[rest.vertex[corner[lane]]];
         here = std::max(here, amplified[lane]);
       }
+  }
+  return map;
+}
+
+std::vector<float> inverted_map(const MeshRest& rest, std::span<const glm::vec3> position,
+                                const Facing& facing) {
+  Scratch& s = scratch;
+  unfold(rest, rest.vertex.size(), position, s.corner);
+  if (facing.joint.empty()) unfold(rest, rest.vertex.size(), facing.normal, s.normal);
+  std::vector<float> map(rest.vertex_count, 0.0f);
+  for (const MeshRest::Block& block : rest.block) {
+    const BlockCorners corners = corners_of(block, s.corner);
+    const VectorLanes face = cross(corners.p[1] - corners.p[0], corners.p[2] - corners.p[0]);
+    const std::uint32_t over = turned_over(rest, block, face, facing.joint, s.normal);
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane)
+      for (const auto& corner : block.corner)
+        if ((over >> lane & 1) != 0) map[rest.vertex[corner[lane]]] = 1.0f;
   }
   return map;
 }

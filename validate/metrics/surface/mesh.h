@@ -1,10 +1,13 @@
 #pragma once
 #include <cstdint>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "skin/character/character.h"
+#include "skin/deform/linear_blend.h"
 #include "solver/rig/spine_pose.h"
 #include "validate/metrics/surface/bend_intent.h"
 #include "validate/metrics/surface/spine_coordinate.h"
@@ -28,7 +31,13 @@ struct MeshRest {
     float inverse[3][kLanes];      // of the upper triangular rest bases: 1/a, -b/(a c), 1/c
     std::uint32_t number[kLanes];  // the order of the character's triangles
     std::uint32_t present;         // bit i: lane i is a triangle of its own
-    std::uint32_t upright;         // of those, bit i: it faces with its normals at rest
+    std::uint32_t upright;         // of those, bit i: it faces as it should at rest
+    float normal[3][kLanes];       // of the triangles as bound
+    std::uint32_t first_carrier, carriers;  // the joints that move them; none: not known
+  };
+  struct Carrier {
+    float weight[3][kLanes];  // at the triangles' corners
+    std::uint32_t joint;
   };
   struct Torso {              // of the blocks on the spine
     float offset[3][kLanes];  // of the triangles' middles from the spine line
@@ -44,6 +53,7 @@ struct MeshRest {
     std::uint32_t number;  // in the order of the places that the edges join
   };
   std::vector<Block> block;
+  std::vector<Carrier> carrier;
   std::vector<Torso> torso;           // of the first blocks
   std::vector<float> slot_area;       // at rest; 0 where a lane only repeats another
   std::vector<EdgeBlock> edge;        // the last may repeat its last edge
@@ -73,12 +83,33 @@ struct MeshRest {
   double slice_spacing = 0.0;  // arc fraction
 };
 
+/// How joints move a mesh: one entry of `bind_position` and `influences` per vertex.
+struct MeshBinding {
+  std::span<const glm::vec3> bind_position;
+  std::span<const skin::Influences> influences;
+  const skin::JointMatrices& rest;
+};
+
 /// `coordinate` per place, from spine_coordinate(); `slices` of the same mesh, one or more; `part`
-/// per vertex, from RigidParts: empty where nothing is known of them. Triangles without area are
-/// left out.
+/// per vertex, from RigidParts: empty where nothing is known of them; `binding`: null where the
+/// mesh's joints are not known. Triangles without area are left out.
 MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
                       std::span<const float> coordinate, const SpineSlices& slices,
-                      std::span<const int> part = {});
+                      std::span<const int> part = {}, const MeshBinding* binding = nullptr);
+
+/// What tells which way triangles should face in a pose.
+///
+/// A triangle should face with the sum of three unit vectors, one for each corner: where the joints
+/// are known, what the corner's joints make of the triangle's own normal, whatever the shading;
+/// where they are not, the corner's normal as skinned.
+struct Facing {
+  std::span<const glm::vec3> normal;  // as skinned, one per vertex
+  std::span<const glm::mat3> joint;   // from face_turns(); empty: not known
+};
+
+/// What each joint makes of the normals of faces: the matrix of cofactors of what it makes of
+/// points, but for a factor above 0.
+std::vector<glm::mat3> face_turns(const skin::JointMatrices& joints);
 
 /// Whether each part of RigidParts moved as one rigid body in a pose.
 enum class Parts { rigid, unknown };
@@ -104,8 +135,8 @@ struct MeshMeasures {
   double volume_change = 0.0;  // posed / rest - 1; NaN for an open mesh (MeshRest::open_reason)
 };
 
-/// Measures one pose of the surface. `position` and `normal` as skinned: normals recomputed from
-/// the posed triangles would always agree with them.
+/// Measures one pose of the surface. `position` as skinned. Normals recomputed from the posed
+/// triangles would always agree with them.
 ///
 /// Strain amplification: the larger of stretch - 1 and 1 - squeeze of a triangle over what an ideal
 /// beam bent and twisted as intended has at that place (at least 0.05, and the most within one bone
@@ -118,12 +149,16 @@ struct MeshMeasures {
 ///
 /// Memory of the size of the posed mesh is kept for the calling thread's next pose.
 MeshMeasures measure_mesh(const MeshRest& rest, std::span<const glm::vec3> position,
-                          std::span<const glm::vec3> normal, const BendIntent& intent, double bone,
+                          const Facing& facing, const BendIntent& intent, double bone,
                           Parts parts = Parts::unknown);
 
 /// Strain amplification of every vertex, for heat maps: the largest of its triangles.
 std::vector<float> strain_map(const MeshRest& rest, std::span<const glm::vec3> position,
                               const BendIntent& intent, double bone);
+
+/// 1 at the vertices of triangles that do not face as they should and did at rest, else 0.
+std::vector<float> inverted_map(const MeshRest& rest, std::span<const glm::vec3> position,
+                                const Facing& facing);
 
 /// How far apart two rigid motions take the vertices with `part` set: the largest distance, and
 /// where. The lengths are those of the mesh.

@@ -59,6 +59,29 @@ class VolumeSum {
   __m256d sum_[2] = {_mm256_setzero_pd(), _mm256_setzero_pd()};
 };
 
+/// Where a block's triangles should face (see Facing), of any length. `joint` from face_turns(), of
+/// a mesh whose joints are known.
+inline VectorLanes turned_faces(const MeshRest& rest, const MeshRest::Block& block,
+                                std::span<const glm::mat3> joint) {
+  const FloatLanes x = FloatLanes::load(block.normal[0]), y = FloatLanes::load(block.normal[1]),
+                   z = FloatLanes::load(block.normal[2]);
+  VectorLanes corner[3]{glm::vec3(0.0f), glm::vec3(0.0f), glm::vec3(0.0f)};
+  for (std::uint32_t i = block.first_carrier; i < block.first_carrier + block.carriers; ++i) {
+    const MeshRest::Carrier& carrier = rest.carrier[i];
+    const glm::mat3& m = joint[carrier.joint];
+    const VectorLanes turned =
+        x * VectorLanes(m[0]) + y * VectorLanes(m[1]) + z * VectorLanes(m[2]);
+    for (int k = 0; k < 3; ++k)
+      corner[k] = corner[k] + FloatLanes::load(carrier.weight[k]) * turned;
+  }
+  // A corner that no joint moves says nothing.
+  constexpr float kLeast = 1e-30f;
+  VectorLanes sum(glm::vec3(0.0f));
+  for (const VectorLanes& each : corner)
+    sum = sum + FloatLanes(1.0f) / square_root(larger(dot(each, each), kLeast)) * each;
+  return sum;
+}
+
 /// Cosine and sine of the angle that the second face is turned by about the edge.
 struct Fold {
   float cosine, sine;

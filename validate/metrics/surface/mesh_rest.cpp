@@ -2,6 +2,7 @@
 #include <cassert>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <tuple>
 
 #include "validate/metrics/surface/mesh_blocks.h"
@@ -15,9 +16,10 @@ struct Triangle {
   float inverse[3], area, s;
   glm::vec3 offset;
   glm::vec3 face;  // twice its area, along its normal
+  glm::vec3 bound_normal;
   std::uint32_t slice;
   int part;  // that all its corners belong to; -1: none
-  bool upright, on_spine;
+  bool on_spine;
   bool bends;  // or stands beside what bends
 };
 
@@ -105,9 +107,56 @@ void find_bending(std::vector<Triangle>& triangle, std::vector<Edge>& edge) {
   }
 }
 
+/// The joints that move a block's triangles.
+void fill_carriers(const std::vector<Triangle>& triangle, const MeshBinding& binding,
+                   MeshRest::Block& block, MeshRest& rest) {
+  std::map<std::uint32_t, MeshRest::Carrier> carriers;
+  for (std::uint32_t lane = 0; lane < MeshRest::kLanes; ++lane) {
+    const Triangle& t = triangle[block.number[lane]];
+    for (int axis = 0; axis < 3; ++axis) block.normal[axis][lane] = t.bound_normal[axis];
+    for (int k = 0; k < 3; ++k) {
+      const skin::Influences& influences = binding.influences[t.vertex[k]];
+      for (int i = 0; i < skin::kMaxInfluences; ++i) {
+        if (!(influences.weight[i] > 0.0f)) continue;
+        MeshRest::Carrier& carrier = carriers[influences.joint[i]];
+        carrier.joint = influences.joint[i];
+        carrier.weight[k][lane] += influences.weight[i];
+      }
+    }
+  }
+  block.first_carrier = static_cast<std::uint32_t>(rest.carrier.size());
+  block.carriers = static_cast<std::uint32_t>(carriers.size());
+  for (const auto& [joint, carrier] : carriers) rest.carrier.push_back(carrier);
+}
+
+/// Which of a block's triangles face as they should at rest.
+std::uint32_t upright_of(const std::vector<Triangle>& triangle, const RestMesh& mesh,
+                         const MeshRest& rest, const MeshRest::Block& block,
+                         std::span<const glm::mat3> joint) {
+  float facing[3][MeshRest::kLanes];
+  if (!joint.empty()) {
+    const VectorLanes turned = turned_faces(rest, block, joint);
+    turned.x.store(facing[0]);
+    turned.y.store(facing[1]);
+    turned.z.store(facing[2]);
+  }
+  std::uint32_t out = 0;
+  for (std::uint32_t lane = 0; lane < MeshRest::kLanes; ++lane) {
+    const Triangle& t = triangle[block.number[lane]];
+    const glm::vec3 should =
+        joint.empty() ? mesh.normal[t.vertex.x] + mesh.normal[t.vertex.y] + mesh.normal[t.vertex.z]
+                      : glm::vec3(facing[0][lane], facing[1][lane], facing[2][lane]);
+    if (!(glm::dot(t.face, should) < 0.0f)) out |= 1u << lane;
+  }
+  return out & block.present;
+}
+
 /// Into blocks: those on the spine slice by slice, then others, those that do not bend last.
 /// Returns the slot of each.
-std::vector<std::uint32_t> fill_blocks(const std::vector<Triangle>& triangle, MeshRest& rest) {
+std::vector<std::uint32_t> fill_blocks(const std::vector<Triangle>& triangle, const RestMesh& mesh,
+                                       const MeshBinding* binding, MeshRest& rest) {
+  const std::vector<glm::mat3> joint =
+      binding ? face_turns(binding->rest) : std::vector<glm::mat3>{};
   std::vector<std::uint32_t> order;
   for (std::uint32_t t = 0; t < triangle.size(); ++t) order.push_back(t);
   const auto group = [&](std::uint32_t t) {
@@ -138,10 +187,11 @@ std::vector<std::uint32_t> fill_blocks(const std::vector<Triangle>& triangle, Me
       if (lane < count) {
         slot[n] = static_cast<std::uint32_t>(rest.block.size()) * kLanes + lane;
         block.present |= 1u << lane;
-        if (t.upright) block.upright |= 1u << lane;
       }
       rest.slot_area.push_back(lane < count ? t.area : 0.0f);
     }
+    if (binding) fill_carriers(triangle, *binding, block, rest);
+    block.upright = upright_of(triangle, mesh, rest, block, joint);
     rest.block.push_back(block);
     if (here < rest.slice_count) rest.torso.push_back(torso);
     if (here <= rest.slice_count) rest.bending_blocks = rest.block.size();
@@ -272,9 +322,24 @@ double rest_volume(const MeshRest& rest, std::span<const glm::vec3> position) {
 
 }  // namespace
 
+std::vector<glm::mat3> face_turns(const skin::JointMatrices& joints) {
+  std::vector<glm::mat3> out;
+  out.reserve(joints.joint.size());
+  for (const skin::JointMatrix& joint : joints.joint) {
+    glm::mat3 point, normal;
+    for (int c = 0; c < 3; ++c)
+      for (int r = 0; r < 3; ++r) {
+        point[c][r] = joint.point[c][r];
+        normal[c][r] = joint.normal[c][r];
+      }
+    out.push_back(glm::determinant(point) < 0.0f ? -normal : normal);
+  }
+  return out;
+}
+
 MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
                       std::span<const float> coordinate, const SpineSlices& slices,
-                      std::span<const int> part) {
+                      std::span<const int> part, const MeshBinding* binding) {
   assert(!slices.slice.empty());
   MeshRest rest;
   rest.vertex_count = mesh.position.size();
@@ -316,9 +381,11 @@ MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
                  : part[corner.x];
     t.face = glm::cross(mesh.position[corner.y] - mesh.position[corner.x],
                         mesh.position[corner.z] - mesh.position[corner.x]);
-    t.upright =
-        !(glm::dot(glm::vec3(glm::cross(e1, e2)),
-                   mesh.normal[corner.x] + mesh.normal[corner.y] + mesh.normal[corner.z]) < 0.0f);
+    if (binding) {
+      const auto at = [&](std::uint32_t v) { return binding->bind_position[v]; };
+      const glm::vec3 bound = glm::cross(at(corner.y) - at(corner.x), at(corner.z) - at(corner.x));
+      t.bound_normal = bound / std::max(glm::length(bound), std::numeric_limits<float>::min());
+    }
     if (mesh.torso[corner.x] && mesh.torso[corner.y] && mesh.torso[corner.z]) {
       t.s = (coordinate[mesh.place[corner.x]] + coordinate[mesh.place[corner.y]] +
              coordinate[mesh.place[corner.z]]) /
@@ -335,7 +402,7 @@ MeshRest prepare_mesh(const RestMesh& mesh, const SpineLine& line,
   std::vector<Edge> edge = edges_of(triangle, mesh, rest.open_reason);
   find_bending(triangle, edge);
   if (rest.open_reason.empty()) find_pieces(triangle, edge, mesh, rest);
-  const std::vector<std::uint32_t> slot = fill_blocks(triangle, rest);
+  const std::vector<std::uint32_t> slot = fill_blocks(triangle, mesh, binding, rest);
   fill_edges(std::move(edge), slot, rest);
   number_corners(rest);
   rest.volume = rest_volume(rest, mesh.position);

@@ -337,9 +337,9 @@ TEST(BodyMetrics, FindTheSameSelfIntersectionsAsTryingTheWholeMesh) {
   EXPECT_EQ(m.pose("even", {.extension = 0.5}).crossing, 0.0);
 }
 
-/// One pose measured with its nodes, and as a mesh of which nothing is known.
+/// One pose measured as what its nodes make of it, and as a mesh whose parts may be deformed.
 struct BothWays {
-  BodyMeasures with_nodes, without;
+  BodyMeasures blended, deformed;
 };
 BothWays both_ways(const Measured& m, const std::string& system, const BodyPose& body) {
   const auto rig = build_system({system, {}}, m.driver.rest_chain());
@@ -347,11 +347,11 @@ BothWays both_ways(const Measured& m, const std::string& system, const BodyPose&
   const solver::SpinePose pose = rig->solve(control);
   const std::vector<glm::dmat4> world = m.driver.drive(*rig, pose);
   const skin::PosedMesh mesh = skin::skin(m.figure.character, world);
-  const auto measured = [&](std::span<const glm::dmat4> nodes) {
+  const auto measured = [&](Deformers deformers) {
     return m.metrics.measure(rig_at_rest(*rig), control, pose, mesh, body.twist, false,
-                             Crossing::measured, nodes);
+                             Crossing::measured, world, deformers);
   };
-  return {measured(world), measured({})};
+  return {measured(Deformers::none), measured(Deformers::added)};
 }
 
 TEST(BodyMetrics, OfPartsThatMoveAsOneAreThoseOfTheWholeMesh) {

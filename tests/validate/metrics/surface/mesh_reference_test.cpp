@@ -21,6 +21,8 @@ struct Plain {
   const std::vector<float>& coordinate;
   const SpineSlices& slices;
   std::span<const glm::vec3> position, normal;
+  const testing::TubeBinding* bound;  // null: normals say how triangles face
+  std::vector<glm::mat3> rest_turn, turn;
   const BendIntent& intent;
   double bone;
 
@@ -40,8 +42,19 @@ struct Plain {
   static glm::vec3 face(const glm::uvec3& t, std::span<const glm::vec3> p) {
     return glm::cross(p[t.y] - p[t.x], p[t.z] - p[t.x]);
   }
-  static bool inward(const glm::uvec3& t, const glm::vec3& f, std::span<const glm::vec3> n) {
-    return glm::dot(f, n[t.x] + n[t.y] + n[t.z]) < 0.0f;
+  bool inward(const glm::uvec3& t, const glm::vec3& f, std::span<const glm::vec3> n,
+              const std::vector<glm::mat3>& joint) const {
+    if (bound == nullptr) return glm::dot(f, n[t.x] + n[t.y] + n[t.z]) < 0.0f;
+    const glm::vec3 own = glm::normalize(face(t, bound->tube.position));
+    glm::vec3 sum(0.0f);
+    for (int k = 0; k < 3; ++k) {
+      const skin::Influences& each = bound->influences[t[k]];
+      glm::vec3 corner(0.0f);
+      for (int i = 0; i < skin::kMaxInfluences; ++i)
+        if (each.weight[i] > 0.0f) corner += each.weight[i] * (joint[each.joint[i]] * own);
+      sum += glm::normalize(corner);
+    }
+    return glm::dot(f, sum) < 0.0f;
   }
 
   float ideal(float s, const glm::vec3& offset) const {
@@ -82,8 +95,8 @@ struct Plain {
         out.stretch = s.largest;
         out.stretch_vertex = static_cast<int>(t.x);
       }
-      if (!inward(t, glm::vec3(glm::cross(e1, e2)), mesh.normal) &&
-          inward(t, face(t, position), normal)) {
+      if (!inward(t, face(t, mesh.position), mesh.normal, rest_turn) &&
+          inward(t, face(t, position), normal, turn)) {
         if (out.inverted++ == 0) out.inverted_vertex = static_cast<int>(t.x);
         inverted += whole;
       }
@@ -197,11 +210,16 @@ Tube shuffled(const Tube& from, std::mt19937& random) {
 }
 
 void expect_same(const SlicedTube& t, const RestMesh& mesh, const std::vector<glm::vec3>& position,
-                 const std::vector<glm::vec3>& normal, const BendIntent& intent,
-                 const std::string& what) {
+                 const std::vector<glm::vec3>& normal, const testing::TubeBinding* bound,
+                 const solver::SpinePose& pose, const BendIntent& intent, const std::string& what) {
   const double bone = 1.0 / t.tube.bones;
-  const MeshMeasures m = measure_mesh(t.mesh_rest, position, normal, intent, bone);
-  Plain plain{mesh, t.line, t.coordinate, t.slices, position, normal, intent, bone};
+  const auto turns = [&](const solver::SpinePose& at) {
+    return bound ? face_turns(bound->joints(at)) : std::vector<glm::mat3>{};
+  };
+  const std::vector<glm::mat3> turn = turns(pose);
+  const MeshMeasures m = measure_mesh(t.mesh_rest, position, {normal, turn}, intent, bone);
+  Plain plain{mesh, t.line, t.coordinate, t.slices, position, normal, bound, turns(t.tube.rest),
+              turn, intent, bone};
   plain.measure_triangles();
   plain.measure_folds();
   const MeshMeasures& p = plain.out;
@@ -243,18 +261,23 @@ TEST(MeshAgainstPlainCode, EveryFigureIsTheSameOnCleanBrokenAndShuffledBodies) {
                          t.tube.torso,
                          {},
                          t.tube.spine};
-      t.mesh_rest = prepare_mesh(own, t.line, t.coordinate, t.slices);
-      for (const double bend : {0.0, 0.7, 2.6})
-        for (const float noise : {0.0f, 1e-4f, 0.05f}) {
-          const double twist = 0.4 * bend;
-          const solver::SpinePose pose = t.tube.pose_of(even_bend(bend), twist);
-          std::vector<glm::vec3> position = t.tube.skin(pose);
-          for (glm::vec3& p : position) p += noise * glm::vec3(spread(), spread(), spread());
-          expect_same(t, own, position, t.tube.skin_normals(pose),
-                      t.intent(pose, even_bend(bend), twist),
-                      "bend " + std::to_string(bend) + ", noise " + std::to_string(noise) +
-                          (shuffle ? ", shuffled" : "") + (open ? ", open" : ""));
-        }
+      const testing::TubeBinding bound(t.tube);
+      const skin::JointMatrices at_rest = bound.joints(t.tube.rest);
+      const MeshBinding binding{t.tube.position, bound.influences, at_rest};
+      for (const bool joints : {false, true})
+        for (const double bend : {0.0, 0.7, 2.6})
+          for (const float noise : {0.0f, 1e-4f, 0.05f}) {
+            t.mesh_rest =
+                prepare_mesh(own, t.line, t.coordinate, t.slices, {}, joints ? &binding : nullptr);
+            const double twist = 0.4 * bend;
+            const solver::SpinePose pose = t.tube.pose_of(even_bend(bend), twist);
+            std::vector<glm::vec3> position = t.tube.skin(pose);
+            for (glm::vec3& p : position) p += noise * glm::vec3(spread(), spread(), spread());
+            expect_same(t, own, position, t.tube.skin_normals(pose), joints ? &bound : nullptr,
+                        pose, t.intent(pose, even_bend(bend), twist),
+                        "bend " + std::to_string(bend) + ", noise " + std::to_string(noise) +
+                            (shuffle ? ", shuffled" : "") + (open ? ", open" : ""));
+          }
     }
 }
 
@@ -268,10 +291,11 @@ TEST(MeshAgainstPlainCode, TriangleByTriangleOnBodiesOfFewTriangles) {
     const RestMesh mesh = t.tube.mesh();
     std::vector<glm::vec3> position = t.tube.position;
     for (glm::vec3& p : position) p *= 1.5f;
-    expect_same(t, mesh, position, t.tube.normal, no_intent(t.slices, t.rest_slices),
-                std::to_string(count) + " triangles, grown");
+    expect_same(t, mesh, position, t.tube.normal, nullptr, t.tube.rest,
+                no_intent(t.slices, t.rest_slices), std::to_string(count) + " triangles, grown");
     for (glm::vec3& p : position) p = glm::vec3(0.0f);
-    expect_same(t, mesh, position, t.tube.normal, no_intent(t.slices, t.rest_slices),
+    expect_same(t, mesh, position, t.tube.normal, nullptr, t.tube.rest,
+                no_intent(t.slices, t.rest_slices),
                 std::to_string(count) + " triangles in one point");
   }
 }

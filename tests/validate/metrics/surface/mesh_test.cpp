@@ -3,6 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <bit>
+#include <glm/gtc/matrix_transform.hpp>
+#include <random>
 
 #include "tests/validate/tube_fixture.h"
 
@@ -15,7 +18,7 @@ using testing::Tube;
 
 MeshMeasures surface(const SlicedTube& t, const std::vector<glm::vec3>& position,
                      const std::vector<glm::vec3>& normal, const BendIntent& intent) {
-  return measure_mesh(t.mesh_rest, position, normal, intent, 1.0 / t.tube.bones);
+  return measure_mesh(t.mesh_rest, position, {normal, {}}, intent, 1.0 / t.tube.bones);
 }
 
 /// Turns the frames of all joints above (and with) one by a rotation vector, about that joint.
@@ -64,7 +67,7 @@ TEST(Mesh, WithoutATorsoHasNoStrainToTell) {
   std::vector<glm::vec3> position = t.tube.position;
   for (glm::vec3& p : position) p *= 1.25f;
   const BendIntent intent = no_intent(t.slices, t.rest_slices);
-  const MeshMeasures m = measure_mesh(rest, position, t.tube.normal, intent, 0.1);
+  const MeshMeasures m = measure_mesh(rest, position, {t.tube.normal, {}}, intent, 0.1);
   EXPECT_TRUE(std::isnan(m.strain_most));
   EXPECT_EQ(m.strain_vertex, MeshMeasures{}.strain_vertex);
   EXPECT_NEAR(m.stretch, 1.25, 1e-4);  // the whole surface has one, all the same
@@ -343,6 +346,63 @@ TEST(Mesh, ATurnedTriangleIsInvertedOnlyIfItWasNotAtRest) {
             0u);
 }
 
+// A game's boxes are shaded flat in one file and smooth in the next: the surface is the same.
+TEST(Mesh, WhereJointsAreKnownShadingDoesNotTellWhichTrianglesAreTurnedOver) {
+  std::mt19937 random(5);
+  const auto spread = [&] {
+    return static_cast<float>(static_cast<double>(random()) / 4294967295.0 - 0.5);
+  };
+  Tube smooth(24, 0.14), rough(24, 0.14);
+  for (glm::vec3& n : rough.normal) n = glm::normalize(n + glm::vec3(spread(), spread(), spread()));
+  for (glm::vec3& n : rough.normal) n = -n;
+  // The whole bend in the middle third, more than the body is thick.
+  const auto bend = [](double s) {
+    return glm::dvec3(4.0 * std::clamp(3.0 * s - 1.0, 0.0, 1.0), 0, 0);
+  };
+  const solver::SpinePose pose = smooth.pose_of(bend, 0.4);
+  const auto measured = [&](const Tube& tube, bool joints_known) {
+    SlicedTube t(tube);
+    const testing::TubeBinding bound(t.tube);
+    const skin::JointMatrices rest = bound.joints(t.tube.rest);
+    const MeshBinding binding{t.tube.position, bound.influences, rest};
+    t.mesh_rest = prepare_mesh(t.tube.mesh(), t.line, t.coordinate, t.slices, {},
+                               joints_known ? &binding : nullptr);
+    const std::vector<glm::mat3> turns = face_turns(bound.joints(pose));
+    const std::vector<glm::vec3> normal = t.tube.skin_normals(pose);
+    return measure_mesh(t.mesh_rest, t.tube.skin(pose),
+                        {normal, joints_known ? turns : std::vector<glm::mat3>{}},
+                        t.intent(pose, bend), 1.0 / t.tube.bones);
+  };
+  const MeshMeasures own = measured(smooth, true);
+  EXPECT_GT(own.inverted_area, 0.02);
+  EXPECT_EQ(measured(rough, true).inverted_area, own.inverted_area);
+  EXPECT_EQ(measured(rough, true).inverted_vertex, own.inverted_vertex);
+  EXPECT_EQ(measured(rough, false).inverted, 0u);  // they stand against their normals at rest
+  EXPECT_NEAR(measured(smooth, false).inverted_area, own.inverted_area, 0.2 * own.inverted_area);
+}
+
+TEST(Mesh, TrianglesThatJointsMirrorFaceAsTheyShould) {
+  SlicedTube t{Tube(4)};
+  testing::TubeBinding bound(t.tube);
+  const auto mirrored = [&](const glm::dvec3& scale) {
+    std::vector<skin::SkinJoint> joints(4, {0, glm::dmat4(1.0)});
+    return skin::joint_matrices(joints, std::vector{glm::scale(glm::dmat4(1.0), scale)});
+  };
+  for (const glm::dvec3& scale :
+       {glm::dvec3(1, 1, 1), glm::dvec3(-1, 1, 1), glm::dvec3(-1, -1, -2), glm::dvec3(1, 0.2, 3)}) {
+    const skin::JointMatrices rest = mirrored(scale);
+    Tube tube(4);
+    for (glm::vec3& p : tube.position) p *= glm::vec3(scale);
+    RestMesh mesh = tube.mesh();
+    const MeshBinding binding{t.tube.position, bound.influences, rest};
+    const MeshRest made = prepare_mesh(mesh, t.line, t.coordinate, t.slices, {}, &binding);
+    std::size_t upright = 0;
+    for (const MeshRest::Block& block : made.block)
+      upright += static_cast<std::size_t>(std::popcount(block.upright));
+    EXPECT_EQ(upright, made.triangles) << scale.x << ' ' << scale.y << ' ' << scale.z;
+  }
+}
+
 TEST(Mesh, AnEdgeFoldedByAnAngleIsThatDihedralChange) {
   // Two triangles that share an edge along Y; the second is turned about it.
   Tube frame(4);
@@ -360,10 +420,10 @@ TEST(Mesh, AnEdgeFoldedByAnAngleIsThatDihedralChange) {
     const double angle = radians_from(deg);
     position[3] = {static_cast<float>(-0.1 * std::cos(angle)), 0.5f,
                    static_cast<float>(0.1 * std::sin(angle))};
-    EXPECT_NEAR(
-        measure_mesh(rest, position, normal, no_intent(slices, pose_slices(slices, position)), 0.25)
-            .dihedral_deg,
-        std::abs(deg), 0.05);
+    EXPECT_NEAR(measure_mesh(rest, position, {normal, {}},
+                             no_intent(slices, pose_slices(slices, position)), 0.25)
+                    .dihedral_deg,
+                std::abs(deg), 0.05);
   }
 }
 
