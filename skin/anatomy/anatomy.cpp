@@ -78,6 +78,10 @@ class Finder {
 
   void find_spine() {
     SpineEnds ends = find_spine_ends(character_, shape_, limbs_);
+    if (ends.head >= 0)  // ears and horns, where no name told the head before
+      std::erase_if(limbs_, [&](const LimbPair& limb) {
+        return shape_.is_ancestor(character_, ends.head, limb.pair.parent);
+      });
     const HintedSpine hinted = resolve_spine_hints(character_, hints_);
     if (!hinted.chain.empty()) {
       out_.spine = hinted.chain;

@@ -175,6 +175,32 @@ int head_by_neck(const SkeletonShape& shape) {
   return head;
 }
 
+/// The joint that everything called a part of a face hangs from, and nothing called a part of the
+/// body; -1 for none.
+int head_by_face(const Character& character, const SkeletonShape& shape) {
+  int head = -1;
+  for (Index n = 0; n < shape.name.size(); ++n) {
+    const NameFacts& name = shape.name[n];
+    if (name.part != BodyPart::face || name.control || shape.is_mechanism[n] ||
+        !shape.is_joint[n] || !(shape.weight_below[n] > 0.0))
+      continue;
+    int carrier = character.nodes[n].parent;
+    while (carrier >= 0 && (!shape.is_joint[static_cast<Index>(carrier)] ||
+                            shape.name[static_cast<Index>(carrier)].part == BodyPart::face))
+      carrier = character.nodes[static_cast<Index>(carrier)].parent;
+    if (carrier < 0 || (head >= 0 && carrier != head)) return -1;
+    head = carrier;
+  }
+  for (Index n = 0; n < shape.name.size(); ++n) {
+    const BodyPart part = shape.name[n].part;
+    if (part != BodyPart::none && part != BodyPart::face && part != BodyPart::head &&
+        shape.weight_below[n] > 0.0 && static_cast<int>(n) != head &&
+        shape.is_ancestor(character, head, static_cast<int>(n)))
+      return -1;
+  }
+  return head;
+}
+
 class EndFinder {
  public:
   EndFinder(const Character& character, const SkeletonShape& shape,
@@ -252,16 +278,42 @@ class EndFinder {
         say("head: " + quoted_name(character_, out_.head) + ", by the name of the neck");
         return;
       }
+      out_.head = head_by_face(character_, shape_);
+      if (out_.head >= 0) {
+        say("head: " + quoted_name(character_, out_.head) + ", which carries the face");
+        return;
+      }
       out_.doubt = "no joint is named head, and fewer than two pairs of limbs to infer it from";
       return;
     }
     out_.head = head_by_topology(shape_, upper);
+    if (out_.head < 0 && is_head_with_ears(upper)) {
+      out_.head = upper;
+      say("head: " + quoted_name(character_, upper) +
+          ", which a pair hangs from above two pairs of limbs");
+      return;
+    }
     if (out_.head < 0) {
       out_.doubt = "nothing hangs between the upper limbs on " + quoted_name(character_, upper);
       return;
     }
     say("head: " + quoted_name(character_, out_.head) + ", the branch between the limbs of " +
         quoted_name(character_, upper));
+  }
+
+  /// Whether nothing but a pair hangs from the uppermost joint that limbs hang from, which no name
+  /// calls limbs, and two pairs more hang from joints below it: ears.
+  bool is_head_with_ears(int upper) const {
+    std::vector<int> below;
+    for (const LimbPair& limb : limbs_) {
+      const int parent = limb.pair.parent;
+      if (parent == upper && is_limb_name(shape_.name[static_cast<Index>(limb.pair.left)].part))
+        return false;
+      if (parent != upper && shape_.is_ancestor(character_, parent, upper) &&
+          std::ranges::find(below, parent) == below.end())
+        below.push_back(parent);
+    }
+    return below.size() >= 2;
   }
 
   /// Pelvis and ribcage hang beside each other from one joint: the head is on the branch that goes

@@ -10,6 +10,7 @@
 #include "skin/anatomy/chain_arc.h"
 #include "skin/anatomy/other_figures.h"
 #include "skin/character/matrix_facts.h"
+#include "skin/character/part_owners.h"
 #include "skin/character/point_cells.h"
 #include "skin/deform/skinning.h"
 
@@ -114,6 +115,7 @@ SkinPlaces::SkinPlaces(const Character& character, const Anatomy& anatomy)
   const glm::dvec3 sides = high - low;
   size = std::max({sides.x, sides.y, sides.z, 0.0});
   all = std::accumulate(total.begin(), total.end(), 0.0);
+  find_hung_objects();
   leads_on_.assign(total.size(), false);
   for (Index n = 0; n < total.size(); ++n) {
     Index steps = 0;
@@ -164,11 +166,35 @@ glm::dvec3 SkinPlaces::point_at(double arc_length) const {
   return step > 0.0 ? glm::mix(chain[k - 1], chain[k], (arc_length - arc[k - 1]) / step) : chain[k];
 }
 
+/// Meshes without a skin, each on a node of its own below a joint, and what stands between.
+void SkinPlaces::find_hung_objects() {
+  std::vector<bool> owns(character_.nodes.size(), false), is_joint(owns);
+  for (const int node : part_owners(character_))
+    if (node >= 0) owns[static_cast<Index>(node)] = true;
+  for (const SkinJoint& joint : character_.joints) {
+    // The reader binds such a mesh to its node where it is.
+    const auto n = static_cast<Index>(joint.node);
+    if (!owns[n] || joint.joint_from_mesh != glm::dmat4(1.0)) is_joint[n] = true;
+  }
+  hangs_.assign(owns.size(), false);
+  for (Index n = 0; n < owns.size(); ++n) {
+    if (!owns[n] || is_joint[n]) continue;
+    std::vector<Index> way{n};
+    int above = character_.nodes[n].parent;
+    for (; above >= 0 && !is_joint[static_cast<Index>(above)];
+         above = character_.nodes[static_cast<Index>(above)].parent)
+      way.push_back(static_cast<Index>(above));
+    if (above < 0) continue;
+    for (const Index each : way) hangs_[each] = true;
+  }
+}
+
 /// What the way from a joint to the one above it counts: nothing where they stand in one place,
 /// and of a spine of many joints, where three are a short way, by its length.
 double SkinPlaces::step_above(int node) const {
   const int above = parent[static_cast<Index>(node)];
   if (above < 0) return 1.0;
+  if (hangs_[static_cast<Index>(node)]) return 0.0;
   if (glm::distance(at(node), at(above)) < kOneStand * size) return 0.0;
   // Where controls and joints that move the skin are two chains, each vertebra has one beside it.
   if (on_spine[static_cast<Index>(above)] >= 0 && !(total[static_cast<Index>(above)] > 0.0) &&

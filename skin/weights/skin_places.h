@@ -75,10 +75,10 @@ struct SkinPlaces {
   double weight_at(std::size_t place, int node) const;
   /// The joint that weighs most on a place beside `node`; -1 for none.
   int heaviest_but(std::size_t place, int node) const;
-  /// Joints on the way from one to another along the skeleton: none where two stand in one place or
-  /// one holds the weight of a weightless vertebra beside it, and along a spine of many joints,
-  /// where three are a short way, by its length (kFarJoints are 0.4 of it, and the torso's half
-  /// width). Infinite between two trees.
+  /// Joints on the way from one to another along the skeleton, an object that hangs on one being of
+  /// that: none where two stand in one place or one holds the weight of a weightless vertebra
+  /// beside it, and along a spine of many joints, where three are a short way, by its length
+  /// (kFarJoints are 0.4 of it, and the torso's half width). Infinite between two trees.
   double steps_between(int a, int b) const;
   /// Points along a joint's bones, its own place first.
   std::vector<glm::dvec3> points_on_bones(int node) const;
@@ -86,6 +86,7 @@ struct SkinPlaces {
  private:
   void measure_torso();
   glm::dvec3 point_at(double arc_length) const;
+  void find_hung_objects();
   double step_above(int node) const;
   void list_edges();
   void find_shells();
@@ -96,6 +97,7 @@ struct SkinPlaces {
   const Anatomy& anatomy_;
   double spine_step_ = 1.0;     // as far along the spine counts as one joint of another chain
   std::vector<bool> leads_on_;  // of each node: whether a joint with weight hangs from it
+  std::vector<bool> hangs_;     // of each node: whether it only hangs an object on a joint
 };
 
 }  // namespace backbend::skin

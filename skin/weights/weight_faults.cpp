@@ -599,7 +599,9 @@ class FaultFinder {
     std::vector<bool> differs(places_.weights.size(), false);
     Index torso = 0;
     for (Index p = 0; p < places_.weights.size(); ++p) {
-      if (places_.weights[p].empty() || image[p].empty() || !on_torso(places_.main[p])) continue;
+      if (places_.weights[p].empty() || image[p].empty() || sides_.is_left_out(p) ||
+          !on_torso(places_.main[p]))
+        continue;
       ++torso;
       for (const NodeWeight& w : places_.weights[p]) {
         const std::vector<int>& others = images_of(w.node);

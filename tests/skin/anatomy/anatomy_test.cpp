@@ -1293,6 +1293,80 @@ TEST(Anatomy, FindsTheHeadByTheNeckOfAFigureWithoutLegs) {
   }
 }
 
+TEST(Anatomy, FindsTheHeadByTheFaceThatHangsFromIt) {
+  // Arms and legs hang from one joint, and the head is called after the body.
+  const auto goblin_with = [](const char* left_ear, const char* right_ear, bool on_head) {
+    Character goblin;
+    const auto bone = [&](const std::string& name, int parent, const glm::dvec3& at) {
+      const int node = add_node(goblin, name, parent, at);
+      stick_vertex(goblin, node);
+      return node;
+    };
+    const int base = bone("Base", -1, {0, 0.0, 0.4});
+    const int body = bone("Body", base, {0, 0.4, 0});
+    for (const double side : {1.0, -1.0}) {
+      const std::string end = side > 0.0 ? ".L" : ".R";
+      bone("Foot" + end,
+           bone("Calf" + end, bone("Thigh" + end, body, {0.13 * side, 0.4, 0}),
+                {0.13 * side, 0.24, 0}),
+           {0.13 * side, 0.05, 0});
+      bone("Forearm" + end, bone("Bicep" + end, body, {0.25 * side, 0.62, 0}),
+           {0.32 * side, 0.46, 0});
+    }
+    const int head = bone("Body.001", body, {0, 0.64, 0});
+    bone(left_ear, head, {0.27, 1.0, -0.1});
+    bone(right_ear, on_head ? head : base, {-0.27, 1.0, -0.1});
+    return goblin;
+  };
+  const Character goblin = goblin_with("Ear.L", "Ear.R", true);
+  const Anatomy anatomy = find_anatomy(goblin);
+  EXPECT_EQ(names_of(goblin, anatomy.spine), (Names{"Body", "Body.001"}));
+  EXPECT_EQ(reason_of(anatomy, "head: "), "head: 'Body.001', which carries the face");
+  EXPECT_EQ(names_of(goblin, anatomy.left_arm), (Names{"Bicep.L", "Forearm.L"}));
+  // A robot's body with an eye on it is no head.
+  Character robot = goblin;
+  for (const char* bicep : {"Bicep.L", "Bicep.R"})
+    robot.nodes[static_cast<std::size_t>(stick_node(robot, bicep))].parent =
+        stick_node(robot, "Body.001");
+  EXPECT_THROW(find_anatomy(robot), CharacterError);
+  EXPECT_THROW(find_anatomy(goblin_with("Bow.L", "Bow.R", true)), CharacterError);
+  EXPECT_THROW(find_anatomy(goblin_with("Ear.L", "Ear.R", false)), CharacterError);
+}
+
+TEST(Anatomy, TakesAPairAboveTwoPairsOfLimbsForEarsWhereNoNameTells) {
+  const auto beast_with = [](const char* ear) {
+    Character beast;
+    int count = 0;
+    const auto bone = [&](int parent, const glm::dvec3& at, const char* name = nullptr) {
+      const int node = add_node(beast, name ? name : "Bone." + std::to_string(count++), parent, at);
+      stick_vertex(beast, node);
+      return node;
+    };
+    const int hips = bone(-1, {0, 0.5, -0.5}), back = bone(hips, {0, 0.5, 0.0});
+    const int shoulders = bone(back, {0, 0.5, 0.4}), head = bone(shoulders, {0, 0.8, 0.7});
+    for (const double side : {1.0, -1.0}) {
+      for (const int body : {hips, shoulders}) {
+        const double z = body == hips ? -0.5 : 0.4;
+        bone(bone(bone(body, {0.1 * side, 0.45, z}), {0.12 * side, 0.25, z}),
+             {0.12 * side, 0.0, z});
+      }
+      const std::string name = std::string(ear) + (side > 0.0 ? ".L" : ".R");
+      bone(bone(bone(head, {0.05 * side, 0.9, 0.7}, *ear ? name.c_str() : nullptr),
+                {0.1 * side, 1.1, 0.7}),
+           {0.12 * side, 1.3, 0.7});
+    }
+    return beast;
+  };
+  const Character beast = beast_with("");
+  const Anatomy anatomy = find_anatomy(beast);
+  EXPECT_EQ(names_of(beast, anatomy.spine), (Names{"Bone.0", "Bone.1", "Bone.2", "Bone.3"}));
+  EXPECT_EQ(reason_of(anatomy, "head: "),
+            "head: 'Bone.3', which a pair hangs from above two pairs of limbs");
+  for (const int root : {anatomy.left_arm.front(), anatomy.right_arm.front()})
+    EXPECT_EQ(beast.nodes[static_cast<std::size_t>(root)].parent, stick_node(beast, "Bone.2"));
+  EXPECT_THROW(find_anatomy(beast_with("arm")), CharacterError);
+}
+
 TEST(Anatomy, PairsLimbsWithoutNamesThatWerePlacedByHand) {
   // Arms of four joints, of which one reaches `share` as far as the other.
   const auto spine_with = [](double share) {

@@ -737,6 +737,36 @@ TEST(FarInfluence, OfAPropOfSeveralShellsIsJudgedAsOne) {
   }
 }
 
+TEST(FarInfluence, OfAnObjectThatHangsOnAJointIsThatOfTheJoint) {
+  // Head and hat are meshes without a skin, each on a node below a node below a joint.
+  const auto is_far = [](const char* carrier) {
+    Character figure = ball_figure("spine_3");
+    const auto object = [&](const char* name, int joint, const glm::vec3& at, float radius) {
+      const int group = add_node(figure, name, joint, glm::dvec3(at));
+      const int node = add_node(figure, std::string(name) + "_mesh", group, glm::dvec3(at));
+      Part part;
+      part.first_vertex = static_cast<std::uint32_t>(figure.vertex_count());
+      part.first_triangle = static_cast<std::uint32_t>(figure.triangles.size());
+      add_ball(figure, at, radius, node);
+      part.vertex_count = static_cast<std::uint32_t>(figure.vertex_count()) - part.first_vertex;
+      part.triangle_count =
+          static_cast<std::uint32_t>(figure.triangles.size()) - part.first_triangle;
+      figure.parts.push_back(part);
+      figure.joints.back().joint_from_mesh = glm::dmat4(1.0);
+      for (std::size_t v = part.first_vertex; v < figure.vertex_count(); ++v)
+        figure.bind_position[v] -= at;
+      return node;
+    };
+    object("head_object", stick_node(figure, "head"), {0.0F, 1.95F, 0.12F}, 0.25F);
+    const int hat = add_node(figure, "hat", stick_node(figure, carrier), glm::dvec3(0, 1.9, 0));
+    figure.joints.push_back({hat, glm::translate(glm::dmat4(1.0), glm::dvec3(0, -1.9, 0))});
+    const int mesh = object("hat_object", hat, {0.0F, 2.25F, 0.12F}, 0.1F);
+    return names(find_weight_faults(figure, find_anatomy(figure)).far, kFar, mesh);
+  };
+  EXPECT_FALSE(is_far("head"));
+  EXPECT_TRUE(is_far("hips"));
+}
+
 TEST(FarInfluence, OfAJointThatLeadsHardlyAnywhereIsNoAreaOfItsOwn) {
   REQUIRE_CHARACTER("mh_male_13k.glb");
   // A hip bone's largest weight after smoothing is 0.45: a patch of 0.29 is more than half of it.
