@@ -36,7 +36,7 @@ double aside_of(const glm::dvec3& joint, double fraction, const glm::dvec3& left
                 const BodyMetrics& body) {
   return near_joint(fraction, body.slices(), [&](Index i) {
     const Slice& slice = body.slices().slice[i];
-    if (slice.ring.empty() || slice.spine_share < kSpineSlice) return kNan;
+    if (slice.ring.empty() || slice.is_half || slice.spine_share < kSpineSlice) return kNan;
     if (!slice.line[0].surface || !slice.line[kLineCount / 2].surface)
       return kNan;  // an arm's hole
     const glm::dvec3* line = body.rest_slices().line.data() + i * kLineCount;

@@ -36,6 +36,13 @@ struct Piece {
   bool closed = false;
 };
 
+glm::dvec3 vector_area(std::span<const glm::dvec3> ring, const glm::dvec3& about) {
+  glm::dvec3 area(0.0);
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    area += 0.5 * glm::cross(ring[i] - about, ring[(i + 1) % ring.size()] - about);
+  return area;
+}
+
 class LevelCutter {
  public:
   LevelCutter(const RestMesh& mesh, std::span<const float> coordinate)
@@ -87,6 +94,7 @@ class LevelCutter {
 
   /// Takes the crossings apart into rings and open pieces.
   static std::vector<Piece> pieces(Crossings crossings) {
+    drop_inner_walls(crossings);
     std::vector<Piece> out;
     const auto walk = [&](EdgeKey at) {
       Piece piece;
@@ -118,16 +126,56 @@ class LevelCutter {
   }
 
  private:
+  /// From a crossing where surfaces meet, over the step to `to` and on, to the next such crossing
+  /// or an end.
+  static std::vector<EdgeKey> chain_from(const Crossings& crossings, const EdgeKey& from,
+                                         EdgeKey to) {
+    std::vector<EdgeKey> chain{from, to};
+    for (const Crossing* here = &crossings.at(to); here->step.size() == 2 && to != from;
+         here = &crossings.at(to)) {
+      const EdgeKey back = chain[chain.size() - 2];
+      to = here->step[here->step[0].to == back ? 1 : 0].to;
+      chain.push_back(to);
+    }
+    return chain;
+  }
+
+  /// Where three surfaces lead from one edge to one other, two go round the body and the third
+  /// stands inside: the wall that is left where halves were mirrored.
+  static void drop_inner_walls(Crossings& crossings) {
+    for (auto& [key, crossing] : crossings) {
+      if (crossing.step.size() != 3) continue;
+      std::vector<EdgeKey> chain[3];
+      for (std::size_t i = 0; i < 3; ++i)
+        chain[i] = chain_from(crossings, key, crossing.step[i].to);
+      const EdgeKey end = chain[0].back();
+      if (end == key || chain[1].back() != end || chain[2].back() != end ||
+          crossings.at(end).step.size() != 3)
+        continue;
+      std::size_t inner = 0;
+      double largest = -1.0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        std::vector<glm::dvec3> ring;
+        for (const EdgeKey& k : chain[(i + 1) % 3]) ring.push_back(crossings.at(k).at);
+        const std::vector<EdgeKey>& back = chain[(i + 2) % 3];
+        for (std::size_t k = back.size(); k-- > 0;) ring.push_back(crossings.at(back[k]).at);
+        const double area = glm::length(vector_area(ring, ring.front()));
+        if (area > largest) {
+          largest = area;
+          inner = i;
+        }
+      }
+      for (std::size_t k = 1; k < chain[inner].size(); ++k) {
+        const EdgeKey a = chain[inner][k - 1], b = chain[inner][k];
+        std::erase_if(crossings.at(a).step, [&](const Step& step) { return step.to == b; });
+        std::erase_if(crossings.at(b).step, [&](const Step& step) { return step.to == a; });
+      }
+    }
+  }
+
   const RestMesh& mesh_;
   std::span<const float> coordinate_;
 };
-
-glm::dvec3 vector_area(std::span<const glm::dvec3> ring, const glm::dvec3& about) {
-  glm::dvec3 area(0.0);
-  for (std::size_t i = 0; i < ring.size(); ++i)
-    area += 0.5 * glm::cross(ring[i] - about, ring[(i + 1) % ring.size()] - about);
-  return area;
-}
 
 /// Axes across the spine: `left` as near as can be, and the one that makes them right-handed.
 struct Across {
@@ -274,6 +322,7 @@ Piece largest_ring(std::vector<Piece> pieces, const glm::dvec3& middle, const Ac
   return best;
 }
 
+constexpr double kLike = 0.5;             // of the larger one's area
 constexpr double kFarthestBeside = 3.0;   // radii: a ring further off is of something else
 constexpr double kMeasuredBeside = 0.25;  // ... and one so far bends about a place in the air
 
@@ -288,7 +337,6 @@ glm::dvec3 middle_of(const std::vector<glm::dvec3>& points) {
 /// rings of like size: hips that stand below the crotch are between the legs.
 Piece ring_beside(const RestMesh& mesh, const std::vector<Piece>& pieces,
                   const glm::dvec3& middle) {
-  constexpr double kLike = 0.5;  // of the larger one's area
   std::vector<std::pair<double, const Piece*>> closed;
   for (const Piece& piece : pieces)
     if (piece.closed)
@@ -305,6 +353,17 @@ Piece ring_beside(const RestMesh& mesh, const std::vector<Piece>& pieces,
       return *piece;
   }
   return {};
+}
+
+/// Whether one of the pieces is a ring of like size that lies beside this one.
+bool has_twin(const Piece& ring, const std::vector<Piece>& pieces, const Across& across) {
+  const double area = glm::length(vector_area(ring.at, ring.at.front()));
+  return std::ranges::any_of(pieces, [&](const Piece& piece) {
+    return piece.closed && piece.at != ring.at &&
+           glm::length(vector_area(piece.at, piece.at.front())) > kLike * area &&
+           !goes_round(ring.at, across, middle_of(piece.at)) &&
+           !goes_round(piece.at, across, middle_of(ring.at));
+  });
 }
 
 double radius_of(const Piece& ring, const glm::dvec3& point) {
@@ -345,8 +404,10 @@ Slice choose_ring(const RestMesh& mesh, const std::vector<Piece>& pieces, double
     none.beside_radius = beside_radius;
     if (outside > kMeasuredBeside) return none;
   }
+  const bool is_half = ring.closed && has_twin(ring, soft, across);
   if (ring.closed && glm::dot(vector_area(ring.at, middle), across.tangent) < 0.0) reverse(ring);
   Slice slice = finish(mesh, std::move(ring), s, across);
+  slice.is_half = is_half;
   slice.outside = outside;
   slice.beside_radius = beside_radius;
   return slice;

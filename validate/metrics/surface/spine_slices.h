@@ -43,6 +43,8 @@ struct Slice {
   // inside, NaN where no ring is near.
   double outside = std::numeric_limits<double>::quiet_NaN();
   double beside_radius = 0.0;  // that radius, where the spine stands outside; 0 elsewhere
+  // Whether another ring of like size stands beside it: halves that were mirrored, not joined.
+  bool is_half = false;
   std::vector<double> weight;  // of each point in the centre, by length at rest and share; sum 1
   std::vector<double> cosine;  // weight times the cosine of the point's angle from `left`
   // Where the ring crosses kLineCount half-planes around the spine at rest, the first toward

@@ -277,6 +277,77 @@ TEST(SpineSlices, ASurfaceDoubledForItsBackFaceOrAsALevelOfDetailLeavesTheBodysR
     }
 }
 
+TEST(SpineSlices, GoRoundABodyWithAWallInItsMiddleWhereHalvesWereMirrored) {
+  const SlicedTube plain(Tube(10));
+  for (const bool own_vertices : {false, true})  // as with flat shading
+    for (const int aside : {0, 5}) {             // the wall off the middle
+      Tube tube(10);
+      const auto places = static_cast<std::uint32_t>(tube.position.size());
+      const auto at = [&](int r, int k) {
+        const auto v = static_cast<std::uint32_t>(r * tube.sides + k);
+        if (!own_vertices) return v;
+        tube.place.push_back(v);
+        tube.position.push_back(glm::vec3(tube.position[v]));
+        tube.normal.emplace_back(1, 0, 0);
+        tube.torso.push_back(1);
+        return static_cast<std::uint32_t>(tube.position.size()) - 1;
+      };
+      const int front = tube.sides / 4 - aside, back = 3 * tube.sides / 4 + aside;
+      for (int r = 0; r < tube.rings; ++r) {
+        tube.triangle.emplace_back(at(r, front), at(r, back), at(r + 1, front));
+        tube.triangle.emplace_back(at(r, back), at(r + 1, back), at(r + 1, front));
+      }
+      std::ranges::shuffle(tube.triangle, std::mt19937(7));
+      RestMesh mesh = tube.mesh();
+      mesh.place_count = places;
+      const SpineLine line(tube.spine);
+      const SpineSlices slices =
+          cut_slices(mesh, line, spine_coordinate(mesh, line), {1, 0, 0}, 64);
+      for (int r = 0; r < 64; ++r)
+        EXPECT_EQ(slices.slice[r].ring.size(), plain.slices.slice[r].ring.size())
+            << "slice " << r << (own_vertices ? ", own vertices" : "") << ", aside by " << aside;
+    }
+}
+
+/// Two half tubes, each closed by a wall of its own that stands beside the middle, to its own side
+/// or past it.
+TEST(SpineSlices, KnowHalvesThatWereMirroredAndNotJoined) {
+  constexpr int kRows = 40, kArc = 13;
+  for (const double wall : {-0.004, 0.004}) {
+    Tube tube(10);
+    const std::vector<glm::dvec3> spine = tube.spine;
+    tube.position.clear(), tube.normal.clear(), tube.triangle.clear(), tube.place.clear();
+    tube.torso.clear();
+    for (const double side : {1.0, -1.0}) {
+      const auto first = static_cast<std::uint32_t>(tube.position.size());
+      for (int r = 0; r <= kRows; ++r)
+        for (int k = 0; k < kArc; ++k) {
+          const double angle = kPi * (static_cast<double>(k) / (kArc - 1) - 0.5);
+          tube.place.push_back(static_cast<std::uint32_t>(tube.position.size()));
+          tube.position.emplace_back(side * (wall + 0.1 * std::cos(angle)),
+                                     static_cast<double>(r) / kRows, 0.1 * std::sin(angle));
+          tube.normal.emplace_back(side, 0, 0);
+          tube.torso.push_back(1);
+        }
+      const auto at = [&](std::uint32_t r, std::uint32_t k) { return first + r * kArc + k % kArc; };
+      for (std::uint32_t r = 0; r < kRows; ++r)
+        for (std::uint32_t k = 0; k < kArc; ++k) {
+          tube.triangle.emplace_back(at(r, k), at(r, k + 1), at(r + 1, k));
+          tube.triangle.emplace_back(at(r, k + 1), at(r + 1, k + 1), at(r + 1, k));
+        }
+    }
+    const RestMesh mesh = tube.mesh();
+    const SpineLine line(spine);
+    const SpineSlices slices = cut_slices(mesh, line, spine_coordinate(mesh, line), {1, 0, 0}, 16);
+    for (const Slice& slice : slices.slice) {
+      if (slice.ring.empty()) continue;
+      EXPECT_TRUE(slice.is_half) << wall << ' ' << slice.s;
+    }
+    EXPECT_EQ(slices.measured() > 0, wall < 0.0);  // else the spine is between the legs
+  }
+  for (const Slice& slice : SlicedTube(Tube(10)).slices.slice) EXPECT_FALSE(slice.is_half);
+}
+
 /// How many of 64 slices take a band of twice the tube's radius that lies around it from `from` to
 /// `to`, and of which `joint_at` moves the place at a height.
 template <typename JointAt>
