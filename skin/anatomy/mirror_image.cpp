@@ -59,22 +59,40 @@ std::vector<glm::dvec3> places_of(const Character& character, const Mirror& mirr
   return out;
 }
 
-/// Of each node that its name puts on one side: the one that is called so on the other; -1 for
-/// none.
+/// How many nodes are above both of two nodes, or are one of them.
+Index common_nodes(const Character& character, int a, int b) {
+  const auto way = [&](int node) {
+    std::vector<int> up;
+    for (; node >= 0; node = character.nodes[static_cast<Index>(node)].parent) up.push_back(node);
+    return up;
+  };
+  const std::vector<int> of_a = way(a), of_b = way(b);
+  const auto [end, unused] = std::mismatch(of_a.rbegin(), of_a.rend(), of_b.rbegin(), of_b.rend());
+  return static_cast<Index>(end - of_a.rbegin());
+}
+
+/// Of each node that its name puts on one side: the one that is called so on the other, of several
+/// the one that moves a skin or not as the node does and hangs nearest to it (a file may have
+/// another armature of the same names); -1 for none.
 std::vector<int> named_images(const Character& character, const std::vector<NameFacts>& facts) {
-  std::map<std::tuple<std::string, int, Side>, int> by_name;
+  std::map<std::tuple<std::string, int, Side>, std::vector<int>> by_name;
   for (Index n = 0; n < facts.size(); ++n)
     if (facts[n].side != Side::none)
-      by_name.emplace(
-          std::tuple(facts[n].without_side, static_cast<int>(facts[n].part), facts[n].side),
+      by_name[{facts[n].without_side, static_cast<int>(facts[n].part), facts[n].side}].push_back(
           static_cast<int>(n));
+  std::vector<bool> is_joint(character.nodes.size(), false);
+  for (const SkinJoint& joint : character.joints) is_joint[static_cast<Index>(joint.node)] = true;
   std::vector<int> out(character.nodes.size(), -1);
   for (Index n = 0; n < facts.size(); ++n) {
     if (facts[n].side == Side::none) continue;
     const Side other = facts[n].side == Side::left ? Side::right : Side::left;
     const auto found =
         by_name.find({facts[n].without_side, static_cast<int>(facts[n].part), other});
-    if (found != by_name.end()) out[n] = found->second;
+    if (found == by_name.end()) continue;
+    out[n] = *std::ranges::max_element(found->second, {}, [&](int image) {
+      return std::pair(is_joint[static_cast<Index>(image)] == is_joint[n],
+                       common_nodes(character, static_cast<int>(n), image));
+    });
   }
   return out;
 }

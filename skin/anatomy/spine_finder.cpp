@@ -287,7 +287,7 @@ class EndFinder {
       return;
     }
     out_.head = head_by_topology(shape_, upper);
-    if (out_.head < 0 && is_head_with_ears(upper)) {
+    if (is_head_with_ears(upper, out_.head)) {
       out_.head = upper;
       say("head: " + quoted_name(character_, upper) +
           ", which a pair hangs from above two pairs of limbs");
@@ -301,19 +301,31 @@ class EndFinder {
         quoted_name(character_, upper));
   }
 
-  /// Whether nothing but a pair hangs from the uppermost joint that limbs hang from, which no name
-  /// calls limbs, and two pairs more hang from joints below it: ears.
-  bool is_head_with_ears(int upper) const {
+  /// Whether the pair on the uppermost joint that limbs hang from are ears: no name calls them
+  /// limbs, two pairs more hang from joints below it, and beyond it is nothing, or a jaw alone
+  /// (`beyond`; -1 for none) between ears that stand up.
+  bool is_head_with_ears(int upper, int beyond) const {
+    const bool is_jaw = beyond >= 0 && character_.nodes[static_cast<Index>(beyond)].parent == upper;
+    if (beyond >= 0 && !is_jaw) return false;
     std::vector<int> below;
     for (const LimbPair& limb : limbs_) {
       const int parent = limb.pair.parent;
       if (parent == upper && is_limb_name(shape_.name[static_cast<Index>(limb.pair.left)].part))
         return false;
+      if (parent == upper && is_jaw && !stands_up(limb.pair.left)) return false;
       if (parent != upper && shape_.is_ancestor(character_, parent, upper) &&
           std::ranges::find(below, parent) == below.end())
         below.push_back(parent);
     }
     return below.size() >= 2;
+  }
+
+  /// Whether a branch rises as far as it reaches aside.
+  bool stands_up(int root) const {
+    const auto r = static_cast<Index>(root);
+    const glm::dvec3 way =
+        shape_.position[static_cast<Index>(shape_.farthest[r])] - shape_.position[r];
+    return way.y > 0.0 && way.y * way.y >= way.x * way.x;
   }
 
   /// Pelvis and ribcage hang beside each other from one joint: the head is on the branch that goes

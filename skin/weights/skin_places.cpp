@@ -10,7 +10,6 @@
 #include "skin/anatomy/chain_arc.h"
 #include "skin/anatomy/other_figures.h"
 #include "skin/character/matrix_facts.h"
-#include "skin/character/part_owners.h"
 #include "skin/character/point_cells.h"
 #include "skin/deform/skinning.h"
 
@@ -166,21 +165,35 @@ glm::dvec3 SkinPlaces::point_at(double arc_length) const {
   return step > 0.0 ? glm::mix(chain[k - 1], chain[k], (arc_length - arc[k - 1]) / step) : chain[k];
 }
 
-/// Meshes without a skin, each on a node of its own below a joint, and what stands between.
+/// Meshes without a skin, each on a node of its own below a joint, and what stands between. Written
+/// as skins, as by `bake`, they are joints that alone move all of what they move, below a node that
+/// is none.
 void SkinPlaces::find_hung_objects() {
-  std::vector<bool> owns(character_.nodes.size(), false), is_joint(owns);
-  for (const int node : part_owners(character_))
-    if (node >= 0) owns[static_cast<Index>(node)] = true;
+  const Index nodes = character_.nodes.size();
+  std::vector<bool> moves(nodes, false), shares(nodes, false), is_joint(nodes, false);
+  for (const Influences& influences : character_.influences)
+    for (Index k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k) {
+      const auto n = static_cast<Index>(character_.joints[influences.joint[k]].node);
+      moves[n] = true;
+      if (influences.weight[1] > 0.0f) shares[n] = true;
+    }
+  std::vector<bool> is_bound = is_joint;  // not where the reader puts a mesh without a skin
   for (const SkinJoint& joint : character_.joints) {
-    // The reader binds such a mesh to its node where it is.
-    const auto n = static_cast<Index>(joint.node);
-    if (!owns[n] || joint.joint_from_mesh != glm::dmat4(1.0)) is_joint[n] = true;
+    is_joint[static_cast<Index>(joint.node)] = true;
+    if (joint.joint_from_mesh != glm::dmat4(1.0)) is_bound[static_cast<Index>(joint.node)] = true;
   }
-  hangs_.assign(owns.size(), false);
-  for (Index n = 0; n < owns.size(); ++n) {
-    if (!owns[n] || is_joint[n]) continue;
-    std::vector<Index> way{n};
+  std::vector<bool> leads_on(nodes, false);
+  for (Index n = nodes; n-- > 0;) {  // parents stand first
+    const int above = character_.nodes[n].parent;
+    if (above >= 0 && (moves[n] || leads_on[n])) leads_on[static_cast<Index>(above)] = true;
+  }
+  hangs_.assign(nodes, false);
+  for (Index n = 0; n < nodes; ++n) {
     int above = character_.nodes[n].parent;
+    if (!moves[n] || shares[n] || leads_on[n] || above < 0 ||
+        (is_bound[n] && is_joint[static_cast<Index>(above)]))
+      continue;
+    std::vector<Index> way{n};
     for (; above >= 0 && !is_joint[static_cast<Index>(above)];
          above = character_.nodes[static_cast<Index>(above)].parent)
       way.push_back(static_cast<Index>(above));

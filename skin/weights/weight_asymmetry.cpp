@@ -88,6 +88,7 @@ void find_asymmetry(const SkinPlaces& places, const BodySides& sides, WeightAnsw
   if (unlike)
     std::erase_if(by_joint, [](const auto& each) { return each.second.value < kUnlikeSides; });
   take_faults(by_joint, out);
+  for (auto& [node, fault] : swapped) fault.value = std::min(1.0, fault.value);
   keep_patches(places, swapped);
   for (const WeightFault& known : wrong_side.faults) swapped.erase(known.node);
   take_faults(swapped, wrong_side);

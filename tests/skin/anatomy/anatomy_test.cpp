@@ -1334,7 +1334,7 @@ TEST(Anatomy, FindsTheHeadByTheFaceThatHangsFromIt) {
 }
 
 TEST(Anatomy, TakesAPairAboveTwoPairsOfLimbsForEarsWhereNoNameTells) {
-  const auto beast_with = [](const char* ear) {
+  const auto beast_with = [](const char* ear, int beyond = 0, double rise = 0.4) {
     Character beast;
     int count = 0;
     const auto bone = [&](int parent, const glm::dvec3& at, const char* name = nullptr) {
@@ -1352,9 +1352,11 @@ TEST(Anatomy, TakesAPairAboveTwoPairsOfLimbsForEarsWhereNoNameTells) {
       }
       const std::string name = std::string(ear) + (side > 0.0 ? ".L" : ".R");
       bone(bone(bone(head, {0.05 * side, 0.9, 0.7}, *ear ? name.c_str() : nullptr),
-                {0.1 * side, 1.1, 0.7}),
-           {0.12 * side, 1.3, 0.7});
+                {(0.25 - 0.375 * rise) * side, 0.9 + 0.5 * rise, 0.7}),
+           {(0.52 - rise) * side, 0.9 + rise, 0.7});
     }
+    int last = head;  // a jaw, or the neck of a body with wings
+    for (int i = 0; i < beyond; ++i) last = bone(last, {0, 0.8, 0.85 + 0.15 * i});
     return beast;
   };
   const Character beast = beast_with("");
@@ -1365,6 +1367,13 @@ TEST(Anatomy, TakesAPairAboveTwoPairsOfLimbsForEarsWhereNoNameTells) {
   for (const int root : {anatomy.left_arm.front(), anatomy.right_arm.front()})
     EXPECT_EQ(beast.nodes[static_cast<std::size_t>(root)].parent, stick_node(beast, "Bone.2"));
   EXPECT_THROW(find_anatomy(beast_with("arm")), CharacterError);
+  const auto spine_of = [&](int beyond, double rise) {
+    const Character other = beast_with("", beyond, rise);
+    return names_of(other, find_anatomy(other).spine).size();
+  };
+  EXPECT_EQ(spine_of(1, 0.4), 4u);
+  EXPECT_EQ(spine_of(1, 0.0), 5u);  // as arms or wings do
+  EXPECT_EQ(spine_of(2, 0.4), 6u);
 }
 
 TEST(Anatomy, PairsLimbsWithoutNamesThatWerePlacedByHand) {

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <glm/trigonometric.hpp>
+#include <string>
 #include <vector>
 
 #include "tests/skin/stick_figure.h"
@@ -31,6 +32,28 @@ TEST(MirroredNodes, ArePairedWhereLimbsStartInTheMiddleUnderNamesWithoutSides) {
   for (const char* name : {"hips", "spine_1", "spine_2", "neck", "head"})
     EXPECT_EQ(of(stick_node(figure, name)), stick_node(figure, name)) << name;
   EXPECT_EQ(of(stick_node(figure, "clavicle.L")), stick_node(figure, "clavicle.R"));
+}
+
+TEST(MirroredNodes, AreOfOneArmatureWhereAFileHasTwoOfTheSameNames) {
+  const Character one = stick_figure();
+  const auto count = static_cast<int>(one.nodes.size());
+  const Mirror mirror = mirror_of(one, find_anatomy(one));
+  // The other moves nothing, or another mesh; it stands first.
+  for (const bool moves : {false, true}) {
+    Character two = one;
+    for (Node& node : two.nodes)
+      if (node.parent >= 0) node.parent += count;
+    two.nodes.insert(two.nodes.begin(), one.nodes.begin(), one.nodes.end());
+    for (SkinJoint& joint : two.joints) joint.node += count;
+    if (moves) two.joints.insert(two.joints.end(), one.joints.begin(), one.joints.end());
+    const std::vector<int> image = mirrored_nodes(two, mirror);
+    for (const char* name : {"clavicle", "arm", "hand", "thigh"}) {
+      const int left = stick_node(one, std::string(name) + ".L"),
+                right = stick_node(one, std::string(name) + ".R");
+      EXPECT_EQ(image[static_cast<std::size_t>(left + count)], right + count) << name << moves;
+      EXPECT_EQ(image[static_cast<std::size_t>(right + count)], left + count) << name << moves;
+    }
+  }
 }
 
 TEST(SurfaceMirror, TakesABodyThatLeansToASideOntoItself) {
