@@ -43,6 +43,33 @@ glm::dvec3 vector_area(std::span<const glm::dvec3> ring, const glm::dvec3& about
   return area;
 }
 
+/// Axes across the spine: `left` as near as can be, and the one that makes them right-handed.
+struct Across {
+  glm::dvec3 tangent, left, other;
+
+  Across(const glm::dvec3& t, const glm::dvec3& wish) : tangent(t) {
+    left = wish - glm::dot(wish, t) * t;
+    if (glm::length(left) < 1e-6 * glm::length(wish)) {
+      const glm::dvec3 any = std::abs(t.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+      left = any - glm::dot(any, t) * t;
+    }
+    left = glm::normalize(left);
+    other = glm::cross(t, left);
+  }
+  double angle(const glm::dvec3& offset) const {
+    return std::atan2(glm::dot(offset, other), glm::dot(offset, left));
+  }
+};
+
+/// Whether a ring goes round the middle, seen along the spine. The last point joins the first.
+bool goes_round(std::span<const glm::dvec3> ring, const Across& across, const glm::dvec3& middle) {
+  double turned = 0.0;
+  for (std::size_t i = 0; i < ring.size(); ++i)
+    turned += wrapped(across.angle(ring[(i + 1) % ring.size()] - middle) -
+                      across.angle(ring[i] - middle));
+  return std::abs(turned) > kPi;
+}
+
 class LevelCutter {
  public:
   LevelCutter(const RestMesh& mesh, std::span<const float> coordinate)
@@ -93,8 +120,9 @@ class LevelCutter {
   }
 
   /// Takes the crossings apart into rings and open pieces.
-  static std::vector<Piece> pieces(Crossings crossings) {
-    drop_inner_walls(crossings);
+  static std::vector<Piece> pieces(Crossings crossings, const Across& across,
+                                   const glm::dvec3& middle) {
+    drop_inner_walls(crossings, across, middle);
     std::vector<Piece> out;
     const auto walk = [&](EdgeKey at) {
       Piece piece;
@@ -140,9 +168,10 @@ class LevelCutter {
     return chain;
   }
 
-  /// Where three surfaces lead from one edge to one other, two go round the body and the third
-  /// stands inside: the wall that is left where halves were mirrored.
-  static void drop_inner_walls(Crossings& crossings) {
+  /// Where three surfaces lead from one edge to one other, and two of them go round the middle, the
+  /// third stands inside: the wall that is left where halves were mirrored.
+  static void drop_inner_walls(Crossings& crossings, const Across& across,
+                               const glm::dvec3& middle) {
     for (auto& [key, crossing] : crossings) {
       if (crossing.step.size() != 3) continue;
       std::vector<EdgeKey> chain[3];
@@ -152,21 +181,21 @@ class LevelCutter {
       if (end == key || chain[1].back() != end || chain[2].back() != end ||
           crossings.at(end).step.size() != 3)
         continue;
-      std::size_t inner = 0;
-      double largest = -1.0;
+      std::optional<std::size_t> inner;
+      double largest = 0.0;
       for (std::size_t i = 0; i < 3; ++i) {
         std::vector<glm::dvec3> ring;
         for (const EdgeKey& k : chain[(i + 1) % 3]) ring.push_back(crossings.at(k).at);
         const std::vector<EdgeKey>& back = chain[(i + 2) % 3];
         for (std::size_t k = back.size(); k-- > 0;) ring.push_back(crossings.at(back[k]).at);
         const double area = glm::length(vector_area(ring, ring.front()));
-        if (area > largest) {
-          largest = area;
-          inner = i;
-        }
+        if (area <= largest) continue;
+        largest = area;
+        inner = goes_round(ring, across, middle) ? std::optional(i) : std::nullopt;
       }
-      for (std::size_t k = 1; k < chain[inner].size(); ++k) {
-        const EdgeKey a = chain[inner][k - 1], b = chain[inner][k];
+      if (!inner) continue;
+      for (std::size_t k = 1; k < chain[*inner].size(); ++k) {
+        const EdgeKey a = chain[*inner][k - 1], b = chain[*inner][k];
         std::erase_if(crossings.at(a).step, [&](const Step& step) { return step.to == b; });
         std::erase_if(crossings.at(b).step, [&](const Step& step) { return step.to == a; });
       }
@@ -176,33 +205,6 @@ class LevelCutter {
   const RestMesh& mesh_;
   std::span<const float> coordinate_;
 };
-
-/// Axes across the spine: `left` as near as can be, and the one that makes them right-handed.
-struct Across {
-  glm::dvec3 tangent, left, other;
-
-  Across(const glm::dvec3& t, const glm::dvec3& wish) : tangent(t) {
-    left = wish - glm::dot(wish, t) * t;
-    if (glm::length(left) < 1e-6 * glm::length(wish)) {
-      const glm::dvec3 any = std::abs(t.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-      left = any - glm::dot(any, t) * t;
-    }
-    left = glm::normalize(left);
-    other = glm::cross(t, left);
-  }
-  double angle(const glm::dvec3& offset) const {
-    return std::atan2(glm::dot(offset, other), glm::dot(offset, left));
-  }
-};
-
-/// Whether a ring goes round the middle, seen along the spine. The last point joins the first.
-bool goes_round(std::span<const glm::dvec3> ring, const Across& across, const glm::dvec3& middle) {
-  double turned = 0.0;
-  for (std::size_t i = 0; i < ring.size(); ++i)
-    turned += wrapped(across.angle(ring[(i + 1) % ring.size()] - middle) -
-                      across.angle(ring[i] - middle));
-  return std::abs(turned) > kPi;
-}
 
 void reverse(Piece& piece) {
   std::ranges::reverse(piece.point);
@@ -442,8 +444,10 @@ SpineSlices cut_slices(const RestMesh& mesh, const SpineLine& line,
   }
   for (std::size_t i = 0; i < level.size(); ++i) {
     const double s = level[i];
-    out.slice.push_back(choose_ring(mesh, LevelCutter::pieces(std::move(crossings[i])), s,
-                                    line.point(s), Across(line.tangent(s), left)));
+    const glm::dvec3 middle = line.point(s);
+    const Across across(line.tangent(s), left);
+    const std::vector<Piece> pieces = LevelCutter::pieces(std::move(crossings[i]), across, middle);
+    out.slice.push_back(choose_ring(mesh, pieces, s, middle, across));
   }
   return out;
 }
