@@ -182,6 +182,10 @@ void SkinPlaces::find_hung_objects() {
     is_joint[static_cast<Index>(joint.node)] = true;
     if (joint.joint_from_mesh != glm::dmat4(1.0)) is_bound[static_cast<Index>(joint.node)] = true;
   }
+  // Vertebrae and limbs may have no weight of their own, and then are in no skin.
+  for (const auto* chain : {&anatomy_.spine, &anatomy_.left_arm, &anatomy_.right_arm,
+                            &anatomy_.left_leg, &anatomy_.right_leg})
+    for (const int node : *chain) is_joint[static_cast<Index>(node)] = true;
   std::vector<bool> leads_on(nodes, false);
   for (Index n = nodes; n-- > 0;) {  // parents stand first
     const int above = character_.nodes[n].parent;
