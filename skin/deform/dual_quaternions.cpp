@@ -13,6 +13,7 @@
 #include "skin/character/matrix_facts.h"
 #include "skin/deform/eight_vertices.h"
 #include "skin/deform/linear_blend.h"
+#include "skin/deform/rest_matrices.h"
 #include "skin/deform/skinning.h"
 
 namespace backbend::skin {
@@ -115,8 +116,10 @@ struct alignas(32) DualQuaternionPlan::Motion {
 };
 
 DualQuaternionPlan::DualQuaternionPlan(const Character& character)
-    : joint_(character.joints), influences_(character.influences), rest_(rest_mesh(character)) {
-  for (const Node& node : character.nodes) rest_node_.push_back(node.world_from_node);
+    : joint_(character.joints),
+      rest_node_(rest_matrices(character)),
+      influences_(character.influences),
+      rest_(rest_mesh(character)) {
   const std::size_t vertices = character.vertex_count();
   for (std::size_t first = 0; first < vertices; first += kWidth) {
     std::array<std::size_t, kWidth> vertex{};

@@ -8,6 +8,7 @@
 
 #include "skin/deform/dual_quaternions.h"
 #include "skin/deform/linear_blend.h"
+#include "skin/deform/rest_matrices.h"
 
 namespace backbend::skin {
 namespace {
@@ -26,12 +27,6 @@ PosedMesh linear(const Character& character, const std::vector<glm::dmat4>& worl
                         blend_vertex(joints, character.influences[v], character.bind_position[v],
                                      character.bind_normal[v], out.position[v], out.normal[v]);
                     });
-  return out;
-}
-
-std::vector<glm::dmat4> rest_matrices(const Character& character) {
-  std::vector<glm::dmat4> out(character.nodes.size());
-  for (std::size_t n = 0; n < out.size(); ++n) out[n] = character.nodes[n].world_from_node;
   return out;
 }
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "skin/deform/linear_blend.h"
+#include "skin/deform/rest_matrices.h"
 
 namespace backbend::validate {
 
@@ -46,9 +47,7 @@ SurfaceBounds::SurfaceBounds(const Stage& stage, const BodyMetrics& body)
     rest_.push_back(character_.nodes[static_cast<std::size_t>(joint.node)].world_from_node *
                     joint.joint_from_mesh);
   }
-  std::vector<glm::dmat4> world_from_node;
-  for (const skin::Node& node : character_.nodes) world_from_node.push_back(node.world_from_node);
-  face_ = face_turns(skin::joint_matrices(character_.joints, world_from_node));
+  face_ = face_turns(skin::joint_matrices(character_.joints, skin::rest_matrices(character_)));
   const MeshRest& mesh = body.mesh();
   area_ = mesh.area;
   for (std::size_t b = 0; b < mesh.block.size(); ++b) {

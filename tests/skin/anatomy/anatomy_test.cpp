@@ -1323,7 +1323,7 @@ TEST(Anatomy, FindsTheHeadByTheFaceThatHangsFromIt) {
   EXPECT_EQ(names_of(goblin, anatomy.spine), (Names{"Body", "Body.001"}));
   EXPECT_EQ(reason_of(anatomy, "head: "), "head: 'Body.001', which carries the face");
   EXPECT_EQ(names_of(goblin, anatomy.left_arm), (Names{"Bicep.L", "Forearm.L"}));
-  // A robot's body with an eye on it is no head.
+  // A joint that arms hang from is not a head, whatever eye it carries.
   Character robot = goblin;
   for (const char* bicep : {"Bicep.L", "Bicep.R"})
     robot.nodes[static_cast<std::size_t>(stick_node(robot, bicep))].parent =

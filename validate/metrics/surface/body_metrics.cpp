@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "skin/character/part_owners.h"
+#include "skin/deform/rest_matrices.h"
 #include "validate/metrics/math/nan.h"
 #include "validate/metrics/surface/connected_pieces.h"
 #include "validate/metrics/surface/torso.h"
@@ -108,9 +109,7 @@ BodyMetrics::BodyMetrics(const skin::Character& character, const skin::Anatomy& 
                        last_slice(spine_fraction_, anatomy));
   rest_slices_ = pose_slices(slices_, rest_position_);
   window_ = slice_window(slices_, static_cast<int>(joints.size()) - 1);
-  std::vector<glm::dmat4> world_from_node;
-  for (const skin::Node& node : character.nodes) world_from_node.push_back(node.world_from_node);
-  const skin::JointMatrices at_rest = skin::joint_matrices(joints_, world_from_node);
+  const skin::JointMatrices at_rest = skin::joint_matrices(joints_, skin::rest_matrices(character));
   const MeshBinding binding{character.bind_position, character.influences, at_rest};
   mesh_ = prepare_mesh(mesh, line, coordinate, slices_, parts_.of_vertex(), &binding);
   crossing_.emplace(rest_position_, character.triangles, character.place, parts_.of_vertex());
