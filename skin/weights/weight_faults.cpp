@@ -462,19 +462,38 @@ class FaultFinder {
     }
   }
 
+  /// How far to the left of the body's middle.
+  double aside(const glm::dvec3& p) const {
+    return glm::dot(p - sides_.mirror().middle, sides_.mirror().left);
+  }
+
+  /// Of each node: how far to the left the middle of its weight lies; 0 without weight.
+  std::vector<double> middles_of_weight() const {
+    std::vector<double> out(places_.total.size(), 0.0);
+    for (Index p = 0; p < places_.weights.size(); ++p)
+      for (const NodeWeight& w : places_.weights[p])
+        out[static_cast<Index>(w.node)] +=
+            w.weight * aside(places_.point[p]) / places_.total[static_cast<Index>(w.node)];
+    return out;
+  }
+
+  /// Of each node: how far to the left it belongs. A fin's first joint may stand in the middle,
+  /// where rounding would choose its side: its weight tells.
+  std::vector<double> asides_of_joints() const {
+    std::vector<double> out = middles_of_weight();
+    for (Index n = 0; n < out.size(); ++n)
+      if (const double joint = aside(places_.at(static_cast<int>(n)));
+          std::abs(joint) > kJointSlack * places_.size)
+        out[n] = joint;
+    return out;
+  }
+
   /// A joint and its image that each weigh what the other should: the middle of each one's weight
   /// lies on the other side than the joint stands. Nothing tells them by their areas, for these are
   /// swapped, too.
   void find_swapped(FaultMap& wrong) {
     constexpr double kAside = 0.03, kAcrossBy = 0.5;
-    std::vector<double> middle(places_.total.size(), 0.0);
-    const auto aside = [&](const glm::dvec3& p) {
-      return glm::dot(p - sides_.mirror().middle, sides_.mirror().left);
-    };
-    for (Index p = 0; p < places_.weights.size(); ++p)
-      for (const NodeWeight& w : places_.weights[p])
-        middle[static_cast<Index>(w.node)] +=
-            w.weight * aside(places_.point[p]) / places_.total[static_cast<Index>(w.node)];
+    const std::vector<double> middle = middles_of_weight();
     const auto is_across = [&](int node) {
       const double joint = aside(places_.at(node));
       return places_.total[static_cast<Index>(node)] > 0.0 &&
@@ -501,21 +520,20 @@ class FaultFinder {
     bool sided = false;
     for (Index n = 0; n < sides_.joint_images().size(); ++n)
       sided |= places_.total[n] > 0.0 && sides_.joint_images()[n] != static_cast<int>(n);
+    const std::vector<double> asides = asides_of_joints();
     for (Index p = 0; p < places_.weights.size(); ++p) {
-      const double aside =
-          glm::dot(places_.point[p] - sides_.mirror().middle, sides_.mirror().left);
+      const double place_aside = aside(places_.point[p]);
       for (const NodeWeight& w : places_.weights[p]) {
         if (w.weight < kCounts) continue;
         const int rival = places_.heaviest_but(p, w.node);
         if (rival < 0) continue;
         const int image = sides_.joint_images()[static_cast<Index>(w.node)];
-        const double joint_aside =
-            glm::dot(places_.at(w.node) - sides_.mirror().middle, sides_.mirror().left);
+        const double joint_aside = asides[static_cast<Index>(w.node)];
         // Legs stand closer together than arms: what is as far out as they are is theirs.
         const double off_middle =
             std::min(kOffMiddle * places_.size, kAsFarOut * std::abs(joint_aside));
-        const bool other_side =
-            image != w.node && joint_aside * aside < 0.0 && std::abs(aside) > off_middle;
+        const bool other_side = image != w.node && joint_aside * place_aside < 0.0 &&
+                                std::abs(place_aside) > off_middle;
         if (stays_behind[static_cast<Index>(w.node)] && is_vertebra(rival)) continue;
         const double steps = places_.steps_between(rival, w.node);
         const bool distant = steps >= kFarJoints;

@@ -985,6 +985,27 @@ TEST(WrongSide, OfLimbsWhoseWeightsAreSwappedIsNamed) {
   EXPECT_FALSE(names(wrong, kWrongSide, anatomy.spine[2]));
 }
 
+TEST(WrongSide, IsToldByTheWeightOfAJointThatStandsInTheMiddle) {
+  REQUIRE_CHARACTER("shark.glb");
+  Character character = read_character(shared_character("shark.glb"));
+  // The fins' first joints stand in the middle; a hair across it, as after a turn in floats.
+  const int fins[] = {planted_node(character, "front_fin_0_l"),
+                      planted_node(character, "front_fin_0_r")};
+  put_joint(character, fins[0], {-1e-4, 0.0, 0.0});
+  put_joint(character, fins[1], {1e-4, 0.0, 0.0});
+  const Anatomy anatomy = find_anatomy(character);
+  EXPECT_LE(find_weight_faults(character, anatomy).wrong_side.worst(), kWrongSide);
+  // What the other fin holds of a fin's side is found all the same.
+  const glm::vec3 middle(
+      character.nodes[static_cast<std::size_t>(planted_node(character, "front_fin_2_l"))]
+          .world_from_node[3]);
+  const std::vector<glm::vec3> rest = rest_mesh(character).position;
+  for (std::size_t v = 0; v < rest.size(); ++v)
+    if (glm::distance(rest[v], middle) < 0.1F * static_cast<float>(anatomy.height))
+      give(character.influences[v], skin_joint(character, fins[1]), 0.5F);
+  EXPECT_TRUE(names(find_weight_faults(character, anatomy).wrong_side, 0.4, fins[1]));
+}
+
 /// Where the vertebra halfway up to the chest stands.
 glm::vec3 middle_vertebra(const Character& character, const Anatomy& anatomy) {
   const int vertebra = anatomy.spine[anatomy.chest_index / 2];
