@@ -21,6 +21,7 @@
 #include <string>
 
 #include "cli/import/draco_glb.h"
+#include "cli/import/fbx_names.h"
 #include "cli/import/meshopt_glb.h"
 #include "cli/import/scene_glb.h"
 #include "skin/character/character.h"
@@ -100,6 +101,19 @@ bool write_output(const std::vector<std::uint8_t>& bytes) {
   return true;
 }
 
+std::vector<std::uint8_t> read(const std::string& bytes, const std::string& kind) {
+  // Never freed: the destructors of a scene that is broken, or has a joint name twice, may crash.
+  Assimp::Importer& importer = *std::make_unique<Assimp::Importer>().release();
+  keep_only(importer, kind);
+  // Joints as the animator has them, without Assimp's helper nodes and made-up stick figures.
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
+  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
+  const aiScene* scene =
+      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
+  if (!scene) throw skin::CharacterError(one_line(importer.GetErrorString()));
+  return encode_scene(*scene);
+}
+
 int run(const std::string& kind) {
   const std::string bytes = read_input();
   limit_resources(bytes.size());
@@ -108,21 +122,19 @@ int run(const std::string& kind) {
     return write_output(decompress({bytes.begin(), bytes.end()})) ? 0
                                                                   : complain("cannot be passed on");
   }
-  Assimp::Importer importer;
-  keep_only(importer, kind);
-  // Joints as the animator has them, without Assimp's helper nodes and made-up stick figures.
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_FBX_PRESERVE_PIVOTS, false);
-  importer.SetPropertyBool(AI_CONFIG_IMPORT_NO_SKELETON_MESHES, true);
-  const aiScene* scene =
-      importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
-  if (!scene) return complain(one_line(importer.GetErrorString()));
   int code = 0;
   try {
-    if (!write_output(encode_scene(*scene))) code = complain("cannot be passed on");
+    std::vector<std::uint8_t> glb;
+    try {
+      glb = read(bytes, kind);
+    } catch (const RepeatedJointName&) {
+      if (kind != "fbx") throw;
+      glb = read(with_unique_joint_names(bytes), kind);
+    }
+    if (!write_output(glb)) code = complain("cannot be passed on");
   } catch (const skin::CharacterError& error) {
     code = complain(error.what());
   }
-  // All is said: skip the destructors, which a broken scene may crash.
   std::_Exit(code);
 }
 

@@ -347,11 +347,10 @@ class SceneEncoder {
     const aiNode* tree = tree_of(mesh, imported, mesh_node);
     std::set<std::string_view> names;
     for (unsigned b = 0; b < mesh.mNumBones; ++b) {
-      // The library gives the second the bind matrix of the first: nothing can be made of it.
       if (!names.insert(mesh.mBones[b]->mName.C_Str()).second)
-        throw CharacterError("joints need names of their own: two that move mesh " +
-                             skin::in_quotes(mesh.mName.C_Str()) + " are called " +
-                             skin::in_quotes(mesh.mBones[b]->mName.C_Str()));
+        throw RepeatedJointName("joints need names of their own: two that move mesh " +
+                                skin::in_quotes(mesh.mName.C_Str()) + " are called " +
+                                skin::in_quotes(mesh.mBones[b]->mName.C_Str()));
       const std::vector<int>& nodes = nodes_of(*mesh.mBones[b]);
       const int node = in_tree(nodes, tree);
       joints.push_back(node < 0 ? nodes.front() : node);

@@ -2,9 +2,18 @@
 #include <cstdint>
 #include <vector>
 
+#include "skin/character/character.h"
+
 struct aiScene;
 
 namespace backbend::import {
+
+/// Two joints that move one mesh have one name: Assimp gives the second the first one's bind
+/// matrix.
+class RepeatedJointName : public skin::CharacterError {
+ public:
+  using skin::CharacterError::CharacterError;
+};
 
 /// What Assimp read, as binary glTF 2.0: nodes, skinned meshes, materials and every animation, keys
 /// at their own times. FBX comes out +Y up in metres, from whatever axes and unit the file names;
@@ -12,8 +21,8 @@ namespace backbend::import {
 ///
 /// Meshes are triangles; points and lines are left out. Corners that are equal in everything are
 /// one vertex again. Weights stay as the file has them. Pictures outside the file are named by
-/// their last path component. Throws skin::CharacterError for numbers that are not finite and for
-/// indices out of range.
+/// their last path component. Throws RepeatedJointName, and skin::CharacterError for numbers that
+/// are not finite and for indices out of range.
 std::vector<std::uint8_t> encode_scene(const aiScene& scene);
 
 }  // namespace backbend::import

@@ -54,6 +54,27 @@ class BrokenImports(CommandTest):
         self.refusal("named.dae", dae.tube(names=["hips", "spine", "spine", "neck", "head"]), "names of their own",
                      "'spine'")
 
+    def test_two_joints_of_one_name_in_an_fbx_are_told_apart(self):
+        fbx = character("arnaud.fbx").read_bytes()
+        twice = self.folder / "twice.fbx"
+        twice.write_bytes(fbx.replace(b"Spine1\0\1Model", b"Spine2\0\1Model"))
+        self.assertNotEqual(twice.read_bytes(), fbx)
+        plain, found = (json.loads(self.assert_runs("inspect", file, "--json").stdout)
+                        for file in (character("arnaud.fbx"), twice))
+        for key in ("height", "spine_length", "sure", "places"):
+            self.assertEqual(found[key], plain[key], key)
+        self.assertEqual([name.replace("Spine2.001", "Spine2").replace("Spine1", "Spine2") for name in plain["spine"]],
+                         [name.replace("Spine2.001", "Spine2") for name in found["spine"]])
+        self.assertIn("Spine2.001", found["spine"])
+
+    def test_damaged_fbx_with_two_joints_of_one_name_is_refused(self):
+        fbx = character("arnaud.fbx").read_bytes().replace(b"Spine1\0\1Model", b"Spine2\0\1Model")
+        for size in range(len(fbx) // 8, len(fbx), len(fbx) // 8):
+            path = self.folder / "cut.fbx"
+            path.write_bytes(fbx[:size])
+            result = self.backbend("inspect", path)
+            self.assertIn(result.returncode, (0, BAD_INPUT), (size, result.stderr))
+
     def test_a_singular_bind_matrix_is_refused_by_its_joint(self):
         flat = glb.with_bind_matrix(glb.tube(), 2, lambda m: [*m[:8], 0, 0, 0, 0, *m[12:]])
         self.refusal("flat.glb", flat, "'chest'", "singular")
