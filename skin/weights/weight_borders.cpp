@@ -7,6 +7,7 @@
 
 #include "skin/character/matrix_facts.h"
 #include "skin/deform/skinning.h"
+#include "skin/weights/plates.h"
 
 namespace backbend::skin {
 namespace {
@@ -145,6 +146,11 @@ WeightAnswer find_hard_borders(const Character& character, const Anatomy& anatom
     fault.places = border.vertices.size();
     fault.vertices = std::move(border.vertices);
     out.faults.push_back(std::move(fault));
+  }
+  if (!out.faults.empty() && is_built_of_plates(character, anatomy)) {
+    out.faults.clear();
+    out.not_applicable = kPlatesPart;
+    return out;
   }
   std::ranges::stable_sort(
       out.faults, [](const WeightFault& a, const WeightFault& b) { return a.value > b.value; });

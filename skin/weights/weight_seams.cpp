@@ -8,6 +8,7 @@
 #include <set>
 
 #include "skin/weights/fault_map.h"
+#include "skin/weights/plates.h"
 #include "skin/weights/prop_parts.h"
 
 namespace backbend::skin {
@@ -48,7 +49,10 @@ class SeamFinder {
       add_fault(places_, faults, apart.most, apart.least, apart.share, 0.0, p);
     }
     WeightAnswer out;
-    take_faults(faults, out);
+    if (!faults.empty() && is_built_of_plates(character_, anatomy_))
+      out.not_applicable = kPlatesPart;
+    else
+      take_faults(faults, out);
     return out;
   }
 

@@ -1464,6 +1464,64 @@ TEST(Seams, AreNoneBetweenJointsThatHangFromTheHead) {
   EXPECT_EQ(seam_between({0, 1, 2}, {2, 1, 3}, "neck"), 1.0);
 }
 
+/// The body in pieces that no vertices join: each triangle moves with the joint that moves its
+/// first corner most, but for what the joints of `soft` move most, which keeps its weights.
+Character in_plates(const Character& body, const std::set<int>& soft) {
+  Character out = body;
+  out.bind_position.clear();
+  out.bind_normal.clear();
+  out.uv.clear();
+  out.influences.clear();
+  out.triangles.clear();
+  std::map<std::pair<std::uint32_t, std::uint16_t>, std::uint32_t> numbers;
+  for (const glm::uvec3& triangle : body.triangles) {
+    const std::uint16_t joint = body.influences[triangle[0]].joint[0];
+    glm::uvec3 corners;
+    for (int k = 0; k < 3; ++k) {
+      const auto number = static_cast<std::uint32_t>(out.bind_position.size());
+      const auto [at, is_new] = numbers.insert({{triangle[k], joint}, number});
+      corners[k] = at->second;
+      if (!is_new) continue;
+      out.bind_position.push_back(body.bind_position[triangle[k]]);
+      out.bind_normal.push_back(body.bind_normal[triangle[k]]);
+      Influences influences = body.influences[triangle[k]];
+      if (!soft.contains(body.joints[joint].node)) {
+        influences = {};
+        influences.joint[0] = joint;
+        influences.weight[0] = 1.0F;
+      }
+      out.influences.push_back(influences);
+    }
+    out.triangles.push_back(corners);
+  }
+  const Places places = weld(out.bind_position);
+  out.place = places.place;
+  out.place_count = places.count;
+  out.parts = {{"body", 0, 0, static_cast<std::uint32_t>(out.triangles.size()), 0,
+                static_cast<std::uint32_t>(out.vertex_count())}};
+  return out;
+}
+
+TEST(Plates, OfAMannequinPartWhereTheyMeet) {
+  REQUIRE_CHARACTER("mh_male_13k.glb");
+  const Character body = read_character(shared_character("mh_male_13k.glb"));
+  const Anatomy anatomy = find_anatomy(body);
+  std::set<int> soft(anatomy.spine.begin(), anatomy.spine.end());
+  soft.erase(anatomy.spine[1]);
+  soft.erase(anatomy.spine[2]);
+  const Character mannequin = in_plates(body, soft);
+  const WeightFaults faults = find_weight_faults(mannequin, find_anatomy(mannequin));
+  for (const WeightAnswer* answer : {&faults.seams, &faults.borders}) {
+    EXPECT_TRUE(answer->faults.empty()) << answer->worst();
+    EXPECT_NE(answer->not_applicable.find("plates"), std::string::npos) << answer->not_applicable;
+  }
+  // One part of a body that is not cut elsewhere.
+  for (std::size_t n = 0; n < body.nodes.size(); ++n)
+    if (const int node = static_cast<int>(n); node != anatomy.spine[1]) soft.insert(node);
+  const Character torn = in_plates(body, soft);
+  EXPECT_GT(find_weight_faults(torn, find_anatomy(torn)).seams.worst(), kSeam);
+}
+
 TEST(Asymmetry, IsNoneWhereShellsTouchOnBothSides) {
   // A sleeve's side lies on the torso's, and rounding decides which of the two stands further out.
   Character figure = stick_figure();
