@@ -119,9 +119,9 @@ class Renaming {
 
 }  // namespace
 
-std::string with_unique_joint_names(const std::string& fbx) {
+std::optional<std::string> with_unique_joint_names(const std::string& fbx) {
   if (!fbx.starts_with(kMagic) || number_at<std::uint32_t>(fbx, kMagic.size()) < kFirstVersion)
-    throw CharacterError("joints of one name are told apart in binary FBX since version 7 only");
+    return std::nullopt;
   return Renaming(fbx).run();
 }
 

@@ -128,8 +128,9 @@ int run(const std::string& kind) {
     try {
       glb = read(bytes, kind);
     } catch (const RepeatedJointName&) {
-      if (kind != "fbx") throw;
-      glb = read(with_unique_joint_names(bytes), kind);
+      const auto renamed = kind == "fbx" ? with_unique_joint_names(bytes) : std::nullopt;
+      if (!renamed) throw;
+      glb = read(*renamed, kind);
     }
     if (!write_output(glb)) code = complain("cannot be passed on");
   } catch (const skin::CharacterError& error) {
