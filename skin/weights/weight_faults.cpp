@@ -477,25 +477,39 @@ class FaultFinder {
     return out;
   }
 
-  /// Of each node: how far to the left it belongs. A fin's first joint may stand in the middle,
-  /// where rounding would choose its side: its weight tells.
+  /// Of each node: how far to the left it belongs. A fin's or a leg's first joint may stand in the
+  /// middle, where rounding would choose its side: the next joint below it that does not tells, and
+  /// of a last joint its weight.
   std::vector<double> asides_of_joints() const {
     std::vector<double> out = middles_of_weight();
-    for (Index n = 0; n < out.size(); ++n)
-      if (const double joint = aside(places_.at(static_cast<int>(n)));
-          std::abs(joint) > kJointSlack * places_.size)
-        out[n] = joint;
+    std::vector<int> steps(out.size(), std::numeric_limits<int>::max());
+    const auto parent = [&](int node) { return character_.nodes[static_cast<Index>(node)].parent; };
+    const auto is_off_middle = [&](int node) {
+      return std::abs(aside(places_.at(node))) > kJointSlack * places_.size;
+    };
+    for (int node = 0; node < static_cast<int>(out.size()); ++node) {
+      if (!is_off_middle(node)) continue;
+      const double own = out[static_cast<Index>(node)] = aside(places_.at(node));
+      int step = 1;
+      for (int above = parent(node); above >= 0 && !is_off_middle(above); above = parent(above)) {
+        if (step < steps[static_cast<Index>(above)]) {
+          steps[static_cast<Index>(above)] = step;
+          out[static_cast<Index>(above)] = own;
+        }
+        ++step;
+      }
+    }
     return out;
   }
 
   /// A joint and its image that each weigh what the other should: the middle of each one's weight
   /// lies on the other side than the joint stands. Nothing tells them by their areas, for these are
   /// swapped, too.
-  void find_swapped(FaultMap& wrong) {
+  void find_swapped(const std::vector<double>& asides, FaultMap& wrong) {
     constexpr double kAside = 0.03, kAcrossBy = 0.5;
     const std::vector<double> middle = middles_of_weight();
     const auto is_across = [&](int node) {
-      const double joint = aside(places_.at(node));
+      const double joint = asides[static_cast<Index>(node)];
       return places_.total[static_cast<Index>(node)] > 0.0 &&
              std::abs(joint) > kAside * places_.size &&
              middle[static_cast<Index>(node)] * joint < -kAcrossBy * joint * joint;
@@ -507,7 +521,7 @@ class FaultFinder {
     for (Index p = 0; p < places_.weights.size(); ++p)
       for (const NodeWeight& w : places_.weights[p])
         if (w.weight >= kCounts && swapped(w.node) &&
-            aside(places_.point[p]) * aside(places_.at(w.node)) < 0.0)
+            aside(places_.point[p]) * asides[static_cast<Index>(w.node)] < 0.0)
           add_fault(places_, wrong, w.node, sides_.joint_images()[static_cast<Index>(w.node)],
                     w.weight, glm::distance(places_.point[p], places_.at(w.node)), p);
   }
@@ -576,7 +590,7 @@ class FaultFinder {
       }
     }
     if (!sided) out.wrong_side.not_applicable = "no joint with weight has one on the other side";
-    find_swapped(wrong);
+    find_swapped(asides, wrong);
     keep_patches(places_, wrong);
     keep_patches(places_, far);
     keep_patches(places_, wide, kPlacesUneven, kWidePatch);

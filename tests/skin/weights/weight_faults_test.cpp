@@ -985,7 +985,7 @@ TEST(WrongSide, OfLimbsWhoseWeightsAreSwappedIsNamed) {
   EXPECT_FALSE(names(wrong, kWrongSide, anatomy.spine[2]));
 }
 
-TEST(WrongSide, IsToldByTheWeightOfAJointThatStandsInTheMiddle) {
+TEST(WrongSide, OfAJointThatStandsInTheMiddleIsThatOfTheNext) {
   REQUIRE_CHARACTER("shark.glb");
   Character character = read_character(shared_character("shark.glb"));
   // The fins' first joints stand in the middle; a hair across it, as after a turn in floats.
@@ -995,6 +995,9 @@ TEST(WrongSide, IsToldByTheWeightOfAJointThatStandsInTheMiddle) {
   put_joint(character, fins[1], {1e-4, 0.0, 0.0});
   const Anatomy anatomy = find_anatomy(character);
   EXPECT_LE(find_weight_faults(character, anatomy).wrong_side.worst(), kWrongSide);
+  Character swapped = character;
+  swap_weights(swapped, fins[0], fins[1]);
+  EXPECT_TRUE(names(find_weight_faults(swapped, anatomy).wrong_side, 0.4, fins[0]));
   // What the other fin holds of a fin's side is found all the same.
   const glm::vec3 middle(
       character.nodes[static_cast<std::size_t>(planted_node(character, "front_fin_2_l"))]
