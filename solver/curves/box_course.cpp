@@ -1,5 +1,6 @@
 #include "solver/curves/box_course.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -51,6 +52,56 @@ void find_end(const BoxTangents& curve, const IntervalVector& aim, const Interva
   };
   beside.end = -left;
   beside.apart = (left * across(own) + missing * across(bone)).hi;
+}
+
+/// Leaves only those variables that do not move any of these.
+void leave_moved(const std::vector<BoxVector>& vector, std::array<bool, kBoxVariables>& still) {
+  constexpr double kNothing = 1e-100;  // roundings of 0 are below it
+  for (const BoxVector& v : vector) {
+    for (std::size_t j = 0; j < still.size(); ++j) {
+      const IntervalVector s = v.slope(j);
+      still[j] = still[j] && std::max({s.x.most(), s.y.most(), s.z.most()}) < kNothing;
+    }
+  }
+}
+
+/// How far places on straight pieces between `points` points can be from those on the curve: each
+/// piece cuts off at most bend step^2 / 8, and all together are shorter by a 24th of the step's
+/// square times `squares`, the integral of the bend's square.
+double astray(double length, double bend, double squares, std::size_t points) {
+  const Interval step = Interval(length) / Interval(double(points - 1));
+  return (square(step) * (Interval(squares) / Interval(24.0) + Interval(bend) / Interval(8.0))).hi;
+}
+
+/// The most that a Bezier piece bends: on each panel its second derivative over the square of the
+/// first's part along one direction.
+double most_bend(const BoxTangents::Legs& legs) {
+  constexpr int kPanels = 4;
+  const auto mixed = [](const IntervalVector& a, const IntervalVector& b, double t) {
+    return Interval(1.0 - t) * a + Interval(t) * b;
+  };
+  const std::array<IntervalVector, 3> leg{legs[0].value(), legs[1].value(), legs[2].value()};
+  const IntervalVector first = leg[1] - leg[0], last = leg[2] - leg[1];
+  double most = 0.0;
+  for (int panel = 0; panel < kPanels; ++panel) {
+    const double from = double(panel) / kPanels, to = double(panel + 1) / kPanels;
+    // A third of the derivative is a mean of these, as de Casteljau's scheme has it.
+    const auto between = [&](double s, double t) {
+      return mixed(mixed(leg[0], leg[1], s), mixed(leg[1], leg[2], s), t);
+    };
+    const std::array<IntervalVector, 3> third{between(from, from), between(from, to),
+                                              between(to, to)};
+    const double turn =
+        std::max(length(mixed(first, last, from)).hi, length(mixed(first, last, to)).hi);
+    double slowest = kUnknown;  // its part along the one in the middle, times that one's length
+    for (const IntervalVector& way : third) slowest = std::min(slowest, dot(third[1], way).lo);
+    if (!(slowest > 0.0)) return kUnknown;
+    const Interval size = length(third[1]);
+    most = std::max(
+        most,
+        (Interval(2.0 * turn) * square(size) / (Interval(3.0) * square(Interval(slowest)))).hi);
+  }
+  return most;
 }
 
 }  // namespace
@@ -109,6 +160,68 @@ BoxCourse course_at_shares(BoxTangents curve, const Interval& used, std::span<co
   }
   course.still = curve.still();
   course.curve = std::move(curve);
+  return course;
+}
+
+BoxCourse held_course(const BoxTangents& curve, std::size_t points, std::span<const double> share,
+                      const std::vector<BoxVector>& bone, const std::vector<BoxTurn>& turn) {
+  std::vector<BoxVector> chord;
+  for (std::size_t k = 0; k < bone.size(); ++k) {
+    const Interval arc = (Interval(share[k + 1]) - Interval(share[k])) * curve.length().value;
+    const Interval least(std::max(0.0, arc.lo));
+    chord.push_back(BoxReal(least) * curve.mean_between(share[k], share[k + 1]).way);
+  }
+  BoxCourse course;
+  BoxCourse::Held& held = course.held.emplace();
+  const double length = curve.length().value.hi, bend = curve.most_bend();
+  held.astray = astray(length, bend, bend * bend * length, points);
+  for (std::size_t i = 1; i < bone.size(); ++i)
+    held.joint.push_back({{bone[i - 1], bone[i]}, {chord[i - 1], chord[i]}, turn[i - 1]});
+  course.still = curve.still();
+  leave_moved(bone, course.still);
+  return course;
+}
+
+BoxCourse course_through_joints(const CurveMap& map, std::size_t points,
+                                std::span<const double> share,
+                                const std::vector<std::vector<BoxVector>>& step) {
+  constexpr int kPanels = 8;
+  const std::size_t bones = step.size();
+  std::vector<std::vector<BoxTangents::Legs>> legs;  // in each frame, of each piece
+  std::vector<double> bend;                          // of each piece
+  std::vector<BoxReal> arc{BoxReal(0.0)};            // up to each joint
+  BoxCourse course;
+  course.still.fill(true);
+  for (std::size_t k = 0; k < bones; ++k) {
+    legs.push_back(map.legs(step[k]));
+    arc.push_back(arc.back() + BoxArc(legs[k][k], kPanels).length());
+    bend.push_back(most_bend(legs[k][k]));
+    leave_moved(step[k], course.still);
+  }
+  BoxCourse::Held& held = course.held.emplace();
+  double squares = 0.0;
+  for (std::size_t k = 0; k < bones; ++k)
+    squares += bend[k] * bend[k] * (arc[k + 1] - arc[k]).value.hi;
+  held.astray =
+      astray(arc.back().value.hi, *std::max_element(bend.begin(), bend.end()), squares, points);
+  // From a joint to its place, which is a little further or less far on. Both ends stay.
+  const auto to_place = [&](std::size_t joint, const BoxTangents::Legs& piece, std::size_t leg) {
+    if (joint == 0 || joint == bones) return BoxVector(glm::dvec3(0.0));
+    const BoxReal way = BoxReal(share[joint]) * arc.back() - arc[joint];
+    if (!(way.value.most() <
+          smaller((arc[joint] - arc[joint - 1]).value, (arc[joint + 1] - arc[joint]).value).lo))
+      return BoxVector(BoxReal::undefined(), BoxReal::undefined(), BoxReal::undefined());
+    const Interval bent(std::max(bend[joint - 1], bend[joint]));
+    const double turned = (Interval(0.5) * bent * Interval(way.value.most())).hi;
+    const BoxReal any(Interval(-turned, turned));  // of the mean tangent on the way
+    return way * (unit(piece[leg]) + BoxVector(any, any, any));
+  };
+  for (std::size_t i = 1; i < bones; ++i) {
+    const BoxVector before = to_place(i - 1, legs[i][i - 1], 0);
+    const BoxVector at = to_place(i, legs[i][i], 0), after = to_place(i + 1, legs[i][i], 2);
+    const BoxVector &below = step[i][i - 1], &above = step[i][i];
+    held.joint.push_back({{below, above}, {below + at - before, above + after - at}, {}});
+  }
   return course;
 }
 

@@ -5,10 +5,6 @@
 namespace backbend::solver {
 namespace {
 
-BoxVector hull(const BoxVector& a, const BoxVector& b) {
-  return {hull(a.x, b.x), hull(a.y, b.y), hull(a.z, b.z)};
-}
-
 IntervalVector hull(const IntervalVector& a, const IntervalVector& b) {
   return {hull(a.x, b.x), hull(a.y, b.y), hull(a.z, b.z)};
 }

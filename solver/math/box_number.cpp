@@ -69,6 +69,38 @@ Interval weight_slope_at(double c, double t) {
          (Interval(1.0) - square(Interval(c)));
 }
 
+/// Of an arc h, with p = sin^2(h / 2): h / sin(h), as a power series with positive terms, of which
+/// each is less than p times the one before. `order` 1 is its derivative by p.
+Interval arc_over_sine_series(double p, int order) {
+  constexpr int kTerms = 30;
+  Interval term(1.0), sum(order == 0 ? 1.0 : 0.0);
+  for (int n = 1; n < kTerms; ++n) {
+    term = term * Interval(2.0 * n) / Interval(2.0 * n + 1.0);
+    if (order == 1) sum += Interval(n) * term;
+    term = term * Interval(p);
+    if (order == 0) sum += term;
+  }
+  // Of the derivative's the ratio is below p (n + 1) / n.
+  const Interval rest = Interval(2.0 * kTerms) * term;
+  return sum + Interval(0.0, std::max(0.0, rest.hi));
+}
+
+constexpr double kMostSeries = 0.25;  // where the rest of the series is below 1e-15
+
+Interval arc_over_sine_at(double p) {
+  if (p <= kMostSeries) return arc_over_sine_series(p, 0);
+  const Interval own(p);
+  return arc_sine(square_root(own)) / square_root(own * (Interval(1.0) - own));
+}
+
+/// By 2 p (1 - p) f' + (1 - 2 p) f = 1.
+Interval arc_over_sine_slope_at(double p) {
+  if (p <= kMostSeries) return arc_over_sine_series(p, 1);
+  const Interval own(p), twice = Interval(2.0) * own;
+  return (Interval(1.0) - (Interval(1.0) - twice) * arc_over_sine_at(p)) /
+         (twice * (Interval(1.0) - own));
+}
+
 BoxReal weight_of(const BoxReal& c, double t) {
   return chained(slerp_weight(c.value, t), slerp_weight(c.center, t),
                  slerp_weight_slope(c.value, t), c);
@@ -181,6 +213,8 @@ BoxReal smaller(const BoxReal& a, const BoxReal& b) {
   return narrowed(r);
 }
 
+BoxReal larger(const BoxReal& a, const BoxReal& b) { return -smaller(-a, -b); }
+
 BoxReal hull(const BoxReal& a, const BoxReal& b) {
   BoxReal r;
   r.value = hull(a.value, b.value);
@@ -247,6 +281,27 @@ BoxVector unit(const BoxVector& v) {
 
 BoxVector cross(const BoxVector& a, const BoxVector& b) {
   return {a.y * b.z - b.y * a.z, a.z * b.x - b.z * a.x, a.x * b.y - b.x * a.y};
+}
+
+BoxVector hull(const BoxVector& a, const BoxVector& b) {
+  return {hull(a.x, b.x), hull(a.y, b.y), hull(a.z, b.z)};
+}
+
+BoxVector arc_between(const BoxVector& from, const BoxVector& to) {
+  constexpr double kMost = 0.85;  // of p; the series' terms stay positive to 1
+  const BoxVector chord = to - from;
+  const BoxReal p = BoxReal(0.25) * (square(chord.x) + square(chord.y) + square(chord.z));
+  const auto between = [](const Interval& at, auto f) {
+    return Interval(f(std::max(0.0, at.lo)).lo, f(at.hi).hi);
+  };
+  if (!p.is_finite() || !(p.value.hi < kMost) || !(p.center.hi < kMost)) {
+    const BoxReal any = BoxReal::undefined();
+    return {any, any, any};
+  }
+  const BoxReal longer =
+      chained(between(p.value, arc_over_sine_at), between(p.center, arc_over_sine_at),
+              between(p.value, arc_over_sine_slope_at), p);
+  return longer * cross(from, chord);
 }
 
 BoxTurn with_least_rates(BoxTurn q) {

@@ -52,6 +52,7 @@ BoxReal square_root(const BoxReal& a);
 BoxReal sine(const BoxReal& a);
 BoxReal cosine(const BoxReal& a);
 BoxReal smaller(const BoxReal& a, const BoxReal& b);
+BoxReal larger(const BoxReal& a, const BoxReal& b);
 /// Encloses both.
 BoxReal hull(const BoxReal& a, const BoxReal& b);
 
@@ -90,6 +91,11 @@ BoxVector unit(const BoxVector& v);
 /// The part of `moved` across a unit vector.
 IntervalVector across(const IntervalVector& unit, const IntervalVector& moved);
 BoxVector cross(const BoxVector& a, const BoxVector& b);
+/// Encloses both.
+BoxVector hull(const BoxVector& a, const BoxVector& b);
+/// The rotation vector of the shortest arc from unit `from` to unit `to`. Not finite where it may
+/// be longer than 2.3 radians somewhere in the box.
+BoxVector arc_between(const BoxVector& from, const BoxVector& to);
 
 /// Bounds of how fast something turns: radians for each variable's y, upward rounded.
 using BoxRates = std::array<double, kBoxVariables>;

@@ -86,8 +86,9 @@ class BoxSolver {
   virtual std::string why_no_course() const {
     return "how its chain lies on its curve is not enclosed over boxes yet";
   }
-  /// The chain on the curve of intended_curve(). Needs !why_no_course().
-  virtual void course_over(const BodyBox&, Mapping, BoxCourse&) const {}
+  /// The chain on the curve of intended_curve(), which is asked for `points` points. Needs
+  /// !why_no_course().
+  virtual void course_over(const BodyBox&, Mapping, std::size_t /*points*/, BoxCourse&) const {}
 
  protected:
   ~BoxSolver() = default;

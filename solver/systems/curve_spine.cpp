@@ -131,7 +131,8 @@ class CurveSpine final : public FormulaSystem, public CrowdSolver, public BoxSol
 
   std::string why_no_course() const override { return {}; }
 
-  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+                   BoxCourse& course) const override {
     const BoxTangents tangents = tangents_over(bones_.pose(controls_for(body, mapping)));
     course = chased_course(tangents, bone_count_, bone_over(tangents));
   }

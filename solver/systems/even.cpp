@@ -90,7 +90,8 @@ class Even final : public FormulaSystem, public BoxSolver {
 
   std::string why_no_course() const override { return why_no_places(); }
 
-  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+                   BoxCourse& course) const override {
     const std::vector<BoxReal> control = controls_for(body, mapping);
     course = shape_.course(std::span(control).subspan(kUpper, kUpperChannels));
   }

@@ -81,6 +81,24 @@ FkBones::BoxPose FkBones::pose(std::span<const BoxReal> control) const {
   return p;
 }
 
+FkBones::BoxPose FkBones::pose_from_middle(std::span<const BoxReal> control) const {
+  const auto turn = [&](std::size_t k, const BoxReal& roll, bool rolls_alone) {
+    const BoxReal no(0.0);
+    return euler_turn(axes[k], from_euler_xyz(roll, rolls_alone ? no : control[3 * k + 1],
+                                              rolls_alone ? no : control[3 * k + 2]));
+  };
+  const BoxReal no(0.0);
+  const BoxTurn roll = turn(1, control[3], true);
+  BoxPose p;
+  p.turn = {conjugate(turn(1, no, false)), roll, roll * turn(2, control[6], false)};
+  const std::array<BoxTurn, 3> still{p.turn[0], BoxTurn(), roll * turn(2, no, false)};
+  for (std::size_t k = 0; k < 3; ++k) {
+    p.bone[k] = still[k] * BoxVector(rest.joint[k + 1] - rest.joint[k]);
+    p.joint[k + 1] = p.joint[k] + p.bone[k];
+  }
+  return p;
+}
+
 FkBones::PoseLanes FkBones::pose(const std::array<Lanes, kChannels>& control, int& good) const {
   std::array<Lanes, kChannels> s, c;
   Lanes most(0.0);

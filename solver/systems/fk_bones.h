@@ -48,6 +48,9 @@ struct FkBones {
     std::array<BoxTurn, 3> turn;
   };
   BoxPose pose(std::span<const BoxReal> control) const;
+  /// The same seen from the middle bone, which does not move then, and the others hardly. Lower's
+  /// control has to be at rest.
+  BoxPose pose_from_middle(std::span<const BoxReal> control) const;
 
   /// What a body pose sets on a hip and a chest control with moves, over a box: the chest's three
   /// turns, and for spread its three moves, to where the tip would be.

@@ -143,7 +143,8 @@ class Isner final : public FormulaSystem, public BoxSolver {
 
   std::string why_no_course() const override { return {}; }
 
-  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+                   BoxCourse& course) const override {
     const BoxTangents curve = bezier_tangents(points(ends<BoxMath>(controls_for(body, mapping))));
     const Interval length = curve.length().value;
     course = course_at_shares(

@@ -1,10 +1,12 @@
 #include "solver/systems/matrix_blend.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "solver/curves/bent_chain.h"
 #include "solver/curves/curve.h"
 #include "solver/math/rotation.h"
 #include "solver/rig/box_solver.h"
@@ -61,8 +63,7 @@ class MatrixBlend final : public FormulaSystem, public BoxSolver {
   std::string why_no_places() const override { return {}; }
 
   void place_box(std::span<const BoxReal> c, BoxPlaces& places) const override {
-    const RigifySpine::ControlOf<BoxMath> hips{hip_chest_.turn(c, 0), {c[6], c[7], c[8]}};
-    const RigifySpine::ControlOf<BoxMath> chest{hip_chest_.turn(c, 3), {c[9], c[10], c[11]}};
+    const auto [hips, chest] = controls_over(c);
     places.turn.clear();
     if (halves_) {
       halves_->lay(hips, chest, places.position, places.turn);
@@ -86,6 +87,30 @@ class MatrixBlend final : public FormulaSystem, public BoxSolver {
     places.arms_follow_chest = !halves_;
   }
 
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t points,
+                   BoxCourse& course) const override {
+    // Of a body pose's controls only the chest's turn is set.
+    const BoxTurn chest = controls_over(controls_for(body, mapping))[1].turn;
+    if (halves_) {
+      course = held_course(halves_->bent(chest, points));
+      return;
+    }
+    // The chain and the finer one start at the hips.
+    BentChain chain;
+    chain.turn = chest;
+    const auto cut = [](const std::vector<dvec3>& joint) {
+      std::vector<BentChain::Step> steps;
+      for (std::size_t k = 0; k + 1 < joint.size(); ++k)
+        steps.push_back({joint[k + 1] - joint[k], double(k + 1) / double(joint.size() - 1)});
+      return steps;
+    };
+    chain.bone = cut(drawn_);
+    chain.fine = cut(equal_arc_points(Curve::polyline(drawn_), points));
+    course = held_course(chain);
+  }
+
   std::vector<dvec3> intended_curve(std::span<const double> control,
                                     std::size_t count) const override {
     const HipChest::Ends ends = hip_chest_.ends(control);
@@ -99,6 +124,14 @@ class MatrixBlend final : public FormulaSystem, public BoxSolver {
   }
 
  private:
+  using ControlBox = RigifySpine::ControlOf<BoxMath>;
+
+  /// Of hips and chest.
+  std::array<ControlBox, 2> controls_over(std::span<const BoxReal> c) const {
+    return {ControlBox{hip_chest_.turn(c, 0), {c[6], c[7], c[8]}},
+            ControlBox{hip_chest_.turn(c, 3), {c[9], c[10], c[11]}}};
+  }
+
   MatrixBlend(const SystemSpec& spec, const RestChain& chain, OptionReader read)
       : bones_(read.integer("bones", 10, 1, 200)),
         style_(read.choice<Style>("style", {"rigify", "mgear"})),

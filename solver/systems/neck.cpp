@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/curve.h"
 #include "solver/math/rotation.h"
 #include "solver/rig/box_solver.h"
@@ -140,6 +141,24 @@ class Neck final : public FormulaSystem, public BoxSolver {
     places.ends_on_chest = places.arms_follow_chest = true;
   }
 
+  std::string why_no_course() const override { return {}; }
+
+  /// Its bones keep their lengths, so the curve's knots are the same at every pose.
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t points,
+                   BoxCourse& course) const override {
+    const std::vector<BoxReal> control = controls_for(body, mapping);
+    std::vector<dvec3> pivot;
+    for (const Vertebra& v : vertebra_) pivot.push_back(v.rest_at);
+    std::vector<double> share = polyline_arcs(pivot);
+    for (double& s : share) s /= share.back();
+    std::vector<std::vector<BoxVector>> step;
+    for (std::size_t i = 1; i < pivot.size(); ++i) step.push_back(steps_seen_from(i, control));
+    const CurveMap map(CurveMap::Kind::interpolating, pivot.size(),
+                       make_knots(pivot, KnotRule::chord));
+    course = course_through_joints(map, points, share, step);
+    course.from_last = head_first_;
+  }
+
   std::string_view why_without(BodyChannel) const override {
     return "its four channels bend and roll the vertebrae above a parent that stays";
   }
@@ -188,6 +207,23 @@ class Neck final : public FormulaSystem, public BoxSolver {
       const Turn rolled = frame * turn_about(kAxisX, v.roll * c[kRoll]);
       visit(i, normalize(rolled * glm::conjugate(v.rest)), at);
     }
+  }
+
+  /// The steps up to all vertebrae but the first, in the frame that carries the one up to `own`.
+  std::vector<BoxVector> steps_seen_from(std::size_t own, std::span<const BoxReal> c) const {
+    std::vector<BoxVector> step(vertebra_.size() - 1);
+    BoxTurn turn;
+    for (std::size_t i = own; i < vertebra_.size(); ++i) {
+      if (i > own) turn = turn * vertebra_[i - 1].local * share_of<BoxTurn>(vertebra_[i], c);
+      step[i - 1] = turn * BoxVector(vertebra_[i].offset);
+    }
+    turn = BoxTurn();
+    for (std::size_t i = own - 1; i > 0; --i) {
+      turn = turn * conjugate(share_of<BoxTurn>(vertebra_[i + 1], c)) *
+             glm::conjugate(vertebra_[i].local);
+      step[i - 1] = turn * BoxVector(vertebra_[i].offset);
+    }
+    return step;
   }
 
   /// Base Y and top Y share an axis; Z comes last, about the parent's axes at its pivot.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "solver/math/rotation.h"
@@ -146,17 +147,53 @@ void RigifySpine::lay(const ControlOf<BoxMath>& hips, const ControlOf<BoxMath>& 
   turn[bones] = turn[bones - 1];
 }
 
-/// The turn at an arc fraction: a bone's own at its middle, between two middles in proportion, and
-/// past the outermost so on, so that over a whole bone it is the bone's.
-dquat RigifySpine::fine_turn(const Control& hips, const Control& chest, double fraction) const {
+/// A bone has its own share at its middle; between two middles shares are in proportion, and past
+/// the outermost they go on so, so that over a whole bone the mean is the bone's.
+RigifySpine::Shares RigifySpine::fine_shares(double fraction) const {
   const auto inner = std::upper_bound(middle_.begin() + 1, middle_.end() - 1, fraction);
   const double apart = *inner - *(inner - 1);
   const double part = apart > 0.0 ? (fraction - *(inner - 1)) / apart : 0.0;
   const double bone = double(inner - middle_.begin()) - 1.0 + part;
   const double pivot = double(pivot_), bones = double(middle_.size());
-  const double of_hips = std::max(0.0, (pivot - bone) / pivot);
-  const double of_chest = std::max(0.0, (bone - pivot + 1.0) / (bones - pivot));
-  return slerp_short(kNoTurn, hips.turn, of_hips) * slerp_short(kNoTurn, chest.turn, of_chest);
+  return {std::max(0.0, (pivot - bone) / pivot),
+          std::max(0.0, (bone - pivot + 1.0) / (bones - pivot))};
+}
+
+dquat RigifySpine::fine_turn(const Control& hips, const Control& chest, double fraction) const {
+  const Shares share = fine_shares(fraction);
+  return slerp_short(kNoTurn, hips.turn, share.of_hips) *
+         slerp_short(kNoTurn, chest.turn, share.of_chest);
+}
+
+BentChain RigifySpine::bent(const BoxTurn& chest, std::size_t count) const {
+  BentChain chain;
+  chain.turn = chest;
+  for (std::size_t k = 0; k + 1 < rest_.size(); ++k) {
+    // A bone hangs from the joint nearer to the pivot.
+    const double share =
+        k < pivot_ ? 0.0 : double(k - pivot_ + 1) / double(rest_.size() - 1 - pivot_);
+    chain.bone.push_back({rest_[k + 1] - rest_[k], share});
+  }
+  const auto step = [&](double from, double to) {
+    return BentChain::Step{path_.at_fraction(to).position - path_.at_fraction(from).position,
+                           fine_shares(0.5 * (from + to)).of_chest};
+  };
+  for (std::size_t i = 0; i + 1 < count; ++i) {
+    const double from = double(i) / double(count - 1), to = double(i + 1) / double(count - 1);
+    if (from <= pivot_fraction_ && to > pivot_fraction_) {
+      // Straight between points that hang from the pivot by two steps.
+      const BentChain::Step below = step(from, pivot_fraction_), above = step(pivot_fraction_, to);
+      chain.joint = pivot_;
+      chain.fine_joint = i + 1;
+      chain.gap = above;
+      const double part = (to - pivot_fraction_) / (to - from);
+      chain.fine.push_back({below.rest + above.rest, glm::mix(below.share, above.share, part),
+                            2.0 * part * (1.0 - part) * (above.share - below.share)});
+    } else {
+      chain.fine.push_back(step(from, to));
+    }
+  }
+  return chain;
 }
 
 std::vector<dvec3> RigifySpine::fine_chain(const Control& hips, const Control& chest,

@@ -4,6 +4,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "solver/curves/bent_chain.h"
 #include "solver/curves/curve.h"
 #include "solver/math/box_number.h"
 #include "solver/rig/spine_pose.h"
@@ -50,6 +51,10 @@ class RigifySpine {
   std::vector<glm::dvec3> fine_chain(const Control& hips, const Control& chest,
                                      std::size_t count) const;
 
+  /// The chain and fine_chain() of `count` points over a box of poses at which only the chest
+  /// turns.
+  BentChain bent(const BoxTurn& chest, std::size_t count) const;
+
  private:
   template <class Math>
   struct Joints {
@@ -67,6 +72,11 @@ class RigifySpine {
   /// Whether the joint at bone k's foot has the turn of the bone itself. Both ends of the outermost
   /// bones hang from one joint; so does all above the pivot while nothing moves it.
   bool is_rigid(std::size_t k, bool chest_moves) const;
+  /// What the fine chain has of a control's turn at an arc fraction.
+  struct Shares {
+    double of_hips, of_chest;
+  };
+  Shares fine_shares(double fraction) const;
   glm::dquat fine_turn(const Control& hips, const Control& chest, double fraction) const;
 
   std::vector<glm::dvec3> rest_;

@@ -134,7 +134,8 @@ class Snake final : public FormulaSystem, public BoxSolver {
 
   std::string why_no_course() const override { return {}; }
 
-  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+                   BoxCourse& course) const override {
     const std::vector<BoxVector> step = bent_steps(body, mapping);
     course = walked_course(BoxTangents(bspline_legs(step), panels_for(step)), rest_bone_);
   }

@@ -81,7 +81,8 @@ class SplineIk final : public FormulaSystem, public BoxSolver {
 
   std::string why_no_course() const override { return {}; }
 
-  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+                   BoxCourse& course) const override {
     const BoxTangents curve = bezier_tangents(hip_chest_.ends(controls_for(body, mapping)).cv);
     course = course_at_shares(curve, curve.length().value, arc_fraction_);
   }

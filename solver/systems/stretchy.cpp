@@ -151,7 +151,8 @@ class Stretchy final : public FormulaSystem, public BoxSolver {
 
   std::string why_no_course() const override { return {}; }
 
-  void course_over(const BodyBox& body, Mapping mapping, BoxCourse& course) const override {
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+                   BoxCourse& course) const override {
     const std::vector<BoxReal> control = controls_for(body, mapping);
     const BoxTangents curve = bezier_tangents(hip_chest_->ends(control).cv);
     const Taken taken = taken_over(control, curve.length());

@@ -2,6 +2,7 @@
 
 #include <cassert>
 
+#include "solver/curves/box_course.h"
 #include "solver/curves/curve.h"
 #include "solver/math/rotation.h"
 #include "solver/rig/box_solver.h"
@@ -59,6 +60,17 @@ class ThreeBone final : public SystemBase, public BoxSolver {
     places.hip = {BoxTurn(), bones_.rest.joint[0], bones.joint[0]};
     places.chest = places.arms = {top, bones_.rest.joint[3], bones.joint[3]};
     places.ends_on_chest = places.arms_follow_chest = true;
+  }
+
+  std::string why_no_course() const override { return {}; }
+
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t points,
+                   BoxCourse& course) const override {
+    const FkBones::BoxPose bones = bones_.pose_from_middle(controls_for(body, mapping));
+    const auto step = FkBones::five_steps(bones);
+    course = held_course(BoxTangents(bspline_legs({step.begin(), step.end()}), 64), points,
+                         arc_fraction_, {bones.bone.begin(), bones.bone.end()},
+                         {bones.turn.begin(), bones.turn.end()});
   }
 
   std::string_view why_without(BodyChannel channel) const override {

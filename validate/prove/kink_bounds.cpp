@@ -55,8 +55,14 @@ double nearest_place_error(double apart, double bend, double piece) {
 /// A rotation vector moves as fast as the two directions between which it turns, times this.
 double angle_over_sine(double angle) { return angle > 1e-3 ? angle / std::sin(angle) : 1.001; }
 
+/// Of a joint whose excess is unknown but for its size, radians, in a direction that rest's may
+/// have.
+double degrees_with(double excess, const glm::dvec3& at_rest) {
+  return solver::degrees(excess + glm::length(at_rest));
+}
+
 /// A bound from how much each stretch bends at the most, in whatever direction.
-double kink_by_bends(const solver::BoxCourse& course, std::span<const double> rest_excess,
+double kink_by_bends(const solver::BoxCourse& course, std::span<const glm::dvec3> rest_excess,
                      std::size_t points) {
   const Stretches& stretch = course.stretch;
   const std::size_t bones = stretch.size();
@@ -107,7 +113,7 @@ double kink_by_bends(const solver::BoxCourse& course, std::span<const double> re
     // Without corners a chord halves what its arc turns.
     const double angle = (turn[i - 1] + turn[i]) * (corners > 0.0 ? 1.0 : 0.5) + sum;
     if (!(angle < kMostTurn)) return kNoBound;
-    most = std::max(most, solver::degrees(angle_over_sine(angle) * sum) + rest_excess[i]);
+    most = std::max(most, degrees_with(angle_over_sine(angle) * sum, rest_excess[i]));
   }
   return most * (1.0 + kRounding);
 }
@@ -133,7 +139,7 @@ class CourseOnCurve {
     }
   }
 
-  double most_kink(std::span<const double> rest_excess, std::size_t points) const {
+  double most_kink(std::span<const glm::dvec3> rest_excess, std::size_t points) const {
     const std::size_t bones = stretch_.size();
     std::vector<Interval> at{Interval(before_)}, gap;
     for (const auto& s : stretch_) at.push_back(at.back() + s.arc);
@@ -164,7 +170,7 @@ class CourseOnCurve {
     if (beside_ && !leave_the_curve(bone)) return kNoBound;
     double most = 0.0;
     for (std::size_t i = 1; i < bones; ++i) {
-      const double kink = solver::degrees(change(bone[i - 1], bone[i])) + rest_excess[i];
+      const double kink = degrees_with(change(bone[i - 1], bone[i]), rest_excess[i]);
       if (!std::isfinite(kink)) return kNoBound;
       most = std::max(most, kink);
     }
@@ -350,13 +356,49 @@ class CourseOnCurve {
   const std::optional<solver::BoxCourse::Beside>& beside_;
 };
 
+/// Of a chain that comes with its chords: the check's own formula.
+Interval kink_of_held(const solver::BoxCourse::Held& held,
+                      std::span<const glm::dvec3> rest_excess) {
+  Interval worst(0.0);
+  for (std::size_t i = 0; i < held.joint.size(); ++i) {
+    const auto& joint = held.joint[i];
+    const auto arc = [](const std::array<solver::BoxVector, 2>& way) {
+      return arc_between(unit(way[0]), unit(way[1]));
+    };
+    const solver::BoxVector curve = arc(joint.chord);
+    solver::BoxVector excess = arc(joint.bone) - curve;
+    const glm::dvec3& at_rest = rest_excess[i + 1];
+    double unknown = 0.0;
+    if (joint.turn)
+      excess = excess - *joint.turn * solver::BoxVector(at_rest);
+    else
+      unknown = glm::length(at_rest);
+    if (!excess.is_finite()) return {0.0, kNoBound};
+    double turned = 0.0;  // what the curve's straight pieces can turn both chords by
+    for (const auto& chord : joint.chord) {
+      const double shortest = length(chord.value()).lo;
+      turned += shortest > 0.0 ? std::asin(std::min(1.0, 2.0 * held.astray / shortest)) : kNoBound;
+    }
+    const double angle = length(curve.value()).hi + turned;
+    if (held.astray > 0.0 && !(angle < kMostTurn)) return {0.0, kNoBound};
+    if (turned > 0.0) unknown += angle_over_sine(angle) * turned;
+    const Interval size = length(excess).value;
+    worst = {std::max(worst.lo, solver::degrees(std::max(0.0, size.lo - unknown))),
+             std::max(worst.hi, solver::degrees(size.hi + unknown))};
+  }
+  return {worst.lo * (1.0 - kRounding), worst.hi * (1.0 + kRounding)};
+}
+
 }  // namespace
 
-double most_kink(const solver::BoxCourse& course, std::span<const double> rest_excess,
-                 std::size_t points, double enough) {
-  const double by_bends = course.beside ? kNoBound : kink_by_bends(course, rest_excess, points);
-  if (by_bends <= enough || !course.curve || !course.curve->is_finite()) return by_bends;
-  return std::min(by_bends, CourseOnCurve(course).most_kink(rest_excess, points));
+solver::Interval kink_over(const solver::BoxCourse& course, std::span<const glm::dvec3> rest_excess,
+                           std::size_t points, double enough) {
+  std::vector<glm::dvec3> along(rest_excess.begin(), rest_excess.end());
+  if (course.from_last) std::reverse(along.begin(), along.end());
+  if (course.held) return kink_of_held(*course.held, along);
+  const double by_bends = course.beside ? kNoBound : kink_by_bends(course, along, points);
+  if (by_bends <= enough || !course.curve || !course.curve->is_finite()) return {0.0, by_bends};
+  return {0.0, std::min(by_bends, CourseOnCurve(course).most_kink(along, points))};
 }
 
 }  // namespace backbend::validate

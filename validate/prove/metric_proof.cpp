@@ -93,10 +93,10 @@ class Search {
     if (interrupt_pending()) return;
     ++out.looked_at;
     const double share = share_of(part, q_.box);
-    const Idle idle = bound(part, share, left, out);
+    const Told told = bound(part, share, left, out);
     if (std::none_of(left.open.begin(), left.open.end(), [](bool open) { return open; })) return;
-    const int axis = widest_axis(part, q_.smallest, idle);
-    if (axis < 0) {
+    const int axis = widest_axis(part, q_.smallest, told.idle);
+    if (axis < 0 || told.broken) {
       measure(part, share, left, out);
       return;
     }
@@ -107,10 +107,13 @@ class Search {
 
  private:
   using Idle = std::array<bool, kProofAxes>;
+  struct Told {
+    Idle idle{};          // the axes along which no smaller part would tell more of what is left
+    bool broken = false;  // every pose breaks all of it
+  };
 
-  /// Certifies what can be, and takes it out of what is left. Returns the axes along which no
-  /// smaller part would tell more of it.
-  Idle bound(const SubBox& part, double share, Left& left, MetricProof& out) const {
+  /// Certifies what can be, and takes it out of what is left.
+  Told bound(const SubBox& part, double share, Left& left, MetricProof& out) const {
     solver::BoxPlaces places;
     if (of_places_)
       solver_.place_box(controls_over(q_.box, *q_.system, solver_, q_.mapping, part), places);
@@ -119,12 +122,13 @@ class Search {
       motions.emplace(q_.stage->driver().motions_over(*q_.system, places), surface_->pairs());
     double inverted = -1.0;  // the same for all claims about it
     Idle still{};            // of the chain's course
-    bool only_course = true;
+    bool only_course = true, broken = true;
     for (std::size_t i = 0; i < q_.claim.size(); ++i) {
       if (!left.open[i]) continue;
       const MetricClaim& claim = q_.claim[i];
       const std::string_view code = claim.check->code;
       double bound = 0.0;
+      std::optional<double> least;
       if (code == "BB033") {
         if (inverted < 0.0) inverted = 100.0 * surface_->keep_unproved(*motions, left.triangle);
         bound = inverted;
@@ -136,24 +140,28 @@ class Search {
         bound = std::min(left.least[i], area.left_in);
       } else if (code == kKink) {
         solver::BoxCourse course;
-        solver_.course_over(body_over(q_.box, part), q_.mapping, course);
-        bound = most_kink(course, rest_excess_, at_rest_.curve.size(), claim.limit);
+        solver_.course_over(body_over(q_.box, part), q_.mapping, at_rest_.curve.size(), course);
+        const solver::Interval kink =
+            kink_over(course, rest_excess_, at_rest_.curve.size(), claim.limit);
+        bound = kink.hi;
+        least = kink.lo;
         still = course.still;
       } else {
         bound = most_of_chain(code, *q_.system, places);
       }
       if (!holds(claim, bound)) {
         only_course = only_course && code == kKink;
+        broken = broken && least && !holds(claim, *least);
         continue;
       }
       left.open[i] = false;
       out.claim[i].certified += share;
       out.claim[i].bound = worse(claim, out.claim[i].bound, bound);
     }
-    return only_course ? still : Idle{};
+    return {only_course ? still : Idle{}, broken};
   }
 
-  /// Measures the pose in the middle of a smallest box.
+  /// Measures the pose in the middle of a box that is not split.
   void measure(const SubBox& part, double share, const Left& left, MetricProof& out) const {
     std::array<double, kProofAxes> pose{};
     for (std::size_t j = 0; j < pose.size(); ++j) pose[j] = 0.5 * part.low[j] + 0.5 * part.high[j];
@@ -196,7 +204,7 @@ class Search {
   const solver::BoxSolver& solver_;
   PoseOfBox controls_;
   RigAtRest at_rest_;
-  std::vector<double> rest_excess_;
+  std::vector<glm::dvec3> rest_excess_;
   bool of_places_;
   std::optional<BodyMetrics> body_;
   std::optional<SurfaceBounds> surface_;
@@ -216,7 +224,7 @@ std::array<bool, kProofAxes> idle_axes(const MetricQuestion& q) {
     middle.high[j] = at + reach;
   }
   solver::BoxCourse course;
-  solver.course_over(body_over(q.box, middle), q.mapping, course);
+  solver.course_over(body_over(q.box, middle), q.mapping, kCurvePoints, course);
   return course.still;
 }
 

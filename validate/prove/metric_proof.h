@@ -34,7 +34,8 @@ struct MetricQuestion {
 
 enum class ClaimState : std::uint8_t { certified, refuted, open };
 
-/// A smallest box in which some claim was not certified.
+/// A box that was not split, and in which some claim was not certified: one of the smallest, or one
+/// at whose every pose all that was left to prove is broken.
 struct UndecidedBox {
   SubBox box;
   std::vector<ClaimState> state;  // of each claim
@@ -44,8 +45,8 @@ struct UndecidedBox {
 struct ClaimResult {
   double certified = 0.0, refuted = 0.0, open = 0.0;
   double bound = 0.0;  // where certified, no pose has a worse value than this
-  // The worst value that the plain solver and skinning gave at the middle of a smallest box; none
-  // were looked at where all is certified.
+  // The worst value that the plain solver and skinning gave at the middle of a box that was not
+  // split; none were looked at where all is certified.
   bool measured = false;
   double worst = 0.0;
   std::array<double, kProofAxes> pose{};

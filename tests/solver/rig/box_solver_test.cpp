@@ -179,6 +179,36 @@ TEST(BoxNumber, TheRollOfAnArcIsThatOfWhatItCarries) {
   }
 }
 
+bool holds(const Interval& all, double one) {
+  return all.lo <= one + 1e-12 && one - 1e-12 <= all.hi;
+}
+
+TEST(BoxNumbers, TheArcBetweenTwoDirectionsEnclosesItsRotationVector) {
+  const BoxReal y = BoxReal::variable(0, -0.02, 0.02);
+  const auto turned = [](double angle, double t) {
+    return glm::dvec3(std::cos(angle + 2.0 * t), std::sin(angle + 2.0 * t), 0.0);
+  };
+  const auto over = [&](double angle) {
+    const BoxReal at = BoxReal(angle) + BoxReal(2.0) * y;
+    return BoxVector(cosine(at), sine(at), BoxReal(0.0));
+  };
+  for (const double arc : {0.0, 1e-9, 0.05, 0.8, 1.04, 1.05, 2.0, 2.2}) {
+    SCOPED_TRACE(arc);
+    const BoxVector between = arc_between(over(0.3), over(0.3 + arc));
+    // Both directions turn alike, so the arc stays.
+    EXPECT_TRUE(holds(between.z.value, arc)) << between.z.value.lo << " " << between.z.value.hi;
+    EXPECT_NEAR(between.z.center.middle(), arc, 1e-14);
+    EXPECT_LT(between.z.center.width(), 1e-13);
+    const BoxVector from_fixed = arc_between(turned(0.3, 0.0), over(0.3 + arc));
+    EXPECT_TRUE(holds(from_fixed.z.slope[0], 2.0 * 0.02)) << from_fixed.z.slope[0].middle();
+    if (arc < 0.04) continue;  // its size has a corner at 0
+    EXPECT_TRUE(holds(length(from_fixed).value, arc - 0.04));
+    EXPECT_TRUE(holds(length(from_fixed).value, arc + 0.04));
+    EXPECT_LT(length(from_fixed).value.width(), arc < 1.5 ? 0.12 : 0.4);
+  }
+  EXPECT_FALSE(arc_between(over(0.0), over(2.5)).is_finite());
+}
+
 TEST(BoxArc, EnclosesLengthAndParameterOfEveryCurveOfTheBox) {
   std::mt19937 random(3);
   int finite = 0, narrower = 0;

@@ -247,12 +247,12 @@ ArmDrift arm_drift(const solver::SpinePose& pose, const glm::dvec3& axis, double
           glm::distance(pose.arms.posed_origin, pose.chest.apply(pose.arms.rest_origin)) / length};
 }
 
-std::vector<double> rest_excess(const solver::SpinePose& rest,
-                                std::span<const glm::dvec3> intended_rest) {
+std::vector<glm::dvec3> rest_excess(const solver::SpinePose& rest,
+                                    std::span<const glm::dvec3> intended_rest) {
   const Turning at_rest = turning(rest.position, intended_rest);
-  std::vector<double> excess;
+  std::vector<glm::dvec3> excess;
   for (std::size_t i = 0; i < rest.position.size(); ++i)
-    excess.push_back(degrees(glm::length(at_rest.chain[i] - at_rest.curve[i])));
+    excess.push_back(at_rest.chain[i] - at_rest.curve[i]);
   return excess;
 }
 

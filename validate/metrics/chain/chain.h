@@ -83,10 +83,10 @@ struct ChainMeasures {
 /// Needs a pose and rest of the same two or more joints, and curves of two or more points.
 ChainMeasures measure_chain(const ChainInput& in);
 
-/// By how much each joint of the rest pose turns beyond its intended curve, degrees: what
-/// measure_chain() takes from the excess of every pose, as a vector that the bone below carries.
-std::vector<double> rest_excess(const solver::SpinePose& rest,
-                                std::span<const glm::dvec3> intended_rest);
+/// What each joint of the rest pose turns beyond its intended curve, as rotation vectors, radians:
+/// what measure_chain() takes from the excess of every pose, carried by the bone below.
+std::vector<glm::dvec3> rest_excess(const solver::SpinePose& rest,
+                                    std::span<const glm::dvec3> intended_rest);
 
 /// How the arms moved against the chest: only of the two rigid motions. `axis` is the spine's
 /// direction at the chest at rest, unit; `length` the spine's at rest.

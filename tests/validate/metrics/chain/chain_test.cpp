@@ -172,12 +172,13 @@ TEST(MeasureChain, TwistInProportionToBonesOfAnyLengthIsEven) {
 
 TEST(RestExcess, IsWhatTheRestTurnsBeyondItsCurve) {
   Chain c = circular(6, 0.9);
-  for (const double excess : rest_excess(c.pose, c.intended)) EXPECT_NEAR(excess, 0.0, 0.1);
+  for (const glm::dvec3& excess : rest_excess(c.pose, c.intended))
+    EXPECT_LT(degrees(glm::length(excess)), 0.1);
   bend_above(c.pose, 3, kX * 0.1);
-  const std::vector<double> excess = rest_excess(c.pose, c.intended);
+  const std::vector<glm::dvec3> excess = rest_excess(c.pose, c.intended);
   ASSERT_EQ(excess.size(), 7u);
-  EXPECT_GT(excess[3], 4.0);
-  EXPECT_LT(excess[1], 1.0);
+  EXPECT_GT(degrees(excess[3].x), 4.0);
+  EXPECT_LT(degrees(glm::length(excess[1])), 1.0);
 }
 
 TEST(MeasureChain, OneJointRolledAgainstItsNeighboursIsFoundAndSizedUnderAnySmoothTwist) {
