@@ -46,8 +46,7 @@ class Bent {
     const BoxReal first = short_of_end(false);
     const BoxReal used = BoxReal(arc_.back()) - short_of_end(true) - first;
     if (!used.is_finite()) {
-      const BoxReal any = BoxReal::undefined();
-      const BoxVector nowhere(any, any, any);
+      const BoxVector nowhere = BoxVector::undefined();
       held.joint.assign(bones - 1, {{nowhere, nowhere}, {nowhere, nowhere}, {}});
       return course;
     }

@@ -210,7 +210,7 @@ BoxCourse course_through_joints(const CurveMap& map, std::size_t points,
     const BoxReal way = BoxReal(share[joint]) * arc.back() - arc[joint];
     if (!(way.value.most() <
           smaller((arc[joint] - arc[joint - 1]).value, (arc[joint + 1] - arc[joint]).value).lo))
-      return BoxVector(BoxReal::undefined(), BoxReal::undefined(), BoxReal::undefined());
+      return BoxVector::undefined();
     const Interval bent(std::max(bend[joint - 1], bend[joint]));
     const double turned = (Interval(0.5) * bent * Interval(way.value.most())).hi;
     const BoxReal any(Interval(-turned, turned));  // of the mean tangent on the way

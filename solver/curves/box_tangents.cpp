@@ -141,8 +141,7 @@ BoxStep BoxTangents::mean_between(double from, double to) const {
   const Interval begin(from), way = Interval(to) - begin;
   const BoxVector middle = mean_on(middle_, from, to);
   if (!finite_ || !middle.is_finite()) {
-    const BoxReal any = BoxReal::undefined();
-    return {{any, any, any}, any.slope};
+    return {BoxVector::undefined(), BoxReal::undefined().slope};
   }
   // The mean of what the tangent may be on each part of the arc.
   constexpr int kParts = 4;

@@ -106,11 +106,6 @@ BoxReal weight_of(const BoxReal& c, double t) {
                  slerp_weight_slope(c.value, t), c);
 }
 
-BoxTurn undefined_turn() {
-  const BoxReal any = BoxReal::undefined();
-  return {any, any, any, any, {kInfinite, kInfinite, kInfinite}};
-}
-
 }  // namespace
 
 BoxReal narrowed(BoxReal r) {
@@ -138,6 +133,16 @@ BoxReal BoxReal::undefined() {
   BoxReal r(Interval::entire());
   r.slope.fill(Interval::entire());
   return r;
+}
+
+BoxVector BoxVector::undefined() {
+  const BoxReal any = BoxReal::undefined();
+  return {any, any, any};
+}
+
+BoxTurn BoxTurn::undefined() {
+  const BoxReal any = BoxReal::undefined();
+  return {any, any, any, any, {kInfinite, kInfinite, kInfinite}};
 }
 
 bool BoxReal::is_finite() const {
@@ -294,10 +299,8 @@ BoxVector arc_between(const BoxVector& from, const BoxVector& to) {
   const auto between = [](const Interval& at, auto f) {
     return Interval(f(std::max(0.0, at.lo)).lo, f(at.hi).hi);
   };
-  if (!p.is_finite() || !(p.value.hi < kMost) || !(p.center.hi < kMost)) {
-    const BoxReal any = BoxReal::undefined();
-    return {any, any, any};
-  }
+  if (!p.is_finite() || !(p.value.hi < kMost) || !(p.center.hi < kMost))
+    return BoxVector::undefined();
   const BoxReal longer =
       chained(between(p.value, arc_over_sine_at), between(p.center, arc_over_sine_at),
               between(p.value, arc_over_sine_slope_at), p);
@@ -356,7 +359,7 @@ BoxTurn euler_turn(const glm::dmat3& axes, const BoxTurn& euler) {
 /// By the trace, which is 4 w^2 - 1.
 BoxTurn turn_to_axes(const BoxVector& x, const BoxVector& y, const BoxVector& z) {
   const BoxReal w = BoxReal(0.5) * square_root(BoxReal(1.0) + x.x + y.y + z.z);
-  if (!(w.value.lo > 0.0)) return undefined_turn();
+  if (!(w.value.lo > 0.0)) return BoxTurn::undefined();
   const BoxReal scale = BoxReal(0.25) / w;
   return with_least_rates({w,
                            scale * (y.z - z.y),
@@ -384,7 +387,7 @@ BoxTurn slerp_short(const BoxTurn& a, const BoxTurn& b, double t) {
     sign = -1.0;
     c = -c;
   }
-  if (!(c.value.lo > 0.0)) return undefined_turn();
+  if (!(c.value.lo > 0.0)) return BoxTurn::undefined();
   const BoxReal of_a = weight_of(c, 1.0 - t), of_b = BoxReal(sign) * weight_of(c, t);
   // With h half the angle between a and b: turning one end by d turns the result by its share of d
   // about the common axis, and by sin(t h) / sin(h) of d, which is at least that, about axes
@@ -401,7 +404,7 @@ BoxTurn slerp_short(const BoxTurn& a, const BoxTurn& b, double t) {
 BoxTurn shortest_arc(const BoxVector& from, const BoxVector& to, const BoxVector&) {
   const BoxVector sum = from + to;
   const BoxReal size = length(sum);
-  if (!(size.value.lo > 0.0)) return undefined_turn();
+  if (!(size.value.lo > 0.0)) return BoxTurn::undefined();
   const BoxVector bisector = (BoxReal(1.0) / size) * sum;
   const BoxVector v = cross(from, bisector);
   return with_least_rates({dot(from, bisector), v.x, v.y, v.z, {kInfinite, kInfinite, kInfinite}});

@@ -71,6 +71,7 @@ struct BoxVector {
 
   BoxVector() = default;
   BoxVector(BoxReal ax, BoxReal ay, BoxReal az) : x(ax), y(ay), z(az) {}
+  static BoxVector undefined();
   BoxVector(const glm::dvec3& exactly)  // NOLINT: as BoxReal
       : x(exactly.x), y(exactly.y), z(exactly.z) {}
   bool is_finite() const { return x.is_finite() && y.is_finite() && z.is_finite(); }
@@ -111,6 +112,7 @@ struct BoxTurn {
   BoxRates rate{};
 
   BoxTurn() : w(1.0) {}
+  static BoxTurn undefined();
   BoxTurn(BoxReal aw, BoxReal ax, BoxReal ay, BoxReal az, BoxRates rates)
       : w(aw), x(ax), y(ay), z(az), rate(rates) {}
   BoxTurn(const glm::dquat& exactly)  // NOLINT: as BoxReal

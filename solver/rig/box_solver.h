@@ -75,11 +75,15 @@ class BoxSolver {
     solve_box(controls_for(body, mapping), pose);
   }
 
-  /// Why the places of its joints cannot be enclosed; empty: they can.
+  /// Why nothing of its places can be enclosed; empty: something can.
   virtual std::string why_no_places() const {
     return "the places of its joints are not enclosed over boxes yet";
   }
-  /// The rig for one value per channel, of a body pose's box. Needs !why_no_places().
+  /// Why not every joint's place and turn can be enclosed, of which a skin is made; empty: they
+  /// can.
+  virtual std::string why_no_skin() const { return why_no_places(); }
+  /// The rig for one value per channel, of a body pose's box. What is not enclosed is not finite.
+  /// Needs !why_no_places().
   virtual void place_box(std::span<const BoxReal>, BoxPlaces&) const {}
 
   /// Why it is not known how the chain lies on intended_curve(); empty: it is.

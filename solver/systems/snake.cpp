@@ -132,6 +132,23 @@ class Snake final : public FormulaSystem, public BoxSolver {
     pose.only_rolls = moved_alone(std::array{body.twist, body.back, body.side}, 0);
   }
 
+  std::string why_no_places() const override { return {}; }
+  std::string why_no_skin() const override { return BoxSolver::why_no_places(); }
+
+  /// Its bones keep their lengths, and the head is both chest and arms: more is not enclosed.
+  void place_box(std::span<const BoxReal>, BoxPlaces& places) const override {
+    const BoxTurn turn = BoxTurn::undefined();
+    const BoxVector place = BoxVector::undefined();
+    places.turn.assign(std::size_t(joints_), turn);
+    places.position.assign(std::size_t(joints_), place);
+    places.hip = {turn, rest_.position.front(), place};
+    places.chest = places.arms = {turn, rest_.position.back(), place};
+    BoxReal length(0.0);
+    for (const double bone : rest_bone_) length = length + BoxReal(bone);
+    places.length = length;
+    places.ends_on_chest = places.arms_follow_chest = true;
+  }
+
   std::string why_no_course() const override { return {}; }
 
   void course_over(const BodyBox& body, Mapping mapping, std::size_t,
@@ -251,9 +268,7 @@ class Snake final : public FormulaSystem, public BoxSolver {
   /// How fast the joints of a body turn whose controls are these steps apart.
   void turn_over(const std::vector<BoxVector>& step, std::span<const BoxReal> twist,
                  BoxPose& pose) const {
-    BoxRates jump;
-    jump.fill(std::numeric_limits<double>::infinity());
-    pose.rate.assign(std::size_t(joints_), jump);
+    pose.rate.assign(std::size_t(joints_), BoxTurn::undefined().rate);
     const BoxTangents tangents(bspline_legs(step), panels_for(step));
     if (!tangents.is_finite()) return;
     const BoxReal pieces(double(controls_ - 3));

@@ -51,6 +51,10 @@ void take_worst(const MetricClaim& claim, double value, const std::array<double,
 bool asks_kink(const MetricQuestion& q) {
   return std::ranges::any_of(q.claim, [](const MetricClaim& c) { return c.check->code == kKink; });
 }
+bool asks_skin(const MetricQuestion& q) {
+  return std::ranges::any_of(
+      q.claim, [](const MetricClaim& c) { return c.check->subject == Subject::mesh; });
+}
 bool asks_places(const MetricQuestion& q) {
   return std::ranges::any_of(q.claim, [](const MetricClaim& c) { return c.check->code != kKink; });
 }
@@ -74,7 +78,7 @@ class Search {
         of_places_(asks_places(question)) {
     if (!q_.stage) return;
     body_.emplace(q_.stage->character(), q_.stage->anatomy(), q_.stage->driver());
-    surface_.emplace(*q_.stage, *body_);
+    if (asks_skin(q_)) surface_.emplace(*q_.stage, *body_);
   }
 
   Left everything() const {
@@ -296,6 +300,7 @@ MetricProof prove_metrics(const MetricQuestion& question, MetricParts& parts, Pr
   if (question.box.of_controls)
     throw ProofError("limits of checks are proved over body channels, not over a rig's controls");
   for (const std::string& why : {asks_places(question) ? solver.why_no_places() : std::string(),
+                                 asks_skin(question) ? solver.why_no_skin() : std::string(),
                                  asks_kink(question) ? solver.why_no_course() : std::string()}) {
     if (!why.empty()) throw ProofError(std::string(question.system->name()) + ": " + why);
   }

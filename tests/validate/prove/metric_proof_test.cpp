@@ -284,7 +284,7 @@ TEST(MetricProof, WhatCannotBeAskedIsRefusedByName) {
   EXPECT_NE(refusal([&] { prove_metrics(q, parts, progress); }).find("--character"),
             std::string::npos);
   const auto snake = scene.rig("snake");
-  const MetricQuestion other = scene.question(*snake, "envelope", {"BB010", "BB047"});
+  const MetricQuestion other = scene.question(*snake, "envelope", {"BB010", "BB033"});
   EXPECT_NE(refusal([&] { prove_metrics(other, parts, progress); }).find("snake"),
             std::string::npos);
 }
@@ -310,6 +310,14 @@ TEST(MetricProof, KinksAreBoundedWithoutTheJointsPlaces) {
     EXPECT_EQ(both.claim[0].certified, 1.0);
     EXPECT_EQ(both.claim[1].certified, 1.0);
   }
+}
+
+TEST(MetricProof, OfASnakeTheHeadIsChestAndArmsAndItsBonesKeepTheirLengths) {
+  const Scene scene;
+  const auto snake = scene.rig("snake");
+  const MetricProof proof = proved(
+      scene.question(*snake, "stress", {"BB020=0.0", "BB021=0.0", "BB041=0.0", "BB047=0.000001"}));
+  for (const ClaimResult& claim : proof.claim) EXPECT_EQ(claim.certified, 1.0);
 }
 
 /// Every pose of such a box is bad, so nothing is gained by smaller ones.
