@@ -21,6 +21,7 @@
 #include <string>
 
 #include "cli/import/draco_glb.h"
+#include "cli/import/fbx_geometry.h"
 #include "cli/import/fbx_names.h"
 #include "cli/import/meshopt_glb.h"
 #include "cli/import/scene_glb.h"
@@ -101,7 +102,9 @@ bool write_output(const std::vector<std::uint8_t>& bytes) {
   return true;
 }
 
-std::vector<std::uint8_t> read(const std::string& bytes, const std::string& kind) {
+std::vector<std::uint8_t> read(std::string bytes, const std::string& kind) {
+  const GeometricTransforms geometric =
+      kind == "fbx" ? take_geometric_transforms(bytes) : GeometricTransforms();
   // Never freed: the destructors of a scene that is broken, or has a joint name twice, may crash.
   Assimp::Importer& importer = *std::make_unique<Assimp::Importer>().release();
   keep_only(importer, kind);
@@ -111,7 +114,7 @@ std::vector<std::uint8_t> read(const std::string& bytes, const std::string& kind
   const aiScene* scene =
       importer.ReadFileFromMemory(bytes.data(), bytes.size(), aiProcess_Triangulate, kind.c_str());
   if (!scene) throw skin::CharacterError(one_line(importer.GetErrorString()));
-  return encode_scene(*scene);
+  return encode_scene(*scene, geometric);
 }
 
 int run(const std::string& kind) {

@@ -78,7 +78,8 @@ Json numbers(std::initializer_list<double> values) {
 /// Appends what goes into the file piece by piece; numbers of nodes and meshes are the file's.
 class SceneEncoder {
  public:
-  explicit SceneEncoder(const aiScene& scene) : scene_(scene), space_(source_space(scene)) {}
+  SceneEncoder(const aiScene& scene, const GeometricTransforms& geometric)
+      : scene_(scene), geometric_(geometric), space_(source_space(scene)) {}
 
   std::vector<std::uint8_t> encode() {
     list_nodes();
@@ -202,6 +203,13 @@ class SceneEncoder {
         if (mesh.mName.length > 0) node["name"] = mesh.mName.C_Str();
         node["mesh"] = add_mesh(mesh, imported);
         if (mesh.mNumBones > 0) node["skin"] = add_skin(mesh, imported, n);
+        if (const glm::dmat4* moved = geometric_of(n)) {
+          const glm::dmat4 matrix = in_metres(*moved);
+          if (!skin::is_finite(matrix))
+            throw CharacterError("node " + skin::in_quotes(nodes_[n]->mName.C_Str()) +
+                                 ": its geometric transform is not finite");
+          for (int i = 0; i < 16; ++i) node["matrix"].push_back(matrix[i / 4][i % 4]);
+        }
         const int index = document_.append("nodes", std::move(node));
         document_.json["nodes"][n]["children"].push_back(index);
       }
@@ -259,9 +267,21 @@ class SceneEncoder {
     }
   }
 
-  glm::dmat4 bind_of(const aiBone& bone) const {
+  /// In the file's unit; null for none.
+  const glm::dmat4* geometric_of(std::size_t node) const {
+    const auto found = geometric_.find(nodes_[node]->mName.C_Str());
+    return found == geometric_.end() ? nullptr : &found->second;
+  }
+
+  glm::dmat4 in_metres(glm::dmat4 m) const {
+    m[3] = glm::dvec4(glm::dvec3(m[3]) * space_.metres, 1.0);
+    return m;
+  }
+
+  glm::dmat4 bind_of(const aiBone& bone, std::size_t mesh_node) const {
     glm::dmat4 bind = to_matrix(bone.mOffsetMatrix);
-    bind[3] = glm::dvec4(glm::dvec3(bind[3]) * space_.metres, 1.0);
+    if (const glm::dmat4* moved = geometric_of(mesh_node)) bind = bind * *moved;
+    bind = in_metres(bind);
     if (!skin::is_finite(bind))
       throw CharacterError("joint " + skin::in_quotes(bone.mName.C_Str()) +
                            ": its bind matrix is not finite");
@@ -325,6 +345,8 @@ class SceneEncoder {
       box.low = glm::min(box.low, glm::dvec3(p));
       box.high = glm::max(box.high, glm::dvec3(p));
     }
+    glm::dmat4 world = world_[mesh_node];
+    if (const glm::dmat4* moved = geometric_of(mesh_node)) world = world * in_metres(*moved);
     const auto cost = [&](const aiNode* tree) {
       int missing = 0;
       double apart = 0.0;
@@ -333,8 +355,8 @@ class SceneEncoder {
         if (node < 0)
           ++missing;
         else
-          apart += skin::apart(world_[static_cast<std::size_t>(node)] * bind_of(*bone),
-                               world_[mesh_node], box);
+          apart += skin::apart(world_[static_cast<std::size_t>(node)] * bind_of(*bone, mesh_node),
+                               world, box);
       }
       return std::pair(missing, apart);
     };
@@ -354,7 +376,7 @@ class SceneEncoder {
       const std::vector<int>& nodes = nodes_of(*mesh.mBones[b]);
       const int node = in_tree(nodes, tree);
       joints.push_back(node < 0 ? nodes.front() : node);
-      const glm::dmat4 bind = bind_of(*mesh.mBones[b]);
+      const glm::dmat4 bind = bind_of(*mesh.mBones[b], mesh_node);
       for (int k = 0; k < 16; ++k) binds.push_back(static_cast<float>(bind[k / 4][k % 4]));
     }
     const int accessor = document_.add_accessor<float>(binds, skin::kGlFloat, "MAT4");
@@ -424,6 +446,7 @@ class SceneEncoder {
   }
 
   const aiScene& scene_;
+  const GeometricTransforms& geometric_;
   SourceSpace space_;
   skin::GlbDocument document_;
   std::vector<const aiNode*> nodes_;
@@ -434,9 +457,9 @@ class SceneEncoder {
 
 }  // namespace
 
-std::vector<std::uint8_t> encode_scene(const aiScene& scene) {
+std::vector<std::uint8_t> encode_scene(const aiScene& scene, const GeometricTransforms& geometric) {
   if (!scene.mRootNode) throw CharacterError("no nodes");
-  return SceneEncoder(scene).encode();
+  return SceneEncoder(scene, geometric).encode();
 }
 
 }  // namespace backbend::import

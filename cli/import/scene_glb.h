@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "cli/import/fbx_geometry.h"
 #include "skin/character/character.h"
 
 struct aiScene;
@@ -23,6 +24,8 @@ class RepeatedJointName : public skin::CharacterError {
 /// one vertex again. Weights stay as the file has them. Pictures outside the file are named by
 /// their last path component. Throws RepeatedJointName, and skin::CharacterError for numbers that
 /// are not finite and for indices out of range.
-std::vector<std::uint8_t> encode_scene(const aiScene& scene);
+///
+/// `geometric`: what moves the meshes of a node, before their joints do, and not the node itself.
+std::vector<std::uint8_t> encode_scene(const aiScene& scene, const GeometricTransforms& geometric);
 
 }  // namespace backbend::import

@@ -5,6 +5,7 @@ import math
 import shlex
 
 import dae
+import fbx
 import glb
 from harness import BAD_INPUT, CommandTest, character
 
@@ -55,10 +56,10 @@ class BrokenImports(CommandTest):
                      "'spine'")
 
     def test_two_joints_of_one_name_in_an_fbx_are_told_apart(self):
-        fbx = character("arnaud.fbx").read_bytes()
+        once = character("arnaud.fbx").read_bytes()
         twice = self.folder / "twice.fbx"
-        twice.write_bytes(fbx.replace(b"Spine1\0\1Model", b"Spine2\0\1Model"))
-        self.assertNotEqual(twice.read_bytes(), fbx)
+        twice.write_bytes(once.replace(b"Spine1\0\1Model", b"Spine2\0\1Model"))
+        self.assertNotEqual(twice.read_bytes(), once)
         plain, found = (json.loads(self.assert_runs("inspect", file, "--json").stdout)
                         for file in (character("arnaud.fbx"), twice))
         for key in ("height", "spine_length", "sure", "places"):
@@ -67,11 +68,25 @@ class BrokenImports(CommandTest):
                          [name.replace("Spine2.001", "Spine2") for name in found["spine"]])
         self.assertIn("Spine2.001", found["spine"])
 
+    def test_a_geometric_transform_moves_the_mesh_before_its_joints_do(self):
+        plain = character("arnaud.fbx").read_bytes()
+        found = json.loads(self.assert_runs("inspect", character("arnaud.fbx"), "--json").stdout)
+        verdict = self.backbend("check", character("arnaud.fbx"), "--quick").returncode
+        for name, transform in (("same", ((0.0, 0.0, 0.0), 0, 1.0)), ("turned", ((30.0, -40.0, 7.0), 90, 2.0)),
+                                ("moved", ((15.0, 0.0, 0.0), 0, 1.0))):
+            path = self.folder / f"{name}.fbx"
+            path.write_bytes(fbx.with_geometric_transform(plain, *transform))
+            own = json.loads(self.assert_runs("inspect", path, "--json").stdout)
+            self.assertAlmostEqual(own["height"], found["height"], 4, name)
+            for key in ("spine", "sure", "places"):
+                self.assertEqual(own[key], found[key], (name, key))
+            self.assertEqual(self.backbend("check", path, "--quick").returncode, verdict, name)
+
     def test_damaged_fbx_with_two_joints_of_one_name_is_refused(self):
-        fbx = character("arnaud.fbx").read_bytes().replace(b"Spine1\0\1Model", b"Spine2\0\1Model")
-        for size in range(len(fbx) // 8, len(fbx), len(fbx) // 8):
+        twice = character("arnaud.fbx").read_bytes().replace(b"Spine1\0\1Model", b"Spine2\0\1Model")
+        for size in range(len(twice) // 8, len(twice), len(twice) // 8):
             path = self.folder / "cut.fbx"
-            path.write_bytes(fbx[:size])
+            path.write_bytes(twice[:size])
             result = self.backbend("inspect", path)
             self.assertEqual(result.returncode, BAD_INPUT, (size, result.stderr))
             self.assertNotIn("crashed", result.stderr, size)

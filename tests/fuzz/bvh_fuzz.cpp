@@ -36,7 +36,7 @@ bool run(Input input) {
     // Read no further in this process: Assimp carries a glTF reader of its own whose names are
     // those of the one that we use, and the program keeps the two apart, too.
     const skin::GltfContainer glb =
-        skin::open_gltf_container("in.bvh", import::encode_scene(*scene));
+        skin::open_gltf_container("in.bvh", import::encode_scene(*scene, {}));
     const auto root = nlohmann::json::parse(glb.json_text);
     require(glb.binary.has_value() || !root.contains("buffers"), "a buffer that is named is there");
     if (glb.binary)
