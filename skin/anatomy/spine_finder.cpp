@@ -245,6 +245,12 @@ class EndFinder {
     for (Index k = 1; k < joints.size(); ++k)
       if (!shape_.is_ancestor(character_, joints[k - 1], joints[k])) return false;
     if (joints.size() < 2) return false;
+    // Without names a few joints in a row are a hinge as well as a spine: a chest's lid, a door.
+    constexpr Index kLeastWithoutNames = 4;
+    if (joints.size() < kLeastWithoutNames && std::ranges::none_of(joints, [&](int joint) {
+          return shape_.name[static_cast<Index>(joint)].part != BodyPart::none;
+        }))
+      return false;
     out_.hip = joints.front();
     out_.head = joints.back();
     const auto is_head = [&](int node) {

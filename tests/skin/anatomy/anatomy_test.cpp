@@ -1129,19 +1129,32 @@ TEST(Anatomy, ReadsASkeletonWithoutAForkFromEndToEnd) {
   EXPECT_NEAR(anatomy.spine_length, 1.0, 1e-12);
 }
 
-TEST(Anatomy, NeedsTwoJointsForASpineAndNoMore) {
+/// Joints in a row that lean forward, and a vertex on each.
+Character row_of_joints(const Names& names) {
   Character character;
-  character.file_name = "hinge.glb";
-  for (int k = 0; k < 2; ++k) {
-    EXPECT_NE(k == 1 ? refusal(character) : "none yet", "");  // one alone bends nothing
-    stick_vertex(character,
-                 add_node(character, "#" + std::to_string(k), k - 1, {0.1 * k, 0.3 * k, 0.0}));
-  }
-  const Anatomy anatomy = find_anatomy(character);
+  character.file_name = "row.glb";
+  for (int k = 0; k < static_cast<int>(names.size()); ++k)
+    stick_vertex(character, add_node(character, names[static_cast<std::size_t>(k)], k - 1,
+                                     {0.1 * k, 0.3 * k, 0.0}));
+  return character;
+}
+
+TEST(Anatomy, NeedsTwoJointsForASpineAndNoMore) {
+  EXPECT_NE(refusal(row_of_joints({"hips"})), "");  // one alone bends nothing
+  const Anatomy anatomy = find_anatomy(row_of_joints({"hips", "#"}));
   EXPECT_EQ(anatomy.spine, (std::vector<int>{0, 1}));
   EXPECT_EQ(anatomy.chest_index, 1u);
   EXPECT_EQ(anatomy.head, 1);
   EXPECT_NEAR(anatomy.spine_length, std::hypot(0.1, 0.3), 1e-12);
+}
+
+/// A chest's lid or a door is two joints in a row as well.
+TEST(Anatomy, AFewJointsWithoutNamesAreNoSureSpine) {
+  EXPECT_NE(refusal(row_of_joints({"Bottom", "Top"})).find("no joint is named head"),
+            std::string::npos);
+  EXPECT_NE(refusal(row_of_joints({"#0", "#1", "#2"})), "");
+  EXPECT_EQ(find_anatomy(row_of_joints({"#0", "#1", "#2", "#3"})).spine.size(), 4u);
+  EXPECT_EQ(find_anatomy(row_of_joints({"#0", "#1", "head"})).spine.size(), 3u);
 }
 
 /// A snake along +Z, its head at the end of +Z, built from the head or from the tail; a jaw hangs
