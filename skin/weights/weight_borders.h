@@ -11,7 +11,7 @@ namespace backbend::skin {
 /// `other` the next one with weight. Asked where eight edges or more cross, each on the mean
 /// shorter than 0.6 of the bone between the joints (longer ones cannot hold a blend), and where of
 /// the other borders of the spine, up to the head, two or more are soft, and most of them: a body
-/// that is bound rigidly throughout is no slip of a brush, nor one built of plates (plates.h).
+/// that is bound rigidly throughout, or built of plates (plates.h), is meant to be so.
 WeightAnswer find_hard_borders(const Character& character, const Anatomy& anatomy);
 
 }  // namespace backbend::skin

@@ -95,8 +95,9 @@ class Fbx:
         return next(record for record in self.records if record.name == b"Objects").all(kind)
 
 
-def with_geometric_transform(data, move, degrees_about_z, scale):
-    """The same body, drawn elsewhere and brought to its place by its nodes' geometric transforms. Quarter turns alone."""
+def with_geometric_transform(data, move, degrees_about_z, scale, redrawn=True):
+    """The same body, drawn elsewhere and brought to its place by its nodes' geometric transforms; not redrawn, it is moved by them.
+    Quarter turns alone."""
     fbx = Fbx(data)
     for model in fbx.objects(b"Model"):
         if model.values[2][1] != b"Mesh":
@@ -106,6 +107,8 @@ def with_geometric_transform(data, move, degrees_about_z, scale):
             properties[:] = [one for one in properties if one.values[0][1] != name]
             properties.append(Record(b"P", [("S", name), ("S", b"Vector3D"), ("S", b"Vector"), ("S", b""), *(("D", float(v)) for v in value)],
                                      [], False))
+    if not redrawn:
+        return fbx.write()
     cosine, sine = {0: (1, 0), 90: (0, 1), 180: (-1, 0), 270: (0, -1)}[degrees_about_z % 360]
     for geometry in fbx.objects(b"Geometry"):
         for vertices in geometry.all(b"Vertices"):

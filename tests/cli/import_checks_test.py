@@ -9,7 +9,7 @@ import fbx
 import glb
 from harness import BAD_INPUT, CommandTest, character
 
-NOT_MEASURED = 5
+FAILED, NOT_MEASURED = 1, 5
 
 
 def scaled(factor):
@@ -81,6 +81,11 @@ class BrokenImports(CommandTest):
             for key in ("spine", "sure", "places"):
                 self.assertEqual(own[key], found[key], (name, key))
             self.assertEqual(self.backbend("check", path, "--quick").returncode, verdict, name)
+        beside = self.folder / "beside.fbx"
+        beside.write_bytes(fbx.with_geometric_transform(plain, (15.0, 0.0, 0.0), 0, 1.0, redrawn=False))
+        told = self.backbend("check", beside, "--quick")
+        self.assertEqual(told.returncode, FAILED)
+        self.assertIn("BB071", told.stdout)
 
     def test_damaged_fbx_with_two_joints_of_one_name_is_refused(self):
         twice = character("arnaud.fbx").read_bytes().replace(b"Spine1\0\1Model", b"Spine2\0\1Model")
