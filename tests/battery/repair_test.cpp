@@ -8,6 +8,7 @@
 #include "tests/battery/repair_case.h"
 #include "tests/skin/gltf_fixture.h"
 #include "tests/source_folder.h"
+#include "tests/temporary_folder.h"
 #include "validate/repair/repair_text.h"
 
 namespace backbend::battery {
@@ -45,7 +46,7 @@ RepairScore repaired(const Planted& planted) {
   validate::Draw draw(planted.seed, 1);
   const WeightFault fault = plant(body, anatomy, planted.kind, planted.size, draw);
   EXPECT_FALSE(fault.joints.empty());
-  const skin::TemporaryFolder folder;
+  const TemporaryFolder folder;
   RepairScore score = score_repair(human(), body, fault, folder / "case", 40, 7);
   EXPECT_EQ(score.refused, "");
   EXPECT_GT(score.planted, 0u) << "a fault that nobody sees proves nothing";
@@ -105,7 +106,7 @@ TEST(Repair, ClosesASeam) {
 }
 
 TEST(Repair, OfAHealthyBodyChangesNothingAndSaysSo) {
-  const skin::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const auto file = folder / "human.glb";
   skin::write_file(file, encoded(human()));
   validate::Progress progress(validate::Progress::Style::none);
@@ -120,7 +121,7 @@ TEST(Repair, WritesTheSameBytesForOneThreadAndMany) {
   Character body = human();
   validate::Draw draw(1, 1);
   plant(body, skin::find_anatomy(body), "bleed to head", 30, draw);
-  const skin::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const auto file = folder / "human.glb";
   skin::write_file(file, encoded(body));
   const auto glb_with = [&](std::size_t threads) {
@@ -140,7 +141,7 @@ TEST(Repair, KeepsTheNumberOfJointsOfAVertex) {
   validate::Draw draw(1, 1);
   plant(body, skin::find_anatomy(body), "unweighted", 20, draw);
   for (skin::Influences& each : body.influences) each = influences_of(weights_of(each), 3);
-  const skin::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const auto file = folder / "human.glb";
   WeightFault fault;
   std::vector<std::uint8_t> bytes = encoded(body);

@@ -1,24 +1,11 @@
 #include "tests/skin/gltf_fixture.h"
 
-#include <unistd.h>
-
 #include <fstream>
 #include <stdexcept>
 
 namespace backbend::skin {
 
 using nlohmann::json;
-
-TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "backbend_skin_XXXXXX").string();
-  if (!::mkdtemp(pattern.data())) throw std::runtime_error("no temporary folder");
-  path_ = pattern;
-}
-
-TemporaryFolder::~TemporaryFolder() {
-  std::error_code ignored;
-  std::filesystem::remove_all(path_, ignored);
-}
 
 void write_file(const std::filesystem::path& file, const std::vector<std::uint8_t>& bytes) {
   std::ofstream stream(file, std::ios::binary);

@@ -15,6 +15,7 @@
 #include "render/image/png.h"
 #include "render/image/text.h"
 #include "render/review/sheet.h"
+#include "tests/temporary_folder.h"
 
 namespace backbend::render {
 namespace {
@@ -59,9 +60,9 @@ TEST(Png, RefusesBytesThatAreNoPicture) {
 
 TEST(Png, ReadsTheOtherFormatsThatCharactersAndEnvironmentsComeIn) {
   const Picture picture(16, 8, {200, 100, 50, 255});
-  const std::string file = testing::TempDir() + "backbend_format_" + std::to_string(::getpid());
+  const TemporaryFolder folder;
   for (const char* ending : {"png", "jpg", "tif", "bmp", "tga", "webp", "hdr", "exr"}) {
-    const std::string name = file + "." + ending;
+    const std::string name = folder / (std::string("picture.") + ending);
     const auto out = OIIO::ImageOutput::create(name);
     ASSERT_TRUE(out) << ending;
     ASSERT_TRUE(out->open(name, OIIO::ImageSpec(16, 8, 3, OIIO::TypeDesc::UINT8))) << ending;
@@ -69,7 +70,6 @@ TEST(Png, ReadsTheOtherFormatsThatCharactersAndEnvironmentsComeIn) {
     ASSERT_TRUE(out->close());
     std::ifstream in(name, std::ios::binary);
     const std::vector<std::uint8_t> bytes{std::istreambuf_iterator<char>(in), {}};
-    std::filesystem::remove(name);
     const Texture texture = decode_texture(bytes, Encoding::data);
     ASSERT_EQ(texture.texel.size(), 16u * 8) << ending;
     EXPECT_NEAR(texture.texel[20].x, 200 / 255.0, 0.02) << ending;
@@ -80,14 +80,13 @@ TEST(Png, ReadsTheOtherFormatsThatCharactersAndEnvironmentsComeIn) {
 TEST(Png, LooksForNoFileInTheWorkingFolder) {
   namespace fs = std::filesystem;
   const fs::path before = fs::current_path();
-  const fs::path folder = testing::TempDir() + "backbend_cwd_" + std::to_string(::getpid());
-  fs::create_directories(folder);
+  const TemporaryFolder folder;
   const auto png = encode_png(gradient(4, 4, true));
   for (const char* ending : {"png", "jpg", "hdr", "exr", "webp", "dds", "bmp", "tif", "tga"})
     std::ofstream(folder / (std::string("memory.") + ending)) << "a file of the user's";
-  fs::current_path(folder);
+  fs::current_path(folder.path());
   const int opened = ::inotify_init1(IN_NONBLOCK);
-  ASSERT_GE(::inotify_add_watch(opened, folder.c_str(), IN_OPEN), 0);
+  ASSERT_GE(::inotify_add_watch(opened, folder.path().c_str(), IN_OPEN), 0);
   for (const std::string magic :
        {"", "\x89PNG", "\xff\xd8", "#?", "RIFF", "DDS ", "BM", "II", "\x76\x2f\x31\x01"}) {
     std::vector<std::uint8_t> bytes(magic.begin(), magic.end());
@@ -99,7 +98,6 @@ TEST(Png, LooksForNoFileInTheWorkingFolder) {
   EXPECT_EQ(::read(opened, events.data(), events.size()), -1) << "a file there was opened";
   ::close(opened);
   fs::current_path(before);
-  fs::remove_all(folder);
 }
 
 TEST(Png, RefusesAPictureOfMorePixelsThanItsBytesCanHold) {

@@ -3,7 +3,6 @@
 #include "skin/anatomy/sidecar.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
@@ -11,6 +10,7 @@
 #include "skin/clip/clip.h"
 #include "skin/deform/skinning.h"
 #include "tests/skin/stick_figure.h"
+#include "tests/temporary_folder.h"
 
 namespace backbend::skin {
 namespace {
@@ -66,13 +66,10 @@ TEST(Sidecar, SaysTheSameAfterWritingAndReading) {
 
 TEST(Sidecar, StandsBesideItsCharacterAndIsFoundByItself) {
   EXPECT_EQ(sidecar_path("a/hero.v2.fbx"), fs::path("a/hero.v2.backbend.toml"));
-  const fs::path folder =
-      fs::temp_directory_path() / ("backbend sidecar " + std::to_string(::getpid()));
-  fs::create_directories(folder);
+  const TemporaryFolder folder;
   EXPECT_FALSE(read_sidecar(folder / "hero.glb"));
   std::ofstream(folder / "hero.backbend.toml") << sidecar_text(full_sidecar());
   EXPECT_EQ(read_sidecar(folder / "hero.glb"), full_sidecar());
-  fs::remove_all(folder);
 }
 
 TEST(Sidecar, RefusesWhatItDoesNotKnowNamingFileLineAndKey) {

@@ -12,6 +12,7 @@
 #include "solver/rig/option_reader.h"
 #include "tests/solver/rig_fixture.h"
 #include "tests/source_folder.h"
+#include "tests/temporary_folder.h"
 
 namespace backbend::solver {
 namespace {
@@ -69,7 +70,8 @@ TEST(SolveFile, TranslationsAreLengthsAndAnglesNeverWrap) {
 }
 
 TEST(SolveFile, AFileIsReadFromDiskAndItsErrorsNameIt) {
-  const auto path = std::filesystem::temp_directory_path() / "backbend_solve_file_test.toml";
+  const TemporaryFolder folder;
+  const auto path = folder / "pose.toml";
   std::ofstream(path) << kCurveRig << kChain << "[pose]\ntopp = [0, 0, 1]\n";
   try {
     read_solve_file(path);
@@ -79,7 +81,7 @@ TEST(SolveFile, AFileIsReadFromDiskAndItsErrorsNameIt) {
   }
   std::filesystem::remove(path);
   EXPECT_THROW(read_solve_file(path), RigError);
-  EXPECT_THROW(read_solve_file(std::filesystem::temp_directory_path()), RigError);
+  EXPECT_THROW(read_solve_file(folder.path()), RigError);
 }
 
 // ---- what is refused, and how it is said ----
@@ -150,15 +152,14 @@ TEST(SolveFile, RestFilesStayBesideTheRig) {
 }
 
 TEST(SolveFile, RestFilesHoldThreeNumbersARow) {
-  const auto folder = std::filesystem::temp_directory_path() / "backbend_rest_file_test";
-  std::filesystem::create_directory(folder);
+  const TemporaryFolder folder;
   const auto said = [&](const std::string& row) {
     std::ofstream(folder / "rest.json")
         << R"({"vertebrae": [{"name": "C1", "row1_x_axis": [1, 0, 0], "row2_y_axis": [0, 1, 0],)"
         << R"("row3_z_axis": [0, 0, 1], "row4_position": )" << row << "}]}";
     try {
       parse_solve_file("[rig]\nsystem = \"neck\"\n[chain]\nrest = \"rest.json\"\n", "pose.toml",
-                       folder);
+                       folder.path());
     } catch (const RigError& trouble) {
       return std::string(trouble.what());
     }
@@ -171,7 +172,6 @@ TEST(SolveFile, RestFilesHoldThreeNumbersARow) {
         << row << ": " << message;
   }
   EXPECT_EQ(said("[0, 1, 0]").find("row4_position"), std::string::npos);
-  std::filesystem::remove_all(folder);
 }
 
 // ---- what is written ----

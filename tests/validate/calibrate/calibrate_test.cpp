@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
-#include <unistd.h>
 
 #include <atomic>
 #include <cmath>
@@ -11,6 +10,7 @@
 #include <fstream>
 #include <set>
 
+#include "tests/temporary_folder.h"
 #include "validate/calibrate/faults.h"
 #include "validate/metrics/chain/rig_probe.h"
 #include "validate/metrics/math/nan.h"
@@ -235,19 +235,16 @@ TEST(Calibrate, EndsWhereItsWatcherThrows) {
 class LastCalibration : public testing::Test {
  protected:
   LastCalibration() {
-    std::string name = (std::filesystem::temp_directory_path() / "calibration.XXXXXX").string();
-    folder_ = ::mkdtemp(name.data());
     report_.date = "2026-11-20";
     report_.detectors = {judge_detector("chain kink", "BB010", "24 bones", "deg", 1.0, 0.5,
                                         std::vector<double>(500, 0.1),
                                         {{1.0, std::vector<double>(100, 0.9), 100}})};
   }
-  ~LastCalibration() override { std::filesystem::remove_all(folder_); }
   std::filesystem::path file() const { return folder_ / "calibration.json"; }
   void write(const std::string& text) const { std::ofstream(file()) << text; }
   std::string line(const std::string& today) const { return last_calibration(file(), today); }
 
-  std::filesystem::path folder_;
+  const TemporaryFolder folder_;
   CalibrationReport report_;
 };
 

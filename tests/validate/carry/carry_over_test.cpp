@@ -7,6 +7,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "tests/temporary_folder.h"
 #include "tests/validate/report_sample.h"
 #include "validate/files/hash.h"
 #include "validate/files/output_folder.h"
@@ -21,9 +22,6 @@ namespace fs = std::filesystem;
 class Carrying : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ =
-        fs::temp_directory_path() / ("backbend_carry_" + std::to_string(::getpid()) + "_" +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
     report_ = sample_report();
     const std::string text = report_json(report_);
     hash_ = content_hash(text);
@@ -35,7 +33,6 @@ class Carrying : public testing::Test {
     part_.calibration = report_.calibration;
     keep(part_);
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   CarryOver store(const std::string& today) const {
     CarryOver::Place place;
@@ -71,7 +68,7 @@ class Carrying : public testing::Test {
         [&](const std::string& why) { complaint_ = why; });
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_;
   Report report_, part_;
   std::string hash_, results_, complaint_;
 };
@@ -181,8 +178,8 @@ TEST_F(Carrying, ALinkInTheFolderIsNotFollowed) {
 }
 
 TEST(FilesMade, AreThoseThatAreNewOrTookAnothersPlace) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("backbend_made_" + std::to_string(::getpid()));
+  const TemporaryFolder temporary;
+  const fs::path folder = temporary / "run";
   const OutputFolder run(folder);
   for (const char* name : {"findings/a.png", "findings/b.png", "report.json"})
     run.write(name, std::string_view("x"));
@@ -192,12 +189,11 @@ TEST(FilesMade, AreThoseThatAreNewOrTookAnothersPlace) {
   run.write("report.json", std::string_view("y"));
   const std::map<std::string, std::string> expected = {{"findings/b.png", ""}, {"media/c.mp4", ""}};
   EXPECT_EQ(files_made(before, list_results(folder)), expected);
-  fs::remove_all(folder);
 }
 
 TEST(NightInputs, AreTheSuiteWithoutCharactersTitleWaiversAndFaults) {
-  const fs::path file =
-      fs::temp_directory_path() / ("backbend_inputs_" + std::to_string(::getpid()) + ".toml");
+  const TemporaryFolder folder;
+  const fs::path file = folder / "suite.toml";
   const auto inputs = [&](const std::string& top, const std::string& rest,
                           const std::vector<std::string>& options = {}) {
     std::ofstream(file) << "[suite]\nname = \"a\"\n"

@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/temporary_folder.h"
 #include "tests/validate/import_fixture.h"
 #include "validate/clips/clip_run.h"
 
@@ -16,14 +17,6 @@ namespace fs = std::filesystem;
 
 class ClipFiles : public ::testing::Test {
  protected:
-  ClipFiles() {
-    folder_ = fs::temp_directory_path() /
-              ("backbend clips " + std::to_string(::getpid()) + " " +
-               ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  ~ClipFiles() override { fs::remove_all(folder_); }
-
   fs::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
@@ -39,7 +32,7 @@ class ClipFiles : public ::testing::Test {
     return run_clip(request, quiet);
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 /// Every metric of `of` is in `in`, too, and says the same of every frame.

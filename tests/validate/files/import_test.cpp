@@ -24,6 +24,7 @@
 #include "skin/gltf/gltf_reader.h"
 #include "tests/skin/body_figure.h"
 #include "tests/source_folder.h"
+#include "tests/temporary_folder.h"
 #include "tests/validate/import_fixture.h"
 #include "validate/files/child_process.h"
 #include "validate/stage/stage.h"
@@ -35,14 +36,6 @@ namespace fs = std::filesystem;
 
 class Import : public ::testing::Test {
  protected:
-  Import() {
-    folder_ = fs::temp_directory_path() /
-              ("backbend import " + std::to_string(::getpid()) + " " +
-               ::testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(folder_);
-  }
-  ~Import() override { fs::remove_all(folder_); }
-
   fs::path write(const std::string& name, const std::string& text) const {
     std::ofstream(folder_ / name, std::ios::binary) << text;
     return folder_ / name;
@@ -60,7 +53,7 @@ class Import : public ::testing::Test {
     return message.rfind(file.string() + ": ", 0) == 0 && message.find('\n') == std::string::npos;
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 /// The figure's body as .glb, plain or compressed.
@@ -213,7 +206,8 @@ TEST_F(Import, RefusesDracoDataThatAreCutOrSaySomethingElseInOneLine) {
   const auto draco = cut.find("DRACO");
   ASSERT_NE(draco, std::string::npos);
   for (std::size_t i = draco; i < draco + 60; ++i) cut[i] = 0;
-  const auto count = other.find("\"count\":");
+  // An accessor that is compressed names no view of its own.
+  const auto count = other.find("\"count\":", other.find("{\"componentType\":"));
   ASSERT_NE(count, std::string::npos);
   other[count + 8] = other[count + 8] == '9' ? '8' : '9';
   for (const auto& [name, bytes] : {std::pair("cut.glb", cut), std::pair("other.glb", other)}) {
@@ -378,7 +372,7 @@ TEST_F(Import, RefusesWhatIsNoSuchFileInOneLine) {
       write("model.fbx", R"({"asset":{"version":"2.0"}})"),
       write("control\x1b[31m.fbx", "\x1b[2J"),
       folder_ / "absent.fbx",
-      folder_,
+      folder_.path(),
   };
   files.push_back(folder_ / "pipe.fbx");
   ASSERT_EQ(::mkfifo(files.back().c_str(), 0600), 0);

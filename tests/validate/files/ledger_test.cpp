@@ -1,12 +1,12 @@
 #include "validate/files/ledger.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <bit>
 #include <limits>
 #include <memory>
 
+#include "tests/temporary_folder.h"
 #include "validate/files/folder_trace.h"
 #include "validate/files/output_folder.h"
 #include "validate/measure/records.h"
@@ -19,15 +19,6 @@ using Mode = Ledger::Mode;
 
 class LedgerTest : public testing::Test {
  protected:
-  LedgerTest()
-      : root_(fs::temp_directory_path() /
-              ("backbend_ledger_" + std::to_string(::getpid()) + "_" +
-               testing::UnitTest::GetInstance()->current_test_info()->name())) {
-    fs::remove_all(root_);
-    fs::create_directories(root_);
-  }
-  ~LedgerTest() override { fs::remove_all(root_); }
-
   Ledger ledger(const std::string& folder, Mode mode = Mode::alone,
                 const std::string& stamp = "s") {
     return Ledger(root_ / folder, stamp, mode, Shard{}, true);
@@ -37,7 +28,8 @@ class LedgerTest : public testing::Test {
     for (const auto& entry : fs::directory_iterator(root_ / folder / kPartsFolder)) found = entry;
     return found;
   }
-  fs::path root_;
+  const TemporaryFolder temporary_;
+  const fs::path root_ = temporary_.path();
 };
 
 const Ledger::Bytes kResult = {1, 2, 0, 255, '\n', 3};

@@ -6,6 +6,7 @@
 
 #include <fstream>
 
+#include "tests/temporary_folder.h"
 #include "validate/files/child_process.h"
 #include "validate/files/hash.h"
 
@@ -16,19 +17,13 @@ namespace fs = std::filesystem;
 
 class Folder : public testing::Test {
  protected:
-  void SetUp() override {
-    // A name of its own for each test: a process knows the folders that it has written to.
-    path_ =
-        fs::temp_directory_path() / ("backbend_folder_" + std::to_string(::getpid()) + "_" +
-                                     testing::UnitTest::GetInstance()->current_test_info()->name());
-    fs::create_directories(path_);
-  }
-  void TearDown() override { fs::remove_all(path_); }
   std::size_t entries() const {
     return static_cast<std::size_t>(
         std::distance(fs::directory_iterator(path_), fs::directory_iterator()));
   }
-  fs::path path_;
+  // Another for each test: a process knows the folders that it has written to.
+  const TemporaryFolder temporary_;
+  const fs::path path_ = temporary_.path();
 };
 
 TEST_F(Folder, IsNotMadeBeforeSomethingIsWritten) {

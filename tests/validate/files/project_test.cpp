@@ -4,6 +4,8 @@
 
 #include <fstream>
 
+#include "tests/temporary_folder.h"
+
 namespace backbend::validate {
 namespace {
 
@@ -84,18 +86,12 @@ TEST(Project, EveryRefusalNamesFileLineAndCause) {
 
 class FindProject : public testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "backbend_project_XXXXXX").string();
-    ASSERT_NE(::mkdtemp(name.data()), nullptr);
-    root_ = fs::canonical(name);
-  }
-  void TearDown() override { fs::remove_all(root_); }
   fs::path write(const fs::path& name) {
     fs::create_directories((root_ / name).parent_path());
     std::ofstream(root_ / name) << "spp = 4\n";
     return root_ / name;
   }
-  fs::path root_;
+  const TemporaryFolder root_;
 };
 
 TEST_F(FindProject, TheNearestAboveAFileOrFolderCounts) {

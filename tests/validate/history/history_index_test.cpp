@@ -7,6 +7,7 @@
 #include <fstream>
 #include <limits>
 
+#include "tests/temporary_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/trend.h"
 #include "validate/text/escape.h"
@@ -41,16 +42,9 @@ Night night_number(int day) {
 class Index : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() /
-              ("backbend_index_" +
-               std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-    file_ = folder_ / "history.jsonl";
     for (int day = 1; day <= 20; ++day) text_ += night_json(night_number(day)) + "\n";
     write(text_);
   }
-  void TearDown() override { fs::remove_all(folder_); }
   void write(const std::string& text) const { std::ofstream(file_, std::ios::binary) << text; }
   fs::path index() const { return HistoryIndex::path_for(file_); }
 
@@ -82,7 +76,8 @@ class Index : public testing::Test {
     EXPECT_EQ(got->worst.pose, want->worst.pose);
   }
 
-  fs::path folder_, file_;
+  const TemporaryFolder folder_;
+  const fs::path file_ = folder_ / "history.jsonl";
   std::string text_;
 };
 

@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/temporary_folder.h"
 #include "tests/validate/report_sample.h"
 #include "validate/files/output_folder.h"
 #include "validate/history/history_text.h"
@@ -245,21 +246,9 @@ TEST(History, HoldsNothingOfCanariesAndNoFailureOfAReference) {
     EXPECT_FALSE(v.rig == "curve" && v.mapping == "chest") << v.metric;
 }
 
-struct Folder {
-  Folder() {
-    path = fs::temp_directory_path() /
-           ("backbend_history_" +
-            std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-    fs::remove_all(path);
-    fs::create_directories(path);
-  }
-  ~Folder() { fs::remove_all(path); }
-  fs::path path;
-};
-
 TEST(History, GrowsOnlyAtItsEndAndTakesTheSameRunOnce) {
-  const Folder folder;
-  const fs::path file = folder.path / "runs" / "history.jsonl";
+  const TemporaryFolder folder;
+  const fs::path file = folder / "runs" / "history.jsonl";
   const auto nights = month();
   EXPECT_TRUE(append_night(file, nights[0]));
   const std::string first = read_text(file);
@@ -270,8 +259,8 @@ TEST(History, GrowsOnlyAtItsEndAndTakesTheSameRunOnce) {
 }
 
 TEST(History, NamesTheDamagedLineAndTouchesNothing) {
-  const Folder folder;
-  const fs::path file = folder.path / "history.jsonl";
+  const TemporaryFolder folder;
+  const fs::path file = folder / "history.jsonl";
   for (const std::string& damage :
        {std::string("{\n"), std::string("{}\n"), std::string("nonsense\n"),
         std::string("{\"schema\""), night_json(month()[0]).substr(0, 200),

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/temporary_folder.h"
 #include "validate/files/output_folder.h"
 
 namespace backbend::validate {
@@ -13,7 +14,7 @@ namespace {
 class BoxFile : public ::testing::Test {
  protected:
   std::filesystem::path write(const std::string& name, const std::string& text) {
-    const auto file = std::filesystem::path(::testing::TempDir()) / name;
+    const auto file = folder_ / name;
     std::ofstream(file) << text;
     return file;
   }
@@ -25,6 +26,9 @@ class BoxFile : public ::testing::Test {
     }
     return "accepted";
   }
+
+ private:
+  const TemporaryFolder folder_;
 };
 
 TEST(ControlBox, OfAnEnvelopeReachesItsEndsAndJoinsExtensionWithFlexion) {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "tests/temporary_folder.h"
 #include "validate/sweeps/named_pose.h"
 
 namespace backbend::validate {
@@ -22,7 +23,8 @@ HuntFind find_at(const std::string& code, const PoseDegrees& from, const PoseDeg
 }
 
 Suite suite_of(const std::string& text) {
-  const auto file = std::filesystem::path(::testing::TempDir()) / "hunt_suite.toml";
+  const TemporaryFolder folder;
+  const auto file = folder / "suite.toml";
   std::ofstream(file) << text;
   return read_suite(file);
 }

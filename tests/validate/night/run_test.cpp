@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "tests/temporary_folder.h"
 #include "validate/files/data_folder.h"
 #include "validate/files/output_folder.h"
 #include "validate/judge/judge.h"
@@ -234,7 +235,8 @@ TEST(Pictures, OfARunAreWrittenAndNamedInTheReport) {
   request.suite.mappings = {solver::Mapping::chest};
   request.suite.pictures = {true, 96, 72, 1, 2, 2};
   request.image_pass = true;
-  request.folder = fs::temp_directory_path() / ("backbend_run_" + std::to_string(::getpid()));
+  const TemporaryFolder temporary;
+  request.folder = temporary / "run";
   Progress progress(Progress::Style::none);
   const Report report = run_suite(request, progress);
   write_report(report, request.folder);
@@ -263,7 +265,6 @@ TEST(Pictures, OfARunAreWrittenAndNamedInTheReport) {
   ASSERT_NE(flip, report.findings.end());
   EXPECT_TRUE(flip->image.measured);
   EXPECT_TRUE(flip->image.visible) << flip->image.value << " against " << flip->image.threshold;
-  fs::remove_all(request.folder);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "solver/math/rotation.h"
 #include "tests/skin/gltf_fixture.h"
+#include "tests/temporary_folder.h"
 #include "tests/validate/figure_stage.h"
 #include "tests/validate/prove/proof_refusal.h"
 #include "tests/validate/prove/uniform.h"
@@ -205,7 +206,7 @@ TEST(MetricProof, TheResultDoesNotDependOnTheNumberOfThreads) {
 }
 
 TEST(MetricProof, GoesOnFromItsRecordAsIfItHadNotStopped) {
-  const skin::TemporaryFolder folder;
+  const TemporaryFolder folder;
   const Scene scene;
   const auto system = scene.rig("isner");
   const MetricQuestion q =

@@ -1,6 +1,5 @@
 // Every form of the report under names that attack it, and read by outside readers where present.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <array>
 #include <cstdio>
@@ -11,6 +10,7 @@
 #include <set>
 #include <sstream>
 
+#include "tests/temporary_folder.h"
 #include "tests/validate/report_sample.h"
 #include "validate/model/report_json.h"
 #include "validate/report/csv.h"
@@ -253,21 +253,17 @@ std::optional<std::string> python(const std::string& module, const std::string& 
     if (std::system(probe.c_str()) == 0) interpreter = candidate;
   }
   if (interpreter.empty()) return std::nullopt;
-  const fs::path folder =
-      fs::path(testing::TempDir()) / ("backbend_" + module + std::to_string(::getpid()));
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+  const TemporaryFolder folder;
   for (const auto& [name, text] : files) std::ofstream(folder / name, std::ios::binary) << text;
   std::ofstream(folder / "program.py") << program;
   const std::string command =
-      "cd '" + folder.string() + "' && " + interpreter + " -W ignore program.py 2>&1";
+      "cd '" + folder.path().string() + "' && " + interpreter + " -W ignore program.py 2>&1";
   std::string output;
   FILE* pipe = popen(command.c_str(), "r");
   std::array<char, 4096> buffer;
   for (std::size_t n; (n = fread(buffer.data(), 1, buffer.size(), pipe)) > 0;)
     output.append(buffer.data(), n);
   pclose(pipe);
-  fs::remove_all(folder);
   return output;
 }
 

@@ -1,11 +1,12 @@
 #include "validate/serve/tool_table.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
 #include <optional>
+
+#include "tests/temporary_folder.h"
 
 namespace backbend::validate {
 namespace {
@@ -18,20 +19,18 @@ using Words = std::vector<std::string>;
 class ToolWords : public testing::Test {
  protected:
   void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("backbend_tools_" + std::to_string(::getpid()));
     fs::create_directories(folder_ / "root");
     std::ofstream(folder_ / "outside.glb") << "x";
     std::ofstream(folder_ / "root/hero.glb") << "x";
     fs::create_symlink(folder_ / "outside.glb", folder_ / "root/link.glb");
     files_.emplace(std::vector{folder_ / "root"});
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   Words words(std::string_view tool, const json& arguments, bool may_write = false) const {
     return words_of(*find_tool(tool), arguments, *files_, may_write);
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_;
   std::optional<FileAccess> files_;
 };
 

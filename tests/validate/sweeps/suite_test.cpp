@@ -4,6 +4,7 @@
 
 #include <fstream>
 
+#include "tests/temporary_folder.h"
 #include "validate/files/output_folder.h"
 
 namespace backbend::validate {
@@ -13,12 +14,6 @@ namespace fs = std::filesystem;
 
 class SuiteFile : public testing::Test {
  protected:
-  void SetUp() override {
-    folder_ = fs::temp_directory_path() / ("backbend_suite_" + std::to_string(::getpid()));
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-
   fs::path write(const std::string& text) const {
     const fs::path file = folder_ / "suite.toml";
     std::ofstream(file) << text;
@@ -34,7 +29,7 @@ class SuiteFile : public testing::Test {
     return "";
   }
 
-  fs::path folder_;
+  const TemporaryFolder folder_;
 };
 
 constexpr const char* kSmall = R"([suite]

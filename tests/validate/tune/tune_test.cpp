@@ -3,13 +3,13 @@
 
 #include <gtest/gtest.h>
 #include <oneapi/tbb/global_control.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <set>
 
+#include "tests/temporary_folder.h"
 #include "tests/validate/figure_stage.h"
 #include "validate/tune/rig_file.h"
 #include "validate/tune/trade_search.h"
@@ -158,15 +158,14 @@ TEST(TradeFront, LeavesOutWhatGainsTooLittleForItsChange) {
 }
 
 TEST(RigFile, ReadsBackAsTheSameRig) {
-  const auto file = std::filesystem::temp_directory_path() /
-                    ("backbend_rig_" + std::to_string(::getpid()) + ".toml");
+  const TemporaryFolder folder;
+  const auto file = folder / "rig.toml";
   for (const char* text : {"even:bones=7,weights=[[0, 0.7], [0.25, 1]],arms=top",
                            "isner:depth=[0.3, 0.512]", "stretchy:no_squash=true", "three_bone"}) {
     const solver::SystemSpec spec = read_rig(text).spec;
     std::ofstream(file) << rig_toml(spec, {"one line", "a line\nwith a break"});
     EXPECT_EQ(rig_text(read_rig(file.string()).spec), rig_text(spec));
   }
-  std::filesystem::remove(file);
 }
 
 struct Scene : testing::FigureStage {

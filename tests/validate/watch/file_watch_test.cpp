@@ -1,12 +1,12 @@
 #include "validate/watch/file_watch.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
 #include <thread>
 
+#include "tests/temporary_folder.h"
 #include "validate/carry/input_files.h"
 
 namespace backbend::validate {
@@ -22,19 +22,15 @@ constexpr milliseconds kPatience{20000}, kNothing{150};
 class FileWatching : public testing::TestWithParam<bool> {
  protected:
   void SetUp() override {
-    std::string name = testing::UnitTest::GetInstance()->current_test_info()->name();
-    std::ranges::replace(name, '/', '_');
-    folder_ = fs::temp_directory_path() / ("backbend_watch_" + std::to_string(::getpid()) + name);
     fs::create_directories(folder_);
-    file_ = folder_ / "hero.glb";
     write("one");
   }
-  void TearDown() override { fs::remove_all(folder_); }
 
   void write(const std::string& text) const { std::ofstream(file_) << text; }
   using Files = std::vector<fs::path>;
 
-  fs::path folder_, file_;
+  const TemporaryFolder temporary_;
+  const fs::path folder_ = temporary_ / "watched", file_ = folder_ / "hero.glb";
 };
 
 TEST_P(FileWatching, TellsWhichFileHoldsSomethingElse) {
@@ -96,9 +92,7 @@ INSTANTIATE_TEST_SUITE_P(Ways, FileWatching, testing::Bool(), [](const auto& inf
 });
 
 TEST(FileWatch, WaitsForAFileThatIsStillBeingWritten) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("backbend_watch_half_" + std::to_string(::getpid()));
-  fs::create_directories(folder);
+  const TemporaryFolder folder;
   const fs::path file = folder / "hero.glb";
   std::ofstream(file) << "one";
   FileWatch watch;
@@ -115,7 +109,6 @@ TEST(FileWatch, WaitsForAFileThatIsStillBeingWritten) {
   writer.join();
   EXPECT_EQ(fs::file_size(file), size);  // it was whole when it was told of
   EXPECT_TRUE(watch.wait(kNothing).empty());
-  fs::remove_all(folder);
 }
 
 TEST(FileWatch, SaysWhyAFolderThatIsNotToldOfIsLookedAt) {
@@ -127,9 +120,7 @@ TEST(FileWatch, SaysWhyAFolderThatIsNotToldOfIsLookedAt) {
 }
 
 TEST(InputFiles, AreTheCharacterItsSidecarItsProjectAndWhatAGltfNames) {
-  const fs::path folder =
-      fs::temp_directory_path() / ("backbend_inputs_" + std::to_string(::getpid()));
-  fs::create_directories(folder);
+  const TemporaryFolder folder;
   using Files = std::vector<fs::path>;
   EXPECT_EQ(input_files(folder / "hero.glb"),
             (Files{folder / "hero.glb", folder / "hero.backbend.toml", folder / "backbend.toml"}));
@@ -142,7 +133,6 @@ TEST(InputFiles, AreTheCharacterItsSidecarItsProjectAndWhatAGltfNames) {
   EXPECT_EQ(files[4].filename(), "skin.png");
   std::ofstream(folder / "hero.gltf") << "half of a sa";
   EXPECT_EQ(input_files(folder / "hero.gltf").size(), 3u);
-  fs::remove_all(folder);
 }
 
 }  // namespace
