@@ -47,7 +47,7 @@ class Bent {
     const BoxReal used = BoxReal(arc_.back()) - short_of_end(true) - first;
     if (!used.is_finite()) {
       const BoxVector nowhere = BoxVector::undefined();
-      held.joint.assign(bones - 1, {{nowhere, nowhere}, {nowhere, nowhere}, {}});
+      held.joint.assign(bones - 1, {{nowhere, nowhere}, {nowhere, nowhere}, {}, {}});
       return course;
     }
     double whole = 0.0, passed = 0.0;

@@ -174,9 +174,10 @@ BoxCourse held_course(const BoxTangents& curve, std::size_t points, std::span<co
   BoxCourse course;
   BoxCourse::Held& held = course.held.emplace();
   const double length = curve.length().value.hi, bend = curve.most_bend();
-  held.astray = astray(length, bend, bend * bend * length, points);
+  const double off = 2.0 * astray(length, bend, bend * bend * length, points);
   for (std::size_t i = 1; i < bone.size(); ++i)
-    held.joint.push_back({{bone[i - 1], bone[i]}, {chord[i - 1], chord[i]}, turn[i - 1]});
+    held.joint.push_back(
+        {{bone[i - 1], bone[i]}, {chord[i - 1], chord[i]}, turn[i - 1], {off, off}});
   course.still = curve.still();
   leave_moved(bone, course.still);
   return course;
@@ -202,8 +203,8 @@ BoxCourse course_through_joints(const CurveMap& map, std::size_t points,
   double squares = 0.0;
   for (std::size_t k = 0; k < bones; ++k)
     squares += bend[k] * bend[k] * (arc[k + 1] - arc[k]).value.hi;
-  held.astray =
-      astray(arc.back().value.hi, *std::max_element(bend.begin(), bend.end()), squares, points);
+  const double off = 2.0 * astray(arc.back().value.hi, *std::max_element(bend.begin(), bend.end()),
+                                  squares, points);
   // From a joint to its place, which is a little further or less far on. Both ends stay.
   const auto to_place = [&](std::size_t joint, const BoxTangents::Legs& piece, std::size_t leg) {
     if (joint == 0 || joint == bones) return BoxVector(glm::dvec3(0.0));
@@ -220,7 +221,8 @@ BoxCourse course_through_joints(const CurveMap& map, std::size_t points,
     const BoxVector before = to_place(i - 1, legs[i][i - 1], 0);
     const BoxVector at = to_place(i, legs[i][i], 0), after = to_place(i + 1, legs[i][i], 2);
     const BoxVector &below = step[i][i - 1], &above = step[i][i];
-    held.joint.push_back({{below, above}, {below + at - before, above + after - at}, {}});
+    held.joint.push_back(
+        {{below, above}, {below + at - before, above + after - at}, {}, {off, off}});
   }
   return course;
 }

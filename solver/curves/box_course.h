@@ -37,7 +37,7 @@ struct BoxCourse {
   };
   std::optional<Beside> beside;
 
-  /// Of a chain whose joints stand anywhere. It has no stretches.
+  /// Of a chain whose joints stand anywhere. What its stretches say, where it has some, holds too.
   struct Held {
     /// One that is not at an end, in a frame of its own.
     struct Joint {
@@ -45,10 +45,11 @@ struct BoxCourse {
       std::array<BoxVector, 2> chord;  // of the curve, from and to where the ends of these bones
                                        // belong on it, or shorter than that
       std::optional<BoxTurn> turn;     // of the joint before it, from rest; none: unknown
+      // How far each chord may be off, both ends together, because the check's curve is cut into as
+      // many straight pieces as were asked for.
+      std::array<double, 2> astray{};
     };
     std::vector<Joint> joint;
-    double astray = 0.0;  // how far the ends of a chord may be from those on a curve that is cut
-                          // into as many straight pieces as were asked for
   };
   std::optional<Held> held;
 

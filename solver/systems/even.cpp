@@ -90,10 +90,10 @@ class Even final : public FormulaSystem, public BoxSolver {
 
   std::string why_no_course() const override { return why_no_places(); }
 
-  void course_over(const BodyBox& body, Mapping mapping, std::size_t,
+  void course_over(const BodyBox& body, Mapping mapping, std::size_t points,
                    BoxCourse& course) const override {
     const std::vector<BoxReal> control = controls_for(body, mapping);
-    course = shape_.course(std::span(control).subspan(kUpper, kUpperChannels));
+    course = shape_.course(std::span(control).subspan(kUpper, kUpperChannels), points);
   }
 
   std::string_view why_without(BodyChannel channel) const override {

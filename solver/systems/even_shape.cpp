@@ -30,10 +30,6 @@ constexpr std::array<double, 2> kTurningOfRule{0.6, 4.5};
 // A reach field turns by half a radian at most over a panel.
 constexpr double kTurningOfField = 0.5;
 
-std::array<double, 4> weights_at(const EvenWeights& w, double s) {
-  return {w.middle_bend(s), w.middle_twist(s), w.top_bend(s), w.top_twist(s)};
-}
-
 /// `at` sorted, values closer than 1e-12 made one (the first stays).
 void sort_unique(std::vector<double>& at) {
   std::sort(at.begin(), at.end());
@@ -56,13 +52,6 @@ BoxVector turned_by_euler(BoxVector v, const Angle& angle) {
     a = a_turned;
   }
   return v;
-}
-
-constexpr double kRounding = 1e-12;
-
-/// The angle between two unit vectors, rounded upward; 0 only for the same.
-double most_corner(const dvec3& a, const dvec3& b) {
-  return a == b ? 0.0 : angle_between(a, b) + kRounding;
 }
 
 std::size_t segment_at(const std::vector<double>& corner, double s) {
@@ -138,8 +127,8 @@ void EvenShape::cut_panels(std::span<const dvec3> drawn, const std::vector<doubl
     const dvec3 tangent = glm::normalize(drawn[segment] - drawn[segment - 1]);
     panel.in_top = glm::transpose(top_axes_) * tangent;
     panel.in_middle = EvenIntegral::to_middle(*this, panel.in_top);
-    panel.middle = weights_at(weights_, middle);
-    const auto low = weights_at(weights_, panel.from), high = weights_at(weights_, panel.to);
+    panel.middle = weights_.at(middle);
+    const auto low = weights_.at(panel.from), high = weights_.at(panel.to);
     for (int f = 0; f < 4; ++f) {
       panel.reach[f] = high[f] == 0.0 ? Reach::none : low[f] == 1.0 ? Reach::full : Reach::part;
     }
@@ -158,7 +147,7 @@ void EvenShape::place_frames() {
     std::array<std::array<double, 4>, 4> weight;
     for (int i = 0; i < 4; ++i) {
       const double s = places_.frame[std::size_t(std::min(first + i, bones_))];
-      weight[i] = weights_at(weights_, s);
+      weight[i] = weights_.at(s);
       int share = 0;
       while (s > share_end_[share]) ++share;
       frame_share_.push_back(share);
@@ -192,7 +181,7 @@ void EvenShape::tabulate(int r) {
   for (const Panel& p : panel_) {
     for (int i = 0; i < n; ++i) {
       const double s = p.from + (p.to - p.from) * node[i];
-      const auto w = weights_at(weights_, s);
+      const auto w = weights_.at(s);
       for (int f = 0; f < 4; ++f) row[f * n + i] = w[f];
       row[4 * n + i] = gauss[i] * (p.to - p.from) * length_;
       for (int b = 0; b < 2; ++b) row[(5 + b) * n + i] = reach_bump(b, s);
@@ -240,8 +229,7 @@ void EvenShape::shifts(std::span<const BoxReal> upper, std::span<BoxVector> shif
       const auto turned = [&](std::size_t first, const BoxVector& v) {
         return turned_by_euler(v, [&](std::size_t axis) {
           const std::size_t ch = first + axis;
-          const std::size_t function = (ch < 3 ? 0 : 2) + (axis == 0 ? 1 : 0);
-          return BoxReal(row[function * n + i]) * upper[ch];
+          return BoxReal(row[EvenWeights::index_of(ch) * n + i]) * upper[ch];
         });
       };
       const BoxVector in_middle = middle_from_top_ * turned(3, BoxVector(panel.in_top));
@@ -251,53 +239,6 @@ void EvenShape::shifts(std::span<const BoxReal> upper, std::span<BoxVector> shif
     if (panel.ends_bone) shift[++joint] = middle_axes_ * total;
     row += kRows * n;
   }
-}
-
-double EvenShape::most_bend(const Panel& panel, std::span<const BoxReal> upper) const {
-  // A channel turns the tangent as fast as it turns, times the sine between the two: its X turns
-  // what lies along X by nothing.
-  const auto angle = [&](int ch) { return Interval(upper[std::size_t(ch)].value.most()); };
-  const auto off_x = [](const dvec3& v) {
-    const double sine = std::hypot(v.y, v.z);
-    return Interval(v.x > 0.0 ? std::asin(std::min(1.0, sine)) : kPi) + Interval(0.0, kRounding);
-  };
-  const Interval in_top = off_x(panel.in_top);
-  Interval in_middle = off_x(panel.in_middle) + Interval(2.0) * in_top;
-  for (const int ch : {4, 5}) in_middle += Interval(weights_.of(ch)(panel.to)) * angle(ch);
-  Interval bend(0.0);
-  for (int ch = 0; ch < kUpperChannels; ++ch) {
-    const double slope = weights_.of(ch).peak_slope(panel.from, panel.to);
-    Interval turn = Interval(slope) * Interval(1.0 + kRounding) * angle(ch);
-    if (ch % 3 == 0) turn = turn * Interval(std::min(1.0, (ch < 3 ? in_middle : in_top).hi));
-    bend += turn;
-  }
-  return bend.hi;
-}
-
-BoxCourse EvenShape::course(std::span<const BoxReal> upper) const {
-  assert(share_end_.size() == 1 && upper.size() == kUpperChannels);
-  BoxCourse course;
-  BoxCourse::Stretch next;
-  double inside = 0.0;  // sum of the corners between its joints
-  for (std::size_t i = 0; i < panel_.size(); ++i) {
-    const Panel& panel = panel_[i];
-    next.bend = std::max(next.bend, most_bend(panel, upper));
-    next.arc = next.arc + (Interval(panel.to) - Interval(panel.from));
-    const bool last = i + 1 == panel_.size();
-    const double corner = last ? 0.0 : most_corner(panel.in_middle, panel_[i + 1].in_middle);
-    next.corner += corner;
-    if (!panel.ends_bone) {
-      inside += corner;
-      continue;
-    }
-    course.stretch.push_back(inside == 0.0
-                                 ? stretch_along(next.arc, next.bend, next.corner)
-                                 : stretch_over_corners(next.arc, next.bend, next.corner));
-    next = {};
-    next.corner = corner;
-    inside = 0.0;
-  }
-  return course;
 }
 
 EvenShape::Moments EvenShape::moments(std::span<const AngleShare> share) const {

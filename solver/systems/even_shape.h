@@ -28,6 +28,14 @@ struct EvenWeights {
     const bool twist = channel % 3 == 0;
     return channel < 3 ? (twist ? middle_twist : middle_bend) : (twist ? top_twist : top_bend);
   }
+  /// All four at one place, in the order above.
+  std::array<double, 4> at(double s) const {
+    return {middle_bend(s), middle_twist(s), top_bend(s), top_twist(s)};
+  }
+  /// Which of the four a channel follows.
+  static std::size_t index_of(std::size_t channel) {
+    return (channel < 3 ? 0 : 2) + (channel % 3 == 0 ? 1 : 0);
+  }
 };
 
 /// What an angle is on one stretch of the spine: channel = base + scale W(s). Without limits one
@@ -84,8 +92,10 @@ class EvenShape {
   /// `shift` holds bones + 1.
   void shifts(std::span<const BoxReal> upper, std::span<BoxVector> shift) const;
 
-  /// How the joints lie on the spine over such a box, in units of its length.
-  BoxCourse course(std::span<const BoxReal> upper) const;
+  /// How the joints lie on the spine over such a box, in units of its length. Where the drawn spine
+  /// has corners inside its bones, each bone is held against a chord of the curve, too, which is
+  /// seen as `points` points.
+  BoxCourse course(std::span<const BoxReal> upper, std::size_t points) const;
 
   /// The chest's shift without a field, and the integrals of each bump times the posed tangent,
   /// both as lengths.
@@ -97,6 +107,7 @@ class EvenShape {
 
  private:
   friend class EvenIntegral;
+  friend class EvenCourse;
 
   /// How a weight function is on a panel.
   enum class Reach : std::uint8_t { none, part, full };
@@ -119,8 +130,6 @@ class EvenShape {
   static constexpr int kRows = 7;
 
   void cut_panels(std::span<const glm::dvec3> drawn, const std::vector<double>& corner);
-  /// The most that the posed spine bends on a panel, radians per length of the spine.
-  double most_bend(const Panel& panel, std::span<const BoxReal> upper) const;
   void place_frames();
   void place_panel_middles();
   void tabulate(int rule);

@@ -375,12 +375,12 @@ Interval kink_of_held(const solver::BoxCourse::Held& held,
       unknown = glm::length(at_rest);
     if (!excess.is_finite()) return {0.0, kNoBound};
     double turned = 0.0;  // what the curve's straight pieces can turn both chords by
-    for (const auto& chord : joint.chord) {
-      const double shortest = length(chord.value()).lo;
-      turned += shortest > 0.0 ? std::asin(std::min(1.0, 2.0 * held.astray / shortest)) : kNoBound;
+    for (std::size_t side = 0; side < 2; ++side) {
+      const double shortest = length(joint.chord[side].value()).lo, off = joint.astray[side];
+      if (off > 0.0) turned += shortest > 0.0 ? std::asin(std::min(1.0, off / shortest)) : kNoBound;
     }
     const double angle = length(curve.value()).hi + turned;
-    if (held.astray > 0.0 && !(angle < kMostTurn)) return {0.0, kNoBound};
+    if (turned > 0.0 && !(angle < kMostTurn)) return {0.0, kNoBound};
     if (turned > 0.0) unknown += angle_over_sine(angle) * turned;
     const Interval size = length(excess).value;
     worst = {std::max(worst.lo, solver::degrees(std::max(0.0, size.lo - unknown))),
@@ -395,8 +395,12 @@ solver::Interval kink_over(const solver::BoxCourse& course, std::span<const glm:
                            std::size_t points, double enough) {
   std::vector<glm::dvec3> along(rest_excess.begin(), rest_excess.end());
   if (course.from_last) std::reverse(along.begin(), along.end());
-  if (course.held) return kink_of_held(*course.held, along);
-  const double by_bends = course.beside ? kNoBound : kink_by_bends(course, along, points);
+  const bool on_its_curve = !course.stretch.empty() && !course.beside;
+  const double by_bends = on_its_curve ? kink_by_bends(course, along, points) : kNoBound;
+  if (course.held && by_bends > enough) {
+    const Interval held = kink_of_held(*course.held, along);
+    return {held.lo, std::max(held.lo, std::min(held.hi, by_bends))};
+  }
   if (by_bends <= enough || !course.curve || !course.curve->is_finite()) return {0.0, by_bends};
   return {0.0, std::min(by_bends, CourseOnCurve(course).most_kink(along, points))};
 }
