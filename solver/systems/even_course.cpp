@@ -224,6 +224,16 @@ class EvenCourse {
     return known + on * *along;
   }
 
+  /// The most that the posed spine bends between two places, on all panels that it touches there.
+  double bend_between(double from, double to) const {
+    double bend = 0.0;
+    for (std::size_t i = 0; i < bend_.size(); ++i) {
+      const EvenShape::Panel& p = shape_.panel_[i];
+      if (p.to >= from && p.from <= to) bend = std::max(bend, bend_[i]);
+    }
+    return bend;
+  }
+
   /// The check's curve: straight between places at equal steps of the spine. It is shorter than the
   /// spine by little but where a piece holds a corner.
   struct Pieces {
@@ -241,7 +251,7 @@ class EvenCourse {
   /// tangents: with one corner inside, those on its two sides, which bends change by little.
   Pieces pieces_of(std::size_t points) const {
     Pieces out{1.0 / double(points - 1), {}, {}, {}};
-    const double most = *std::max_element(bend_.begin(), bend_.end()) * out.step;
+    const double most = bend_between(0.0, 1.0) * out.step;
     out.smooth = Interval(0.0, most * most / 24.0 * (1.0 + kRounding));
     out.lost = out.smooth;
     for (std::size_t i = 0; i < corner_.size(); ++i) {
@@ -249,7 +259,7 @@ class EvenCourse {
       const double at = shape_.panel_[i].to, number = std::floor(at / out.step);
       const double from = number * out.step, share = std::clamp(at / out.step - number, 0.0, 1.0);
       const Interval apart = Interval(2.0) * sine(Interval(0.5 * corner_[i]));
-      const double bent = std::max(bend_[i], bend_[i + 1]) * out.step;
+      const double bent = bend_between(from, from + out.step) * out.step;
       const Interval differ = Interval(share * (1.0 - share)) * square(apart) +
                               Interval(-1.0, 1.0) * Interval(bent * (apart.hi + bent) + kRounding);
       const Interval chord = square_root(common(Interval(1.0) - differ, Interval(0.0, 1.0)));
@@ -278,13 +288,10 @@ class EvenCourse {
   double deviation(const Pieces& pieces, const Interval& place) const {
     const double from = (std::floor(place.lo / pieces.step) - kRounding) * pieces.step,
                  to = (std::ceil(place.hi / pieces.step) + kRounding) * pieces.step;
-    double bend = 0.0, corner = 0.0;
-    for (std::size_t i = 0; i < corner_.size(); ++i) {
-      const EvenShape::Panel& p = shape_.panel_[i];
-      if (p.to < from || to < p.from) continue;
-      bend = std::max(bend, bend_[i]);
-      if (p.to <= to) corner += corner_[i];
-    }
+    const double bend = bend_between(from, to);
+    double corner = 0.0;
+    for (std::size_t i = 0; i < corner_.size(); ++i)
+      if (const double at = shape_.panel_[i].to; at >= from && at <= to) corner += corner_[i];
     return pieces.step * (bend * pieces.step / 8.0 + corner / 4.0) * (1.0 + kRounding);
   }
 
