@@ -59,10 +59,6 @@ std::vector<Rig> rigs() {
           {"even", {{"bones", 7.0}}, kStraight, Mapping::spread},
           {"even", {{"bones", 9.0}}, kThirds, Mapping::chest},
           {"even", {{"bones", 8.0}}, kThirds, Mapping::spread},
-          {"even", {}, kBent, Mapping::chest},
-          {"even", {{"bones", 11.0}}, kHooked, Mapping::spread},
-          {"even", {}, kForward, Mapping::chest},
-          {"even", {{"bones", 8.0}}, kForward, Mapping::spread},
           {"isner", {}, kStraight, Mapping::chest},
           {"isner", {{"length", word("stretchy")}}, kBent, Mapping::spread},
           {"isner", {{"placement", word("inclusive")}, {"vertebrae", 9.0}}, kBent, Mapping::chest},
@@ -97,7 +93,11 @@ std::vector<Rig> rigs() {
           {"matrix_blend", {{"bones", 3.0}}, kBent, Mapping::chest},
           {"matrix_blend", {{"pivot_pos", 0.0}}, kStraight, Mapping::chest},
           {"matrix_blend", {{"pivot_pos", 0.0}, {"bones", 4.0}}, kBent, Mapping::chest},
-          {"matrix_blend", {{"pivot_pos", 2.0}, {"bones", 9.0}}, kHooked, Mapping::spread}};
+          {"matrix_blend", {{"pivot_pos", 2.0}, {"bones", 9.0}}, kHooked, Mapping::spread},
+          {"even", {}, kBent, Mapping::chest},
+          {"even", {{"bones", 11.0}}, kHooked, Mapping::spread},
+          {"even", {}, kForward, Mapping::chest},
+          {"even", {{"bones", 8.0}}, kForward, Mapping::spread}};
 }
 
 /// The most that BB010 can be, where every joint has this excess at rest, degrees.
@@ -243,9 +243,9 @@ double astray_deg(const BoxCourse::Held::Joint& joint) {
 }
 
 TEST(KinkBounds, ChordsOfAHeldChainTurnAsTheCheckSeesThem) {
-  std::mt19937 random(31);
   std::size_t asked = 0;
   for (const Rig& rig : rigs()) {
+    std::mt19937 random(31);  // its boxes, whatever other rigs there are
     const auto system = rig.build();
     const RigAtRest rest = rig_at_rest(*system);
     const ProofBox whole = read_box("envelope", *find_envelope("human"), *system);
@@ -282,8 +282,12 @@ TEST(KinkBounds, ChordsOfAHeldChainTurnAsTheCheckSeesThem) {
           EXPECT_LE(measured.intended_deg[k + 1], solver::degrees(turns(chord).hi) + slack + 1e-7);
           // A neck of three bones at 60 degrees is far from even on its curve; what a chord over a
           // corner turns by depends on where exactly it ends.
-          const double of_corners = course.stretch.empty() ? 0.0 : 0.5;
-          EXPECT_LT(solver::degrees(turns(chord).width()), bones == 3 ? 5.0 : 0.5 + of_corners);
+          const bool of_corners = !course.stretch.empty();
+          const double widest = bones == 3             ? 5.0
+                                : of_corners           ? 1.0
+                                : rig.joint == kHooked ? 0.4
+                                                       : 0.3;
+          EXPECT_LT(solver::degrees(turns(chord).width()), widest);
           EXPECT_GE(measured.turn_deg[k + 1], solver::degrees(turns(bone).lo) - 1e-7);
           EXPECT_LE(measured.turn_deg[k + 1], solver::degrees(turns(bone).hi) + 1e-7);
           if (astray[0] == 0.0) {
