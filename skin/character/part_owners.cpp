@@ -1,5 +1,7 @@
 #include "skin/character/part_owners.h"
 
+#include <cstddef>
+
 namespace backbend::skin {
 
 using Index = std::size_t;
@@ -25,22 +27,32 @@ std::vector<int> part_owners(const Character& character) {
 }
 
 std::vector<bool> nodes_of_props(const Character& character) {
-  constexpr double kMost = 0.5;
+  constexpr std::ptrdiff_t kLeastBody = 6;  // joints of a body: hips, chest and one of each limb
   const std::vector<int> owner = part_owners(character);
-  std::vector<bool> out(character.nodes.size(), false);
+  std::vector<bool> owns(character.nodes.size(), false), moves(character.nodes.size(), false);
   double vertices = 0.0;
   for (Index part = 0; part < owner.size(); ++part) {
     if (owner[part] < 0) continue;
-    out[static_cast<Index>(owner[part])] = true;
+    owns[static_cast<Index>(owner[part])] = true;
     vertices += character.parts[part].vertex_count;
   }
-  if (vertices >= kMost * static_cast<double>(character.vertex_count()))
-    return std::vector<bool>(out.size(), false);
+  for (const Influences& influences : character.influences)
+    for (Index k = 0; k < kMaxInfluences && influences.weight[k] > 0.0f; ++k)
+      moves[static_cast<Index>(character.joints[influences.joint[k]].node)] = true;
+  std::vector<bool> props = owns;
   for (const SkinJoint& joint : character.joints)
     for (int above = character.nodes[static_cast<Index>(joint.node)].parent; above >= 0;
          above = character.nodes[static_cast<Index>(above)].parent)
-      out[static_cast<Index>(above)] = false;
-  return out;
+      props[static_cast<Index>(above)] = false;
+  if (vertices < 0.5 * static_cast<double>(character.vertex_count())) return props;
+  // A few finely modelled weapons have more vertices than the body that carries them.
+  std::ptrdiff_t body = 0, rigid = 0;
+  for (Index n = 0; n < props.size(); ++n) {
+    if (!moves[n] || props[n]) continue;
+    ++body;
+    if (owns[n]) ++rigid;
+  }
+  return body >= kLeastBody && 2 * rigid < body ? props : std::vector<bool>(props.size(), false);
 }
 
 }  // namespace backbend::skin

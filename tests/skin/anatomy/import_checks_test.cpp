@@ -3,11 +3,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <glm/gtc/matrix_inverse.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "skin/anatomy/driver_coverage.h"
+#include "skin/character/part_owners.h"
 #include "skin/gltf/gltf_reader.h"
 #include "tests/skin/planted_weights.h"
 #include "tests/skin/shared_characters.h"
@@ -110,19 +112,19 @@ TEST(ImportChecks, SayNothingOfTheSizeWhereJointsStandAmidWhatTheyMove) {
 }
 
 /// The figure with a part of its own: points around a place that a new node moves.
-Character with_part(const char* parent, const glm::dvec3& pivot, const glm::dvec3& at,
-                    double reach) {
+Character with_part(const char* parent, const glm::dvec3& pivot, const glm::dvec3& at, double reach,
+                    std::uint32_t count = 20) {
   Character character = stick_figure(3);
   const int node = add_node(character, "prop", parent ? stick_node(character, parent) : -1, pivot);
   character.joints.push_back({node, glm::translate(glm::dmat4(1.0), -pivot)});
   Part part;
   part.first_vertex = static_cast<std::uint32_t>(character.vertex_count());
-  part.vertex_count = 20;
+  part.vertex_count = count;
   character.parts.push_back(part);
   Influences influences;
   influences.joint[0] = static_cast<std::uint16_t>(character.joints.size() - 1);
   influences.weight[0] = 1.0f;
-  for (int k = 0; k < 20; ++k) {
+  for (std::uint32_t k = 0; k < count; ++k) {
     character.bind_position.emplace_back(at + reach * glm::dvec3(std::cos(k), 0.0, std::sin(k)));
     character.bind_normal.emplace_back(0.0f, 1.0f, 0.0f);
     character.influences.push_back(influences);
@@ -150,6 +152,19 @@ TEST(Props, OfAHandWithAPivotAnywhereChangeNothing) {
     EXPECT_EQ(armed.spine, bare.spine);
     EXPECT_TRUE(armed.other_figures.empty());
   }
+}
+
+TEST(Props, MayHaveMoreVerticesThanTheBody) {
+  const auto body = static_cast<std::uint32_t>(stick_figure(3).vertex_count());
+  const Character armed = with_part("hand.R", {0.0, 0.0, 0.0}, {-0.7, 1.3, 0.0}, 0.1, 3 * body);
+  EXPECT_EQ(code_of(armed), "");
+  EXPECT_TRUE(find_anatomy(armed).sure());
+  EXPECT_EQ(std::ranges::count(nodes_of_props(armed), true), 1);
+  // Not where the body is of such parts itself, a fine head among them: a part for each joint.
+  Character robot = with_part("head", {0.0, 1.5, 0.0}, {0.0, 1.6, 0.0}, 0.1, 3 * body);
+  for (std::uint32_t v = 0; v < body; ++v) robot.parts.push_back({"piece", 0, 0, 0, v, 1});
+  for (Influences& influences : robot.influences) influences.weight = {1.0f};
+  EXPECT_EQ(std::ranges::count(nodes_of_props(robot), true), 0);
 }
 
 TEST(Props, OfTheSceneAreLeftOut) {
