@@ -10,6 +10,7 @@
 #include "skin/anatomy/mirror_image.h"
 #include "skin/character/matrix_facts.h"
 #include "validate/clips/clip_frames.h"
+#include "validate/clips/limb_leap.h"
 #include "validate/metrics/chain/chain_corner.h"
 #include "validate/metrics/math/median.h"
 #include "validate/metrics/math/nan.h"
@@ -23,15 +24,6 @@ using skin::origin;
 // A clavicle that turns by less than this over a whole clip was not animated: float files round a
 // hundredth of it.
 constexpr double kAnimatedDeg = 0.05;
-
-/// The nearest spine joint that a node hangs from, -1 for none.
-int spine_above(const skin::Character& character, const skin::Anatomy& anatomy, int node) {
-  for (node = character.nodes[static_cast<Index>(node)].parent; node >= 0;
-       node = character.nodes[static_cast<Index>(node)].parent)
-    if (std::find(anatomy.spine.begin(), anatomy.spine.end(), node) != anatomy.spine.end())
-      return node;
-  return -1;
-}
 
 std::vector<int> arm_roots(const skin::Anatomy& anatomy) {
   std::vector<int> roots;
@@ -438,6 +430,30 @@ bool shakes(std::span<const glm::dquat> turns, Index joints, Index joint) {
   return over_two < kLeftOver * steps;
 }
 
+/// Takes out of a sweep's jumps those that hold and go with a limb's leap, and says so.
+void leave_to_leaps(const skin::Character& character, const skin::Anatomy& anatomy,
+                    const ClipBody& body, const skin::ClipSweep& range, Recording& recording,
+                    SweepRecord& sweep) {
+  std::erase_if(sweep.flips.jumps, [&](Jump& jump) {
+    const Index to = jump.pose + 1;
+    std::erase_if(jump.joints, [&](const JointJump& joint) {
+      if (joint.frames_out > 0) return false;
+      const WatchedJoint& watched = recording.watched[joint.joint];
+      const std::optional<LimbLeap> leap =
+          limb_leap(character, anatomy, body, range, to, watched.node);
+      if (!leap || joint.size_deg > leap->explains_deg) return false;
+      recording.notes.push_back(
+          range.name + ", frame " +
+          std::to_string(sweep.poses[to].frame.value_or(static_cast<int>(to))) + ": " +
+          watched.name + " jumps by " + number_text(joint.size_deg, 3) + " deg with " +
+          leap->joint + ", which turns by " + number_text(leap->turn_deg, 3) +
+          " deg in that step: the motion, not a flip (BB001)");
+      return true;
+    });
+    return jump.joints.empty();
+  });
+}
+
 /// Jumps of a sweep from its frame `skipped` on; poses are those of the whole sweep. `along`: its
 /// seconds, or how far its controls have gone.
 FlipReport find_flips(const ClipBody& body, const std::vector<WatchedJoint>& watched,
@@ -485,6 +501,14 @@ PoseRecord measure_even_bend(const Stage& stage, const ClipBody& body, const Cli
 }
 
 }  // namespace
+
+int spine_above(const skin::Character& character, const skin::Anatomy& anatomy, int node) {
+  for (node = character.nodes[static_cast<Index>(node)].parent; node >= 0;
+       node = character.nodes[static_cast<Index>(node)].parent)
+    if (std::find(anatomy.spine.begin(), anatomy.spine.end(), node) != anatomy.spine.end())
+      return node;
+  return -1;
+}
 
 SweepRecord plan_sweep(const skin::Clip& clip, const skin::ClipSweep& range) {
   SweepRecord out;
@@ -743,6 +767,7 @@ RigRecord measure_clip(const Stage& stage, const skin::Clip& clip, const ClipBod
     set_applies(MetricId::gain, !travel.empty(), sweep.poses);
     sweep.flips =
         find_flips(body, recording.watched, range, travel.empty() ? time : travel, lead, settings);
+    if (travel.empty()) leave_to_leaps(character, anatomy, body, range, recording, sweep);
     if (lead > 0)
       recording.notes.push_back(
           range.name + ": begins with the rest pose; jumps are looked for after the first " +

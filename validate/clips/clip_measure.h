@@ -16,6 +16,9 @@ inline const ClipSystem& clip_system(const RigRecord& clip) {
   return static_cast<const ClipSystem&>(*clip.system);
 }
 
+/// The nearest joint of the spine that a node hangs from; -1 for none.
+int spine_above(const skin::Character& character, const skin::Anatomy& anatomy, int node);
+
 /// The hips in the world, the chain joints above them, neck and head, and the arm roots, as far as
 /// they hang from the spine, each against its base; then all from the second joint on against the
 /// hips. Entry k is joint k of the anatomy's spine.

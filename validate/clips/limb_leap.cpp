@@ -1,0 +1,76 @@
+#include "validate/clips/limb_leap.h"
+
+#include <algorithm>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "validate/clips/clip_measure.h"
+#include "validate/metrics/math/median.h"
+
+namespace backbend::validate {
+
+using Index = std::size_t;
+
+namespace {
+
+/// The turn of a step in degrees; 0 where it does not stand out from those around it.
+double outstanding_turn(const skin::ClipSweep& range, Index to,
+                        const std::function<glm::dquat(Index)>& turn_at) {
+  constexpr Index kAround = 8;
+  constexpr double kStandsOut = 5.0;
+  const auto step = [&](Index end) {
+    return degrees(angle_between(turn_at(range.first + end - 1), turn_at(range.first + end)));
+  };
+  std::vector<double> around;
+  for (Index end = to > kAround ? to - kAround : 1; end < range.count && end <= to + kAround; ++end)
+    if (end != to) around.push_back(step(end));
+  const double here = step(to);
+  return here >= kStandsOut * upper_median(around) ? here : 0.0;
+}
+
+bool hangs_from(const skin::Character& character, int node, int above) {
+  while (node >= 0 && node != above) node = character.nodes[static_cast<Index>(node)].parent;
+  return node >= 0;
+}
+
+}  // namespace
+
+std::optional<LimbLeap> limb_leap(const skin::Character& character, const skin::Anatomy& anatomy,
+                                  const ClipBody& body, const skin::ClipSweep& range,
+                                  std::size_t to, int node) {
+  constexpr double kOfCarried = 1.0 / 3.0, kOfOthers = 1.25, kMostDeg = 15.0;
+  std::optional<LimbLeap> most;
+  const auto offer = [&](int joint, double turn_deg, double share) {
+    const double explains_deg = std::min(share * turn_deg, kMostDeg);
+    if (turn_deg > 0.0 && (!most || explains_deg > most->explains_deg))
+      most = {character.nodes[static_cast<Index>(joint)].name, turn_deg, explains_deg};
+  };
+  const auto against = [&](int joint, int base) {
+    return outstanding_turn(range, to, [&, joint, base](Index f) {
+      return glm::conjugate(body.turn(f, base)) * body.turn(f, joint);
+    });
+  };
+  // Toes and fingers snap with every step and grip: of a leg three joints count, of an arm four.
+  const auto look_at = [&](const std::vector<int>& limb, Index joints) {
+    if (limb.empty()) return;
+    const std::span<const int> counted(limb.data(), std::min(limb.size(), joints));
+    const int end = counted.back(), above = spine_above(character, anatomy, limb.front());
+    if (node == anatomy.spine.front() || hangs_from(character, limb.front(), node)) {
+      const double in_world = outstanding_turn(
+          range, to, [&](Index f) { return body.hips_turn(f) * body.turn(f, end); });
+      const double own = against(end, above < 0 ? anatomy.spine.front() : above);
+      offer(end, std::min(in_world, own), kOfCarried);
+    } else {
+      for (const int joint : counted)
+        offer(joint, against(joint, character.nodes[static_cast<Index>(joint)].parent), kOfOthers);
+    }
+  };
+  look_at(anatomy.left_arm, 4);
+  look_at(anatomy.right_arm, 4);
+  look_at(anatomy.left_leg, 3);
+  look_at(anatomy.right_leg, 3);
+  return most;
+}
+
+}  // namespace backbend::validate
