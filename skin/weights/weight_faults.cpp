@@ -85,7 +85,7 @@ class FaultFinder {
     find_distant(out);
     find_one_sided(out.far);
     find_asymmetry(places_, sides_, out.asymmetry, out.wrong_side);
-    out.order = find_order_faults(places_, anatomy_);
+    out.order = find_order_faults(character_, places_, anatomy_);
     out.levels = find_level_faults(places_, anatomy_);
     out.seams = find_seam_faults(character_, anatomy_, places_);
     return out;

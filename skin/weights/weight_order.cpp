@@ -13,14 +13,15 @@ constexpr double kOverlaps = 0.3;      // of the way between two joints, for a f
 constexpr double kApartInOrder = 0.4;  // of the torso's half width, for joints to have an order
 constexpr double kNothing = 0.02;      // of the weight of the joint above: smeared wholly
 constexpr double kOffBone = 0.6;       // of a bone, between a joint and where its weights begin
-constexpr double kOffBoneMost = 1.4;   // ... at most: what is further off is the body's own way
+constexpr double kOffBoneMost = 1.25;  // ... at most: what is further off is the body's own way
 constexpr double kLongBone = 0.6;      // of the torso's half width: else it has no rows of its own
+constexpr double kSamePlace = 0.05;    // of the spine: a joint so near the one below is its helper
 constexpr double kOnSpine = 0.5;       // of a place's weight, for the spine to move it
 
 class OrderFinder {
  public:
-  OrderFinder(const SkinPlaces& places, const Anatomy& anatomy)
-      : places_(places), anatomy_(anatomy) {}
+  OrderFinder(const Character& character, const SkinPlaces& places, const Anatomy& anatomy)
+      : character_(character), places_(places), anatomy_(anatomy) {}
 
   WeightAnswer find() const {
     WeightAnswer out;
@@ -103,17 +104,37 @@ class OrderFinder {
     return border;
   }
 
+  /// Whether the maker of the skeleton gave joint k of the chain no skin of its own: it stands
+  /// where the one below does, or the hips hang from it.
+  bool is_helper(Index k) const {
+    if (k > 0 && places_.arc[k] - places_.arc[k - 1] < kSamePlace * places_.arc.back()) return true;
+    const auto parent = [&](int node) { return character_.nodes[static_cast<Index>(node)].parent; };
+    int above = parent(anatomy_.spine.front());
+    while (above >= 0 && above != anatomy_.spine[k]) above = parent(above);
+    return above >= 0;
+  }
+
+  /// Whether two and more joints between hips and chest all have no weight: nobody smears them all,
+  /// but many a game figure has a torso of one piece on a skeleton of more.
+  bool is_of_one_piece() const {
+    for (Index k = 1; k < anatomy_.chest_index; ++k)
+      if (places_.total[static_cast<Index>(anatomy_.spine[k])] > 0.0) return false;
+    return anatomy_.chest_index > 2;
+  }
+
   /// Vertebrae smeared wholly into a neighbour: they have no weight left that could be out of
   /// order, but the weights above (or their own) then begin a bone away from where they should. Not
   /// asked of the joint after the hips, whose own area many a body lets begin behind the chain.
   void find_borders(WeightAnswer& out) const {
+    if (is_of_one_piece()) return;
     for (Index k = 2; k <= anatomy_.chest_index && k + 1 < places_.chain.size(); ++k) {
       const double off = border_at(k) - places_.arc[k];
       const double bone =
           off < 0.0 ? places_.arc[k] - places_.arc[k - 1] : places_.arc[k + 1] - places_.arc[k];
-      const auto smeared = static_cast<Index>(anatomy_.spine[off < 0.0 ? k - 1 : k]);
-      if (places_.total[smeared] >
-          kNothing * places_.total[static_cast<Index>(anatomy_.spine[k + 1])])
+      const Index smeared = off < 0.0 ? k - 1 : k;
+      if (places_.total[static_cast<Index>(anatomy_.spine[smeared])] >
+              kNothing * places_.total[static_cast<Index>(anatomy_.spine[k + 1])] ||
+          is_helper(smeared))
         continue;
       if (std::abs(off) < kOffBone * bone || std::abs(off) > kOffBoneMost * bone ||
           bone < kLongBone * places_.half_width)
@@ -126,14 +147,16 @@ class OrderFinder {
     }
   }
 
+  const Character& character_;
   const SkinPlaces& places_;
   const Anatomy& anatomy_;
 };
 
 }  // namespace
 
-WeightAnswer find_order_faults(const SkinPlaces& places, const Anatomy& anatomy) {
-  return OrderFinder(places, anatomy).find();
+WeightAnswer find_order_faults(const Character& character, const SkinPlaces& places,
+                               const Anatomy& anatomy) {
+  return OrderFinder(character, places, anatomy).find();
 }
 
 }  // namespace backbend::skin

@@ -5,6 +5,7 @@
 namespace backbend::skin {
 
 /// WeightFaults::order of a character with weights and a spine.
-WeightAnswer find_order_faults(const SkinPlaces& places, const Anatomy& anatomy);
+WeightAnswer find_order_faults(const Character& character, const SkinPlaces& places,
+                               const Anatomy& anatomy);
 
 }  // namespace backbend::skin

@@ -1185,6 +1185,43 @@ TEST(OrderAlongTheSpine, IsNotAskedOfPiecesOfCostume) {
   EXPECT_GT(find_weight_faults(dressed, anatomy).order.worst(), kOrder);
 }
 
+TEST(OrderAlongTheSpine, IsNotAskedOfATorsoOfOnePiece) {
+  REQUIRE_CHARACTER("quaternius_female_24k.glb");
+  const Character character = read_character(shared_character("quaternius_female_24k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  ASSERT_EQ(anatomy.chest_index, 3u);
+  Character spoiled = character;
+  move_weight(spoiled, anatomy, anatomy.spine[2], anatomy.spine[3], 1.0);
+  EXPECT_GT(find_weight_faults(spoiled, anatomy).order.worst(), kOrder);
+  move_weight(spoiled, anatomy, anatomy.spine[1], anatomy.spine[3], 1.0);
+  EXPECT_LE(find_weight_faults(spoiled, anatomy).order.worst(), kOrder);
+}
+
+TEST(OrderAlongTheSpine, IsNotAskedOfAHelperThatStandsWhereTheHipsDo) {
+  REQUIRE_CHARACTER("quaternius_female_24k.glb");
+  Character character = read_character(shared_character("quaternius_female_24k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  move_weight(character, anatomy, anatomy.spine[1], anatomy.spine[2], 1.0);
+  EXPECT_GT(find_weight_faults(character, anatomy).order.worst(), kOrder);
+  const auto node = [&](std::size_t k) -> Node& {
+    return character.nodes[static_cast<std::size_t>(anatomy.spine[k])];
+  };
+  node(1).world_from_node[3] = node(0).world_from_node[3];
+  EXPECT_LE(find_weight_faults(character, find_anatomy(character)).order.worst(), kOrder);
+}
+
+TEST(OrderAlongTheSpine, IsNotAskedOfARootThatTheHipsHangFrom) {
+  REQUIRE_CHARACTER("quaternius_female_24k.glb");
+  Character character = read_character(shared_character("quaternius_female_24k.glb"));
+  const Anatomy anatomy = find_anatomy(character);
+  move_weight(character, anatomy, anatomy.spine[1], anatomy.spine[2], 1.0);
+  Node& hips = character.nodes[static_cast<std::size_t>(anatomy.spine[0])];
+  Node& root = character.nodes[static_cast<std::size_t>(anatomy.spine[1])];
+  root.parent = hips.parent;
+  hips.parent = anatomy.spine[1];
+  EXPECT_LE(find_weight_faults(character, anatomy).order.worst(), kOrder);
+}
+
 TEST(FarInfluence, OfAPieceOfCostumeIsNamedWhateverJointFarFromItHoldsIt) {
   for (const char* file :
        {"mh_male_13k.glb", "quaternius_female_24k.glb", "mh_female_cmu_13k.glb"}) {
