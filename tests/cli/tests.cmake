@@ -1,5 +1,10 @@
 # The command-line tests: every class of every cli/*_test.py becomes a test of its own, run against
 # the built program, so that none can be written and never run.
+# By the interpreter of the Python module, that is the system's, for one that a version manager puts
+# in front of it takes several times as long to start.
+if(NOT DEFINED Python3_EXECUTABLE AND Python_Interpreter_FOUND)
+  set(Python3_EXECUTABLE ${Python_EXECUTABLE})
+endif()
 find_package(Python3 3.9 REQUIRED COMPONENTS Interpreter)
 
 file(GLOB cli_tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_LIST_DIR}/*_test.py)
