@@ -1,7 +1,5 @@
 #include "skin/character/part_owners.h"
 
-#include <cstddef>
-
 namespace backbend::skin {
 
 using Index = std::size_t;
@@ -27,7 +25,7 @@ std::vector<int> part_owners(const Character& character) {
 }
 
 std::vector<bool> nodes_of_props(const Character& character) {
-  constexpr std::ptrdiff_t kLeastBody = 6;  // joints of a body: hips, chest and one of each limb
+  constexpr int kLeastBody = 6;  // joints of a body: hips, chest and one of each limb
   const std::vector<int> owner = part_owners(character);
   std::vector<bool> owns(character.nodes.size(), false), moves(character.nodes.size(), false);
   double vertices = 0.0;
@@ -46,7 +44,7 @@ std::vector<bool> nodes_of_props(const Character& character) {
       props[static_cast<Index>(above)] = false;
   if (vertices < 0.5 * static_cast<double>(character.vertex_count())) return props;
   // A few finely modelled weapons have more vertices than the body that carries them.
-  std::ptrdiff_t body = 0, rigid = 0;
+  int body = 0, rigid = 0;
   for (Index n = 0; n < props.size(); ++n) {
     if (!moves[n] || props[n]) continue;
     ++body;

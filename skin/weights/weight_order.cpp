@@ -104,10 +104,10 @@ class OrderFinder {
     return border;
   }
 
-  /// Whether the maker of the skeleton gave joint k of the chain no skin of its own: it stands
-  /// where the one below does, or the hips hang from it.
+  /// Whether the maker of the skeleton gave joint k of the chain, not its first, no skin of its
+  /// own: it stands where the one below does, or the hips hang from it.
   bool is_helper(Index k) const {
-    if (k > 0 && places_.arc[k] - places_.arc[k - 1] < kSamePlace * places_.arc.back()) return true;
+    if (places_.arc[k] - places_.arc[k - 1] < kSamePlace * places_.arc.back()) return true;
     const auto parent = [&](int node) { return character_.nodes[static_cast<Index>(node)].parent; };
     int above = parent(anatomy_.spine.front());
     while (above >= 0 && above != anatomy_.spine[k]) above = parent(above);

@@ -1,7 +1,6 @@
 #include "validate/clips/limb_leap.h"
 
 #include <algorithm>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,13 +13,17 @@ using Index = std::size_t;
 
 namespace {
 
-/// The turn of a step in degrees; 0 where it does not stand out from those around it.
-double outstanding_turn(const skin::ClipSweep& range, Index to,
-                        const std::function<glm::dquat(Index)>& turn_at) {
+/// The turn of a joint against another in a step, degrees; 0 where it does not stand out from those
+/// around it.
+double leap_of(const ClipBody& body, const skin::ClipSweep& range, Index to, int joint, int base) {
   constexpr Index kAround = 8;
   constexpr double kStandsOut = 5.0;
+  const auto turn_at = [&](Index frame) {
+    const Index f = range.first + frame;
+    return glm::conjugate(body.turn(f, base)) * body.turn(f, joint);
+  };
   const auto step = [&](Index end) {
-    return degrees(angle_between(turn_at(range.first + end - 1), turn_at(range.first + end)));
+    return degrees(angle_between(turn_at(end - 1), turn_at(end)));
   };
   std::vector<double> around;
   for (Index end = to > kAround ? to - kAround : 1; end < range.count && end <= to + kAround; ++end)
@@ -39,37 +42,33 @@ bool hangs_from(const skin::Character& character, int node, int above) {
 std::optional<LimbLeap> limb_leap(const skin::Character& character, const skin::Anatomy& anatomy,
                                   const ClipBody& body, const skin::ClipSweep& range,
                                   std::size_t to, int node) {
-  constexpr double kOfCarried = 1.0 / 3.0, kOfOthers = 1.25, kMostDeg = 15.0;
+  constexpr double kOfCarried = 1.0 / 3.0, kOfOthers = 1.25, kMostDeg = 15.0, kStillDeg = 1.0;
   std::optional<LimbLeap> most;
   const auto offer = [&](int joint, double turn_deg, double share) {
     const double explains_deg = std::min(share * turn_deg, kMostDeg);
     if (turn_deg > 0.0 && (!most || explains_deg > most->explains_deg))
       most = {character.nodes[static_cast<Index>(joint)].name, turn_deg, explains_deg};
   };
-  const auto against = [&](int joint, int base) {
-    return outstanding_turn(range, to, [&, joint, base](Index f) {
-      return glm::conjugate(body.turn(f, base)) * body.turn(f, joint);
-    });
-  };
   // Toes and fingers snap with every step and grip: of a leg three joints count, of an arm four.
+  constexpr Index kOfArm = 4, kOfLeg = 3;
   const auto look_at = [&](const std::vector<int>& limb, Index joints) {
     if (limb.empty()) return;
     const std::span<const int> counted(limb.data(), std::min(limb.size(), joints));
     const int end = counted.back(), above = spine_above(character, anatomy, limb.front());
+    const auto own_leap = [&](int joint) {
+      return leap_of(body, range, to, joint, character.nodes[static_cast<Index>(joint)].parent);
+    };
     if (node == anatomy.spine.front() || hangs_from(character, limb.front(), node)) {
-      const double in_world = outstanding_turn(
-          range, to, [&](Index f) { return body.hips_turn(f) * body.turn(f, end); });
-      const double own = against(end, above < 0 ? anatomy.spine.front() : above);
-      offer(end, std::min(in_world, own), kOfCarried);
-    } else {
-      for (const int joint : counted)
-        offer(joint, against(joint, character.nodes[static_cast<Index>(joint)].parent), kOfOthers);
+      const int base = above < 0 ? anatomy.spine.front() : above;
+      offer(end, leap_of(body, range, to, end, base), kOfCarried);
+    } else if (joints == kOfLeg || own_leap(limb.front()) < kStillDeg) {
+      for (const int joint : counted) offer(joint, own_leap(joint), kOfOthers);
     }
   };
-  look_at(anatomy.left_arm, 4);
-  look_at(anatomy.right_arm, 4);
-  look_at(anatomy.left_leg, 3);
-  look_at(anatomy.right_leg, 3);
+  look_at(anatomy.left_arm, kOfArm);
+  look_at(anatomy.right_arm, kOfArm);
+  look_at(anatomy.left_leg, kOfLeg);
+  look_at(anatomy.right_leg, kOfLeg);
   return most;
 }
 

@@ -19,15 +19,13 @@ struct LimbLeap {
 ///
 /// A rig that flips takes along what hangs from the joint; an animator who lets a blow land from
 /// one frame to the next turns the whole figure. A leap is a turn that stands out from the steps
-/// around it (five times their median, of up to eight on either side):
+/// around it, five times their median, of up to eight on either side:
 ///
-/// - of a limb that hangs elsewhere, of one of its joints against the joint above; it explains as
-///   much and a quarter more;
-/// - of a limb that hangs from the joint, of its last joint, both in the world and against the
-/// joint
-///   of the spine that it hangs from, by the smaller of both: what is carried along turns in the
-///   world alone, what inverse kinematics hold in place against the spine alone. It explains a
-///   third.
+/// - of a limb that hangs elsewhere, of one of its joints against the joint above. It explains as
+///   much and a quarter more. An arm whose first joint leaps does not count: both may flip at once;
+/// - of a limb that hangs from the joint, of its last joint against its base on the spine. It
+///   explains a third: what is only carried along does not turn against its base, and what inverse
+///   kinematics hold in place turns back by as much as the jump.
 ///
 /// Nothing explains more than 15 degrees: a flip that matters is wider, and of lively game
 /// animation one step in twenty leaps.

@@ -90,6 +90,13 @@ TEST(LimbLeap, OfALegExplainsAsMuchInTheChest) {
   EXPECT_EQ(Figure({{"spine_3", {10.0}}, {"shin.R", {12.0}}}).jumps(), 0u);
   EXPECT_EQ(Figure({{"clavicle.R", {10.0}}, {"arm.L", {12.0}}}).jumps(), 0u);
   EXPECT_EQ(Figure({{"clavicle.R", {10.0}}, {"arm.R", {12.0}}}).jumps(), 1u);
+  // Both clavicles at once, with arms that are held where they are or not.
+  EXPECT_EQ(Figure({{"clavicle.R", {10.0}}, {"clavicle.L", {10.0}}}).jumps(), 1u);
+  EXPECT_EQ(
+      Figure(
+          {{"clavicle.R", {10.0}}, {"clavicle.L", {10.0}}, {"arm.R", {-10.0}}, {"arm.L", {-10.0}}})
+          .jumps(),
+      1u);
 }
 
 TEST(LimbLeap, ExplainsNoWideFlipAndNoPop) {
