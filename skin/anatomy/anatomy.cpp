@@ -17,6 +17,7 @@
 #include "skin/anatomy/rig_templates.h"
 #include "skin/anatomy/skeleton_shape.h"
 #include "skin/anatomy/spine_finder.h"
+#include "skin/character/ancestor.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/printable.h"
 
@@ -80,7 +81,7 @@ class Finder {
     SpineEnds ends = find_spine_ends(character_, shape_, limbs_);
     if (ends.head >= 0)  // ears and horns, where no name told the head before
       std::erase_if(limbs_, [&](const LimbPair& limb) {
-        return shape_.is_ancestor(character_, ends.head, limb.pair.parent);
+        return is_ancestor(character_, ends.head, limb.pair.parent);
       });
     const HintedSpine hinted = resolve_spine_hints(character_, hints_);
     if (!hinted.chain.empty()) {
@@ -96,7 +97,7 @@ class Finder {
                              ", head " + name(named->head));
     }
     if (hinted.hip >= 0) ends.hip = hinted.hip;
-    if (hinted.chest >= 0 && !shape_.is_ancestor(character_, hinted.chest, ends.head))
+    if (hinted.chest >= 0 && !is_ancestor(character_, hinted.chest, ends.head))
       ends.head = hinted.chest;  // nothing is known beyond it
     out_.reasons = std::move(ends.reasons);
     if (ends.hip < 0 || ends.head < 0) refuse(ends.doubt);
@@ -119,8 +120,7 @@ class Finder {
   /// path_between(), empty where it would have to lead over a limb.
   std::vector<int> central_path(int hip, int head) const {
     auto path = path_between(character_, hip, head);
-    if (shape_.is_ancestor(character_, hip, head) || shape_.is_ancestor(character_, head, hip))
-      return path;
+    if (is_ancestor(character_, hip, head) || is_ancestor(character_, head, hip)) return path;
     for (const int node : path) {
       const bool paired = std::any_of(
           shape_.pairs.begin(), shape_.pairs.end(),
@@ -173,7 +173,7 @@ class Finder {
   /// stands above the hips.
   int branch_beside_hips(int node) const {
     int branch = -1;
-    for (; node >= 0 && !shape_.is_ancestor(character_, node, out_.spine.front());
+    for (; node >= 0 && !is_ancestor(character_, node, out_.spine.front());
          node = character_.nodes[static_cast<Index>(node)].parent)
       branch = node;
     return branch;
@@ -187,10 +187,9 @@ class Finder {
     const auto is_own = [&](const LimbPair& limb) {
       const int parent = limb.pair.parent;
       return !shape_.is_joint[static_cast<Index>(parent)] ||
-             shape_.is_ancestor(character_, parent, out_.spine.front()) ||
-             std::ranges::any_of(out_.spine, [&](int node) {
-               return shape_.is_ancestor(character_, node, parent);
-             });
+             is_ancestor(character_, parent, out_.spine.front()) ||
+             std::ranges::any_of(out_.spine,
+                                 [&](int node) { return is_ancestor(character_, node, parent); });
     };
     std::vector<LimbPair> own;
     std::ranges::copy_if(limbs_, std::back_inserter(own), is_own);
@@ -358,10 +357,10 @@ class Finder {
       const NameFacts& facts = shape_.name[n];
       if (facts.part != BodyPart::clavicle || facts.side != side || facts.control || facts.helper ||
           facts.front || facts.back || !(shape_.weight[n] > 0.0) || node == root ||
-          shape_.is_ancestor(character_, node, root) || is_other_figure(node))
+          is_ancestor(character_, node, root) || is_other_figure(node))
         continue;
       // Below the root there is the rest of the arm; a mechanism carries its clavicle in its place.
-      if (mechanism ? !is_copy(character_, root, node) : shape_.is_ancestor(character_, root, node))
+      if (mechanism ? !is_copy(character_, root, node) : is_ancestor(character_, root, node))
         continue;
       if (best < 0 || shape_.weight[n] > shape_.weight[static_cast<Index>(best)]) best = node;
     }
@@ -370,7 +369,7 @@ class Finder {
 
   bool hangs_from_spine(const MirrorPair& pair) const {
     return std::any_of(out_.spine.begin() + 1, out_.spine.end(),
-                       [&](int node) { return shape_.is_ancestor(character_, node, pair.parent); });
+                       [&](int node) { return is_ancestor(character_, node, pair.parent); });
   }
 
   /// A fish: limbs hang from the chain behind the hips, none from the way to the head. Its body,
@@ -379,7 +378,7 @@ class Finder {
     if (!hints_.chest.empty() || !hints_.spine.empty() || arm_pair_.parent < 0) return;
     if (hangs_from_spine(arm_pair_)) return;
     const int hip = out_.spine.front();
-    if (arm_pair_.parent == hip || !shape_.is_ancestor(character_, hip, arm_pair_.parent)) return;
+    if (arm_pair_.parent == hip || !is_ancestor(character_, hip, arm_pair_.parent)) return;
     auto path = path_down(character_, hip, arm_pair_.parent);
     for (auto next = forward_children(path.back()); next.size() == 1;
          next = forward_children(path.back()))
@@ -413,8 +412,8 @@ class Finder {
     if (root < 0 || on_spine(root)) return;
     // What stands between the body and the first joint called tail belongs to it.
     for (int above = character_.nodes[static_cast<Index>(root)].parent;
-         above >= 0 && !shape_.is_ancestor(character_, above, out_.spine.front()) &&
-         !on_spine(above) && shape_.is_joint[static_cast<Index>(above)];
+         above >= 0 && !is_ancestor(character_, above, out_.spine.front()) && !on_spine(above) &&
+         shape_.is_joint[static_cast<Index>(above)];
          above = character_.nodes[static_cast<Index>(above)].parent)
       root = above;
     out_.tail = limb_chain(root);
@@ -512,7 +511,7 @@ class Finder {
         !(arc_length(points(out_.spine, static_cast<Index>(hang) + 1)) > 1e-6 * shape_.size)) {
       // With legs that hang from elsewhere the torso is there, too: a neck was taken for it.
       if (hints_.spine.empty() && hints_.hip.empty() && !out_.left_leg.empty() &&
-          !shape_.is_ancestor(character_, out_.spine.front(), out_.left_leg.front()))
+          !is_ancestor(character_, out_.spine.front(), out_.left_leg.front()))
         doubt("the arms start where the spine from " + name(out_.spine.front()) + " to " +
               name(out_.spine.back()) +
               " starts: it may be the neck; --hip, --chest or --spine choose another");
@@ -550,7 +549,7 @@ class Finder {
     for (const auto* chain : {&out_.left_arm, &out_.right_arm})
       for (Index k = 1; k < chain->size(); ++k) {
         const int above = (*chain)[k - 1], below = (*chain)[k];
-        if (shape_.is_ancestor(character_, above, below)) continue;
+        if (is_ancestor(character_, above, below)) continue;
         out_.followers.push_back({below, above});
         say("loose joint " + name(below) + " goes with " + name(above) + ", the clavicle");
       }

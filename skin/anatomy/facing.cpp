@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "skin/character/ancestor.h"
 #include "skin/character/printable.h"
 
 namespace backbend::skin {
@@ -183,8 +184,7 @@ glm::dvec3 sole_direction(const Character& character, const SkeletonShape& shape
     for (Index v = 0; v < shape.rest.size(); ++v) {
       const glm::dvec3 p(shape.rest[v]);
       const int joint = character.joints[character.influences[v].joint[0]].node;
-      if (glm::dot(p, up) > sole_height || !shape.is_ancestor(character, leg->front(), joint))
-        continue;
+      if (glm::dot(p, up) > sole_height || !is_ancestor(character, leg->front(), joint)) continue;
       sole += p;
       count += 1.0;
     }

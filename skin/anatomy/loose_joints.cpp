@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "skin/anatomy/arm_attachment.h"
+#include "skin/character/ancestor.h"
 #include "skin/character/printable.h"
 
 namespace backbend::skin {
@@ -105,7 +106,7 @@ class LooseJoints {
   /// carry half a body's mechanism: each that moves something is placed by itself.
   bool is_loose(Index n) const {
     return shape_.is_joint[n] && shape_.weight[n] > 0.0 && !aside_[n] &&
-           !shape_.is_ancestor(character_, static_cast<int>(n), hip_);
+           !is_ancestor(character_, static_cast<int>(n), hip_);
   }
 
   /// The driven joint that a mechanism's joint above this one is the copy of.

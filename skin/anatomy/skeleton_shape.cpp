@@ -11,6 +11,7 @@
 #include <string>
 #include <string_view>
 
+#include "skin/character/ancestor.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/part_owners.h"
 #include "skin/deform/skinning.h"
@@ -219,13 +220,12 @@ void find_parted_pairs(const Character& character, SkeletonShape& shape) {
     const int parent = character.nodes[n].parent;
     if (parent == character.nodes[static_cast<std::size_t>(right)].parent) continue;
     int above = parent;
-    while (above >= 0 &&
-           (other[static_cast<std::size_t>(above)] < 0 ||
-            !shape.is_ancestor(character, other[static_cast<std::size_t>(above)], right)))
+    while (above >= 0 && (other[static_cast<std::size_t>(above)] < 0 ||
+                          !is_ancestor(character, other[static_cast<std::size_t>(above)], right)))
       above = character.nodes[static_cast<std::size_t>(above)].parent;
     if (above >= 0) continue;  // further down a limb that is known
     int common = parent;
-    while (common >= 0 && !shape.is_ancestor(character, common, right))
+    while (common >= 0 && !is_ancestor(character, common, right))
       common = character.nodes[static_cast<std::size_t>(common)].parent;
     if (common < 0) common = root_of(character, static_cast<int>(n));
     shape.pairs.push_back({common, static_cast<int>(n), right, true});
@@ -312,12 +312,6 @@ void find_mechanism(const Character& character, SkeletonShape& shape) {
 }
 
 }  // namespace
-
-bool SkeletonShape::is_ancestor(const Character& character, int above, int below) const {
-  while (below >= 0 && below != above)
-    below = character.nodes[static_cast<std::size_t>(below)].parent;
-  return below == above && above >= 0;
-}
 
 void measure_box(SkeletonShape& shape, const std::vector<bool>& left_out) {
   glm::dvec3 low(std::numeric_limits<double>::infinity()), high = -low;

@@ -34,8 +34,6 @@ struct SkeletonShape {
   glm::dvec3 low{0.0}, high{0.0};  // the box of all others
   double size = 0.0;               // the box's largest side
   std::vector<MirrorPair> pairs;
-
-  bool is_ancestor(const Character& character, int above, int below) const;
 };
 
 /// Measures a character's skeleton. Throws CharacterError where it has no joints.

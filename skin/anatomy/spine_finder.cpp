@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "skin/anatomy/anatomy_hints.h"
+#include "skin/character/ancestor.h"
 #include "skin/character/printable.h"
 
 namespace backbend::skin {
@@ -195,7 +196,7 @@ int head_by_face(const Character& character, const SkeletonShape& shape) {
     const BodyPart part = shape.name[n].part;
     if (part != BodyPart::none && part != BodyPart::face && part != BodyPart::head &&
         shape.weight_below[n] > 0.0 && static_cast<int>(n) != head &&
-        shape.is_ancestor(character, head, static_cast<int>(n)))
+        is_ancestor(character, head, static_cast<int>(n)))
       return -1;
   }
   return head;
@@ -243,7 +244,7 @@ class EndFinder {
     for (Index n = 0; n < shape_.is_joint.size(); ++n)
       if (is_of_body(static_cast<int>(n))) joints.push_back(static_cast<int>(n));
     for (Index k = 1; k < joints.size(); ++k)
-      if (!shape_.is_ancestor(character_, joints[k - 1], joints[k])) return false;
+      if (!is_ancestor(character_, joints[k - 1], joints[k])) return false;
     if (joints.size() < 2) return false;
     // Without names a few joints in a row are a hinge as well as a spine: a chest's lid, a door.
     constexpr Index kLeastWithoutNames = 4;
@@ -269,16 +270,14 @@ class EndFinder {
     // Two pairs of limbs on one line fix the body between them; the head lies beyond the upper.
     int upper = -1, lower = -1;
     for (const LimbPair& limb : limbs_) {
-      if (upper < 0 || shape_.is_ancestor(character_, upper, limb.pair.parent))
-        upper = limb.pair.parent;
-      if (lower < 0 || shape_.is_ancestor(character_, limb.pair.parent, lower))
-        lower = limb.pair.parent;
+      if (upper < 0 || is_ancestor(character_, upper, limb.pair.parent)) upper = limb.pair.parent;
+      if (lower < 0 || is_ancestor(character_, limb.pair.parent, lower)) lower = limb.pair.parent;
     }
     if (limbs_.size() == 2 && upper == lower) {
       find_head_of_parted_body();
       if (out_.head >= 0) return;
     }
-    if (limbs_.size() < 2 || upper == lower || !shape_.is_ancestor(character_, lower, upper)) {
+    if (limbs_.size() < 2 || upper == lower || !is_ancestor(character_, lower, upper)) {
       out_.head = head_by_neck(shape_);
       if (out_.head >= 0) {
         say("head: " + quoted_name(character_, out_.head) + ", by the name of the neck");
@@ -319,7 +318,7 @@ class EndFinder {
       if (parent == upper && is_limb_name(shape_.name[static_cast<Index>(limb.pair.left)].part))
         return false;
       if (parent == upper && is_jaw && !stands_up(limb.pair.left)) return false;
-      if (parent != upper && shape_.is_ancestor(character_, parent, upper) &&
+      if (parent != upper && is_ancestor(character_, parent, upper) &&
           std::ranges::find(below, parent) == below.end())
         below.push_back(parent);
     }
@@ -431,7 +430,7 @@ class EndFinder {
       if (limb.kind == LimbPair::Kind::leg) return -1;
       if (limb.kind == LimbPair::Kind::arm) continue;
       if (shape_.is_joint[static_cast<Index>(limb.pair.parent)] &&
-          shape_.is_ancestor(character_, limb.pair.parent, out_.head)) {
+          is_ancestor(character_, limb.pair.parent, out_.head)) {
         beside_spine = std::max(beside_spine, distance(limb));
       } else if (distance(limb) > apart &&
                  shape_.weight_below[static_cast<Index>(limb.pair.left)] > 0.0) {
@@ -452,8 +451,7 @@ class EndFinder {
       if (limb.kind == LimbPair::Kind::arm || (by_name && !named)) continue;
       // Legs on a root of their own say nothing of where on the body they start.
       if (common_ancestor(character_, limb.pair.parent, out_.head) < 0) continue;
-      if (lowest < 0 || (named && !by_name) ||
-          shape_.is_ancestor(character_, limb.pair.parent, lowest))
+      if (lowest < 0 || (named && !by_name) || is_ancestor(character_, limb.pair.parent, lowest))
         lowest = limb.pair.parent;
       by_name |= named;
     }
@@ -471,13 +469,13 @@ class EndFinder {
 std::vector<LimbPair> find_limbs(const Character& character, const SkeletonShape& shape, int head) {
   std::vector<LimbPair> out;
   const auto add = [&](const MirrorPair& pair, LimbPair::Kind kind) {
-    if (head >= 0 && (shape.is_ancestor(character, head, pair.parent) ||
-                      shape.is_ancestor(character, pair.left, head) ||
-                      shape.is_ancestor(character, pair.right, head)))
+    if (head >= 0 &&
+        (is_ancestor(character, head, pair.parent) || is_ancestor(character, pair.left, head) ||
+         is_ancestor(character, pair.right, head)))
       return;  // on the head, or the neck itself
     const bool on_a_limb = std::any_of(out.begin(), out.end(), [&](const LimbPair& limb) {
-      return shape.is_ancestor(character, limb.pair.left, pair.parent) ||
-             shape.is_ancestor(character, limb.pair.right, pair.parent);
+      return is_ancestor(character, limb.pair.left, pair.parent) ||
+             is_ancestor(character, limb.pair.right, pair.parent);
     });
     if (!on_a_limb) out.push_back({pair, kind});
   };

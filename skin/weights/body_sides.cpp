@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "skin/character/ancestor.h"
 #include "skin/character/closest_point.h"
 #include "skin/character/point_cells.h"
 #include "skin/character/printable.h"
@@ -52,10 +53,7 @@ bool BodySides::is_asked(int node) const {
 }
 
 bool BodySides::above_hips(int node) const {
-  for (int n = character_.nodes[static_cast<Index>(anatomy_.spine.front())].parent; n >= 0;
-       n = character_.nodes[static_cast<Index>(n)].parent)
-    if (n == node) return true;
-  return false;
+  return node != anatomy_.spine.front() && is_ancestor(character_, node, anatomy_.spine.front());
 }
 
 bool BodySides::is_left_out(Index place) const {

@@ -1,4 +1,5 @@
 #include "skin/weights/weight_order.h"
+#include "skin/character/ancestor.h"
 
 #include <algorithm>
 #include <cmath>
@@ -107,11 +108,8 @@ class OrderFinder {
   /// Whether the maker of the skeleton gave joint k of the chain, not its first, no skin of its
   /// own: it stands where the one below does, or the hips hang from it.
   bool is_helper(Index k) const {
-    if (places_.arc[k] - places_.arc[k - 1] < kSamePlace * places_.arc.back()) return true;
-    const auto parent = [&](int node) { return character_.nodes[static_cast<Index>(node)].parent; };
-    int above = parent(anatomy_.spine.front());
-    while (above >= 0 && above != anatomy_.spine[k]) above = parent(above);
-    return above >= 0;
+    return places_.arc[k] - places_.arc[k - 1] < kSamePlace * places_.arc.back() ||
+           is_ancestor(character_, anatomy_.spine[k], anatomy_.spine.front());
   }
 
   /// Whether two and more joints between hips and chest all have no weight: nobody smears them all,

@@ -8,9 +8,10 @@
 #include <limits>
 
 #include "skin/anatomy/mirror_image.h"
+#include "skin/character/ancestor.h"
 #include "skin/character/matrix_facts.h"
+#include "validate/clips/arm_leap.h"
 #include "validate/clips/clip_frames.h"
-#include "validate/clips/limb_leap.h"
 #include "validate/metrics/chain/chain_corner.h"
 #include "validate/metrics/math/median.h"
 #include "validate/metrics/math/nan.h"
@@ -173,11 +174,8 @@ class JointMeasures {
 
  private:
   bool carries_all(int node) const {
-    return std::ranges::all_of(anatomy_.spine, [&](int other) {
-      while (other >= 0 && other != node)
-        other = character_.nodes[static_cast<Index>(other)].parent;
-      return other >= 0;
-    });
+    return std::ranges::all_of(
+        anatomy_.spine, [&](int other) { return skin::is_ancestor(character_, node, other); });
   }
 
   bool stands_with_hips(int node) const {
@@ -430,7 +428,7 @@ bool shakes(std::span<const glm::dquat> turns, Index joints, Index joint) {
   return over_two < kLeftOver * steps;
 }
 
-/// Takes out of a sweep's jumps those that hold and go with a limb's leap, and says so.
+/// Takes out of a sweep's jumps those that hold and go with an arm's leap, and says so.
 void leave_to_leaps(const skin::Character& character, const skin::Anatomy& anatomy,
                     const ClipBody& body, const skin::ClipSweep& range, Recording& recording,
                     SweepRecord& sweep) {
@@ -439,8 +437,8 @@ void leave_to_leaps(const skin::Character& character, const skin::Anatomy& anato
     std::erase_if(jump.joints, [&](const JointJump& joint) {
       if (joint.frames_out > 0) return false;
       const WatchedJoint& watched = recording.watched[joint.joint];
-      const std::optional<LimbLeap> leap =
-          limb_leap(character, anatomy, body, range, to, watched.node);
+      const std::optional<ArmLeap> leap =
+          arm_leap(character, anatomy, body, range, to, watched.node);
       if (!leap || joint.size_deg > leap->explains_deg) return false;
       recording.notes.push_back(
           range.name + ", frame " +
@@ -767,7 +765,8 @@ RigRecord measure_clip(const Stage& stage, const skin::Clip& clip, const ClipBod
     set_applies(MetricId::gain, !travel.empty(), sweep.poses);
     sweep.flips =
         find_flips(body, recording.watched, range, travel.empty() ? time : travel, lead, settings);
-    if (travel.empty()) leave_to_leaps(character, anatomy, body, range, recording, sweep);
+    // Of a rig whose controls are recorded nobody animates the arms.
+    if (clip.control.empty()) leave_to_leaps(character, anatomy, body, range, recording, sweep);
     if (lead > 0)
       recording.notes.push_back(
           range.name + ": begins with the rest pose; jumps are looked for after the first " +

@@ -12,6 +12,7 @@
 
 #include "skin/anatomy/anatomy.h"
 #include "skin/anatomy/spine_finder.h"
+#include "skin/character/ancestor.h"
 #include "tests/skin/stick_figure.h"
 
 namespace backbend::skin {
@@ -111,7 +112,7 @@ TEST(SkeletonShape, IsWhatCountingGives) {
         }
       int farthest = n;
       for (int m = 0; m < count; ++m) {
-        EXPECT_EQ(shape.is_ancestor(c, n, m), above(n, m));
+        EXPECT_EQ(is_ancestor(c, n, m), above(n, m));
         std::vector<int> path;
         for (int k = m; above(n, m) && k >= 0; k = k == n ? -1 : c.nodes[z(k)].parent)
           path.insert(path.begin(), k);
@@ -128,8 +129,8 @@ TEST(SkeletonShape, IsWhatCountingGives) {
       for (const int child : shape.children[z(n)]) EXPECT_EQ(c.nodes[z(child)].parent, n);
       EXPECT_EQ(shape.position[z(n)], glm::dvec3(c.nodes[z(n)].world_from_node[3]));
     }
-    EXPECT_FALSE(shape.is_ancestor(c, -1, 0));
-    EXPECT_FALSE(shape.is_ancestor(c, -1, -1));
+    EXPECT_FALSE(is_ancestor(c, -1, 0));
+    EXPECT_FALSE(is_ancestor(c, -1, -1));
   }
   Character none;
   none.file_name = "none.glb";

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <optional>
 
+#include "skin/character/ancestor.h"
 #include "skin/character/closest_point.h"
 #include "skin/character/matrix_facts.h"
 #include "skin/character/part_owners.h"
@@ -182,10 +183,7 @@ WeightHygiene examine_weights(const skin::Character& character,
       node = character.nodes[static_cast<std::size_t>(node)].parent;
     parent.push_back(node < 0 ? -1 : joint_of_node[static_cast<std::size_t>(node)]);
   }
-  const auto on_head = [&](int node) {
-    while (node >= 0 && node != head) node = character.nodes[static_cast<std::size_t>(node)].parent;
-    return node >= 0;
-  };
+  const auto on_head = [&](int node) { return skin::is_ancestor(character, head, node); };
   std::vector<std::uint16_t> stands_for;  // of each joint
   std::optional<std::uint16_t> first_on_head;
   for (std::size_t j = 0; j < character.joints.size(); ++j) {

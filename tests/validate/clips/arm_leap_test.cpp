@@ -1,5 +1,5 @@
 // A blow that lands from one frame to the next turns the spine, too; a flip turns the spine alone.
-#include "validate/clips/limb_leap.h"
+#include "validate/clips/arm_leap.h"
 
 #include <gtest/gtest.h>
 
@@ -62,10 +62,17 @@ struct Figure {
     Progress progress(Progress::Style::none);
     return measure_clip(stage, clip, body, nullptr, progress);
   }
+  /// With a control of the spine on record, still throughout.
+  Figure with_control() const {
+    Figure out = *this;
+    out.clip.control = {"extension"};
+    out.clip.control_value.assign(out.clip.frame_count(), 0.0);
+    return out;
+  }
   Index jumps() const { return measured().sweeps.front().flips.jumps.size(); }
 };
 
-TEST(LimbLeap, OfAHandExplainsAThirdOfItInTheHips) {
+TEST(ArmLeap, OfAHandExplainsAThirdOfItInTheHips) {
   EXPECT_EQ(Figure({}).jumps(), 0u);
   EXPECT_EQ(Figure({{"hips", {9.0}}}).jumps(), 1u);
   EXPECT_EQ(Figure({{"hips", {9.0}}, {"arm.L", {25.0}}}).jumps(), 1u);
@@ -78,16 +85,15 @@ TEST(LimbLeap, OfAHandExplainsAThirdOfItInTheHips) {
   EXPECT_NE(notes.find("with hand.L, which turns by"), std::string::npos) << notes;
 }
 
-TEST(LimbLeap, OfAHandThatIsHeldInPlaceExplainsNothing) {
+TEST(ArmLeap, OfAHandThatIsHeldInPlaceExplainsNothing) {
   // The arm turns back what the hips turn it by: against the chest it leaps, in the world it rests.
   EXPECT_EQ(Figure({{"hips", {9.0}}, {"arm.L", {-9.0}}, {"arm.R", {-9.0}}}).jumps(), 1u);
   EXPECT_EQ(Figure({{"hips", {12.0}}, {"arm.L", {-60.0}}, {"hand.L", {48.0}}}).jumps(), 1u);
 }
 
-TEST(LimbLeap, OfALegExplainsAsMuchInTheChest) {
-  EXPECT_EQ(Figure({{"spine_3", {10.0}}}).jumps(), 1u);
-  EXPECT_EQ(Figure({{"spine_3", {10.0}}, {"shin.R", {5.0}}}).jumps(), 1u);
-  EXPECT_EQ(Figure({{"spine_3", {10.0}}, {"shin.R", {12.0}}}).jumps(), 0u);
+TEST(ArmLeap, OfTheOtherArmExplainsAsMuchInAClavicle) {
+  EXPECT_EQ(Figure({{"clavicle.R", {10.0}}}).jumps(), 1u);
+  EXPECT_EQ(Figure({{"clavicle.R", {10.0}}, {"arm.L", {5.0}}}).jumps(), 1u);
   EXPECT_EQ(Figure({{"clavicle.R", {10.0}}, {"arm.L", {12.0}}}).jumps(), 0u);
   EXPECT_EQ(Figure({{"clavicle.R", {10.0}}, {"arm.R", {12.0}}}).jumps(), 1u);
   // Both clavicles at once, with arms that are held where they are or not.
@@ -99,9 +105,21 @@ TEST(LimbLeap, OfALegExplainsAsMuchInTheChest) {
       1u);
 }
 
-TEST(LimbLeap, ExplainsNoWideFlipAndNoPop) {
-  EXPECT_EQ(Figure({{"spine_2", {20.0}}, {"shin.L", {90.0}}, {"arm.L", {90.0}}}).jumps(), 1u);
-  const Index jumps = Figure({{"spine_2", {10.0, 1}}, {"shin.L", {60.0, 1}}}).jumps();
+TEST(ArmLeap, ExplainsNothingInTheNeckNorALegAnything) {
+  EXPECT_EQ(Figure({{"head", {10.0}}, {"arm.L", {60.0}}}).jumps(), 1u);
+  EXPECT_EQ(Figure({{"spine_3", {10.0}}, {"shin.R", {60.0}}}).jumps(), 1u);
+  EXPECT_EQ(Figure({{"hips", {10.0}}, {"shin.R", {60.0}}, {"foot.R", {60.0}}}).jumps(), 1u);
+}
+
+TEST(ArmLeap, ExplainsNothingWhereControlsAreRecorded) {
+  const Figure blow({{"hips", {9.0}}, {"arm.L", {60.0}}});
+  EXPECT_EQ(blow.jumps(), 0u);
+  EXPECT_GE(blow.with_control().jumps(), 1u);
+}
+
+TEST(ArmLeap, ExplainsNoWideFlipAndNoPop) {
+  EXPECT_EQ(Figure({{"spine_2", {20.0}}, {"arm.L", {90.0}}}).jumps(), 1u);
+  const Index jumps = Figure({{"spine_2", {10.0, 1}}, {"arm.L", {60.0, 1}}}).jumps();
   EXPECT_GE(jumps, 1u);
 }
 

@@ -1,9 +1,10 @@
-#include "validate/clips/limb_leap.h"
+#include "validate/clips/arm_leap.h"
 
 #include <algorithm>
 #include <span>
 #include <vector>
 
+#include "skin/character/ancestor.h"
 #include "validate/clips/clip_measure.h"
 #include "validate/metrics/math/median.h"
 
@@ -32,43 +33,35 @@ double leap_of(const ClipBody& body, const skin::ClipSweep& range, Index to, int
   return here >= kStandsOut * upper_median(around) ? here : 0.0;
 }
 
-bool hangs_from(const skin::Character& character, int node, int above) {
-  while (node >= 0 && node != above) node = character.nodes[static_cast<Index>(node)].parent;
-  return node >= 0;
-}
-
 }  // namespace
 
-std::optional<LimbLeap> limb_leap(const skin::Character& character, const skin::Anatomy& anatomy,
-                                  const ClipBody& body, const skin::ClipSweep& range,
-                                  std::size_t to, int node) {
+std::optional<ArmLeap> arm_leap(const skin::Character& character, const skin::Anatomy& anatomy,
+                                const ClipBody& body, const skin::ClipSweep& range, std::size_t to,
+                                int node) {
   constexpr double kOfCarried = 1.0 / 3.0, kOfOthers = 1.25, kMostDeg = 15.0, kStillDeg = 1.0;
-  std::optional<LimbLeap> most;
+  std::optional<ArmLeap> most;
   const auto offer = [&](int joint, double turn_deg, double share) {
     const double explains_deg = std::min(share * turn_deg, kMostDeg);
     if (turn_deg > 0.0 && (!most || explains_deg > most->explains_deg))
       most = {character.nodes[static_cast<Index>(joint)].name, turn_deg, explains_deg};
   };
-  // Toes and fingers snap with every step and grip: of a leg three joints count, of an arm four.
-  constexpr Index kOfArm = 4, kOfLeg = 3;
-  const auto look_at = [&](const std::vector<int>& limb, Index joints) {
-    if (limb.empty()) return;
-    const std::span<const int> counted(limb.data(), std::min(limb.size(), joints));
-    const int end = counted.back(), above = spine_above(character, anatomy, limb.front());
+  // Fingers snap with every grip.
+  constexpr Index kToHand = 4;
+  const bool is_arm = std::ranges::find(anatomy.spine, node) == anatomy.spine.end();
+  for (const std::vector<int>* arm : {&anatomy.left_arm, &anatomy.right_arm}) {
+    if (arm->empty()) continue;
+    const std::span<const int> counted(arm->data(), std::min(arm->size(), kToHand));
     const auto own_leap = [&](int joint) {
       return leap_of(body, range, to, joint, character.nodes[static_cast<Index>(joint)].parent);
     };
-    if (node == anatomy.spine.front() || hangs_from(character, limb.front(), node)) {
+    if (node == anatomy.spine.front() || skin::is_ancestor(character, node, arm->front())) {
+      const int hand = counted.back(), above = spine_above(character, anatomy, arm->front());
       const int base = above < 0 ? anatomy.spine.front() : above;
-      offer(end, leap_of(body, range, to, end, base), kOfCarried);
-    } else if (joints == kOfLeg || own_leap(limb.front()) < kStillDeg) {
+      offer(hand, leap_of(body, range, to, hand, base), kOfCarried);
+    } else if (is_arm && own_leap(arm->front()) < kStillDeg) {
       for (const int joint : counted) offer(joint, own_leap(joint), kOfOthers);
     }
-  };
-  look_at(anatomy.left_arm, kOfArm);
-  look_at(anatomy.right_arm, kOfArm);
-  look_at(anatomy.left_leg, kOfLeg);
-  look_at(anatomy.right_leg, kOfLeg);
+  }
   return most;
 }
 

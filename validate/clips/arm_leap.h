@@ -1,0 +1,37 @@
+#pragma once
+#include <optional>
+#include <string>
+
+#include "skin/clip/clip.h"
+#include "validate/clips/clip_body.h"
+
+namespace backbend::validate {
+
+/// A joint of an arm that leaps in one step of a clip.
+struct ArmLeap {
+  std::string joint;
+  double turn_deg = 0.0;
+  double explains_deg = 0.0;  // the largest jump of the watched joint that goes with it
+};
+
+/// What leap of an arm goes with a jump of `node`, a joint of the spine or an arm's first, in the
+/// step of a sweep that ends at frame `to`: of all leaps the one that explains most.
+///
+/// A rig that flips takes along what hangs from the joint; an animator who lets a blow land from
+/// one frame to the next turns the whole figure. A leap is a turn that stands out from the steps
+/// around it, five times their median, of up to eight on either side:
+///
+/// - of a joint of the spine, by the hand of an arm that hangs from it, against the arm's base. It
+///   explains a third: what is only carried along does not turn against its base, and what inverse
+///   kinematics hold in place turns back by as much as the jump;
+/// - of an arm's first joint, by any joint of the other arm against the joint above. It explains as
+///   much and a quarter more, but nothing where the other arm's first joint leaps, too: both may
+///   flip at once.
+///
+/// Nothing explains more than 15 degrees: a flip that matters is wider, and lively game animation
+/// leaps often. Legs explain nothing: they snap with every step of a walk.
+std::optional<ArmLeap> arm_leap(const skin::Character& character, const skin::Anatomy& anatomy,
+                                const ClipBody& body, const skin::ClipSweep& range, std::size_t to,
+                                int node);
+
+}  // namespace backbend::validate
