@@ -4,7 +4,6 @@
 #include <span>
 #include <vector>
 
-#include "skin/character/ancestor.h"
 #include "validate/clips/clip_measure.h"
 #include "validate/metrics/math/median.h"
 
@@ -38,8 +37,10 @@ double leap_of(const ClipBody& body, const skin::ClipSweep& range, Index to, int
 std::optional<ArmLeap> arm_leap(const skin::Character& character, const skin::Anatomy& anatomy,
                                 const ClipBody& body, const skin::ClipSweep& range, std::size_t to,
                                 int node) {
-  constexpr double kOfCarried = 1.0 / 3.0, kOfOthers = 1.25, kMostDeg = 15.0, kStillDeg = 1.0;
+  constexpr double kOfHand = 1.0 / 3.0, kOfOther = 1.25, kMostDeg = 15.0, kStillDeg = 1.0;
   std::optional<ArmLeap> most;
+  const auto& spine = anatomy.spine;
+  if (node != spine.front() && std::ranges::find(spine, node) != spine.end()) return most;
   const auto offer = [&](int joint, double turn_deg, double share) {
     const double explains_deg = std::min(share * turn_deg, kMostDeg);
     if (turn_deg > 0.0 && (!most || explains_deg > most->explains_deg))
@@ -47,19 +48,18 @@ std::optional<ArmLeap> arm_leap(const skin::Character& character, const skin::An
   };
   // Fingers snap with every grip.
   constexpr Index kToHand = 4;
-  const bool is_arm = std::ranges::find(anatomy.spine, node) == anatomy.spine.end();
   for (const std::vector<int>* arm : {&anatomy.left_arm, &anatomy.right_arm}) {
-    if (arm->empty()) continue;
+    if (arm->empty() || arm->front() == node) continue;
     const std::span<const int> counted(arm->data(), std::min(arm->size(), kToHand));
     const auto own_leap = [&](int joint) {
       return leap_of(body, range, to, joint, character.nodes[static_cast<Index>(joint)].parent);
     };
-    if (node == anatomy.spine.front() || skin::is_ancestor(character, node, arm->front())) {
-      const int hand = counted.back(), above = spine_above(character, anatomy, arm->front());
-      const int base = above < 0 ? anatomy.spine.front() : above;
-      offer(hand, leap_of(body, range, to, hand, base), kOfCarried);
-    } else if (is_arm && own_leap(arm->front()) < kStillDeg) {
-      for (const int joint : counted) offer(joint, own_leap(joint), kOfOthers);
+    if (node == spine.front()) {
+      const int above = spine_above(character, anatomy, arm->front());
+      offer(counted.back(), leap_of(body, range, to, counted.back(), above < 0 ? node : above),
+            kOfHand);
+    } else if (own_leap(arm->front()) < kStillDeg) {
+      for (const int joint : counted) offer(joint, own_leap(joint), kOfOther);
     }
   }
   return most;
